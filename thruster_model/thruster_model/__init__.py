@@ -1,0 +1,1 @@
+"""Models, parameter sets, compiled plants and identification of underwater thrusters."""

@@ -1,0 +1,1 @@
+"""The equations, each written once, callable from Python (arrays broadcast) and from compiled code."""

@@ -1,0 +1,104 @@
+"""A parameter set: the values of one model's parameters with unit, source and standard deviation."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+
+from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.errors import ParameterSetError
+from thruster_model.models import MODELS, Model, ParameterDefinition
+
+__all__ = ["Parameter", "ParameterSet"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter's value with its unit, where it comes from and how uncertain it is (None: not stated)."""
+
+    value: float
+    unit: str
+    source: str
+    standard_deviation: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterSet:
+    """All parameters of one model, checked when constructed.
+
+    Raises:
+        ParameterSetError: unknown model; missing, unknown or inadmissible parameters; other units than the model's.
+    """
+
+    name: str
+    model_name: str
+    source: str
+    parameters: Mapping[str, Parameter]
+    origin: str = "parameter set"
+
+    def __post_init__(self) -> None:
+        problems = self._problems()
+        if problems:
+            raise ParameterSetError(self.origin, problems)
+        ordered = {name: self.parameters[name] for name in self.model.parameter_names}
+        object.__setattr__(self, "parameters", MappingProxyType(ordered))
+
+    def _problems(self) -> list[str]:
+        if self.model_name not in MODELS:
+            return [f"key 'model': expected one of {', '.join(MODELS)}; found '{self.model_name}'"]
+        names = set(self.model.parameter_names)
+        problems = [
+            f"key 'parameters': '{name}' is missing; model '{self.model_name}' needs {self.model.definition(name).unit}"
+            for name in self.model.parameter_names
+            if name not in self.parameters
+        ]
+        problems += [
+            f"key 'parameters.{name}': model '{self.model_name}' has no such parameter; it has {', '.join(sorted(names))}"
+            for name in self.parameters
+            if name not in names
+        ]
+        for name in names & set(self.parameters):
+            problems += _parameter_problems(name, self.parameters[name], self.model.definition(name))
+        return problems
+
+    @property
+    def model(self) -> Model:
+        """The model whose parameters these are."""
+        return MODELS[self.model_name]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """Values by name, SI units."""
+        return {name: parameter.value for name, parameter in self.parameters.items()}
+
+    @property
+    def coefficients(self) -> ThrusterCoefficients:
+        """Coefficients of the common form of the equations."""
+        return self.model.coefficients(self.values)
+
+    def with_values(
+        self, values: Mapping[str, float], *, source: str, standard_deviations: Mapping[str, float | None] | None = None
+    ) -> "ParameterSet":
+        """Return a copy with some values replaced, their source stated, their deviations set (None where not given)."""
+        deviations = standard_deviations or {}
+        changed = {
+            name: replace(p, value=values[name], source=source, standard_deviation=deviations.get(name))
+            if name in values
+            else p
+            for name, p in self.parameters.items()
+        }
+        return replace(self, parameters=changed, source=source)
+
+
+def _parameter_problems(name: str, parameter: Parameter, definition: ParameterDefinition) -> list[str]:
+    problems = []
+    key = f"key 'parameters.{name}"
+    if parameter.unit != definition.unit:
+        problems.append(f"{key}.unit': expected '{definition.unit}'; found '{parameter.unit}'")
+    if not math.isfinite(parameter.value) or not definition.lower <= parameter.value <= definition.upper:
+        expected = f"a number from {definition.lower:g} to {definition.upper:g} {definition.unit}"
+        problems.append(f"{key}.value': expected {expected}; found {parameter.value!r}")
+    deviation = parameter.standard_deviation
+    if deviation is not None and not (math.isfinite(deviation) and deviation >= 0):
+        problems.append(f"{key}.standard_deviation': expected a number >= 0 or nothing; found {deviation!r}")
+    return problems
