@@ -53,18 +53,18 @@ _FLOW = (
 _SIMPLIFIED_MAPS = (
     _positive("c_T1", "N s^2", "thrust per n|n| (3.5), reverse", 9e-4),
     _positive("c_T2", "N s^2", "thrust per n|n| (3.5), forward", 9e-4),
-    _negative("delta_T1", "1/s^2", "dead-zone edge of the thrust in n|n| (3.5), reverse", 100.0),
-    _positive("delta_T2", "1/s^2", "dead-zone edge of the thrust in n|n| (3.5), forward", 100.0),
+    _negative("delta_T1", "1/s^2", "dead-zone edge of the thrust in n|n| (3.5), reverse", 500.0),
+    _positive("delta_T2", "1/s^2", "dead-zone edge of the thrust in n|n| (3.5), forward", 500.0),
     _positive("c_Q1", "N m s^2", "torque per n|n| (3.11), reverse", 5e-6),
     _positive("c_Q2", "N m s^2", "torque per n|n| (3.11), forward", 5e-6),
-    _negative("delta_Q1", "1/s^2", "dead-zone edge of the torque in n|n| (3.11), reverse", 100.0),
-    _positive("delta_Q2", "1/s^2", "dead-zone edge of the torque in n|n| (3.11), forward", 100.0),
+    _negative("delta_Q1", "1/s^2", "dead-zone edge of the torque in n|n| (3.11), reverse", 500.0),
+    _positive("delta_Q2", "1/s^2", "dead-zone edge of the torque in n|n| (3.11), forward", 500.0),
 )
 _HYDRODYNAMIC_MAPS = (
     _positive("c_n_T", "N s^2", "thrust per n|n| at rest of the water (4.12), (4.14)", 1.5e-3),
     _positive("c_nv_T", "N s^2/m", "loss of thrust per |n| v (4.12), (4.14)", 0.4),
     _positive("c_n_Q", "N m s^2", "torque per n|n| at rest of the water (4.13), (4.15)", 3e-6),
-    _positive("c_nv_Q", "N s^2", "loss of torque per |n| v (4.13), (4.15)", 1e-3),
+    _positive("c_nv_Q", "N s^2", "loss of torque per |n| v (4.13), (4.15)", 3e-3),
 )
 _QUADRATIC_MAPS = (
     _positive("c_v_T", "N s^2/m^2", "loss of thrust per v|v| (4.14)", 40.0),
@@ -86,6 +86,12 @@ class Model:
     def parameter_names(self) -> tuple[str, ...]:
         """Names of the parameters, in the order in which tables list them."""
         return tuple(definition.name for definition in self.parameters)
+
+    @property
+    def signals(self) -> tuple[str, ...]:
+        """Signals that the model predicts (names of `identification.experiment.SIGNALS`)."""
+        flows = ("axial", "ambient") if self.has_flow else ()
+        return ("speed", *flows, "thrust", "torque")
 
     def definition(self, name: str) -> ParameterDefinition:
         """Return what parameter `name` is; KeyError where the model has none of that name."""

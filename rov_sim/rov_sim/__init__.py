@@ -1,0 +1,1 @@
+"""Simulated benches and vehicles with their sensors."""

@@ -1,0 +1,84 @@
+"""A synthetic identification campaign on a thruster bench: experiments simulated and seen through its sensors."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from thruster_model.flow_tank import simulate
+from thruster_model.parameter_set import ParameterSet
+
+from rov_sim.bench_sensors import LoadCell, Tachometer, Velocimeter
+from rov_sim.throttle_programmes import multisine, ramp_and_hold, staircase, with_rest
+
+__all__ = ["BenchRun", "Recorded", "altered", "run_campaign"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recorded:
+    """Samples of one signal: instants [s], shape (N,), and values, shape (N,)."""
+
+    time: Array
+    values: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class BenchRun:
+    """One synthetic recording: what the bench would have recorded, by signal name.
+
+    Signals: throttle [V], speed (signed by inference) [rad/s], thrust [N], torque [N m], axial or ambient [m/s].
+    """
+
+    name: str
+    signals: Mapping[str, Recorded]
+
+
+def altered(parameter_set: ParameterSet, spread: float, rng: np.random.Generator) -> ParameterSet:
+    """Return the set with every parameter but the ramp limit scaled by a log-normal factor of relative width `spread`."""
+    factors = {name: float(np.exp(spread * rng.standard_normal())) for name in parameter_set.values}
+    factors["u_dot_max"] = 1.0
+    values = {name: value * factors[name] for name, value in parameter_set.values.items()}
+    return parameter_set.with_values(values, source=f"{parameter_set.name}, altered at random by {100 * spread:.0f} %")
+
+
+def run_campaign(truth: ParameterSet, rng: np.random.Generator) -> list[BenchRun]:
+    """Return five recordings of a thruster with the parameters `truth`: ramps, a staircase and a multisine."""
+    period = 0.04
+    steps = [1.5, -1.5, 2.0, 1.2, -2.5, -1.2, 3.0, -3.0, 2.5]
+    sines = multisine(2.8, period, duration=12.0, lowest=0.1, highest=0.8, rng=rng)
+    plan = {
+        "ramp_forward_axial": (ramp_and_hold(3.0, period, hold=6.0), "axial"),
+        "ramp_reverse_axial": (ramp_and_hold(-3.0, period, hold=6.0), "axial"),
+        "ramp_forward_ambient": (ramp_and_hold(2.5, period, hold=6.0), "ambient"),
+        "steps_axial": (staircase(steps, period, hold=1.6), "axial"),
+        "multisine_ambient": (sines, "ambient"),
+    }
+    return [
+        _record(name, with_rest(commands, period, before=2.0, after=2.0), period, flow, truth, rng)
+        for name, (commands, flow) in plan.items()
+    ]
+
+
+def _record(
+    name: str, commands: Array, period: float, flow: str, truth: ParameterSet, rng: np.random.Generator
+) -> BenchRun:
+    dt = 0.001
+    trajectory = simulate(truth.coefficients, np.repeat(commands, round(period / dt)), dt)
+    time = dt * np.arange(trajectory.n.size)
+    velocity = trajectory.v if flow == "axial" else trajectory.ambient
+    force = LoadCell(noise=0.5, rest=float(rng.normal(0.0, 0.8)), drift=float(rng.normal(0.0, 0.002)))
+    moment = LoadCell(noise=0.02, rest=float(rng.normal(0.0, 0.005)), frequency=8.5)
+    seen_at, seen = Velocimeter().read(velocity, dt, rng)
+    speed = np.where(trajectory.n < 0.0, -1.0, 1.0) * Tachometer().read(trajectory.n, rng)
+    return BenchRun(
+        name=name,
+        signals={
+            "throttle": Recorded(time=period * np.arange(commands.size), values=commands),
+            "speed": Recorded(time=time, values=speed),
+            "thrust": Recorded(time=time, values=force.read(trajectory.thrust, dt, rng)),
+            "torque": Recorded(time=time, values=moment.read(trajectory.torque, dt, rng)),
+            flow: Recorded(time=seen_at, values=seen),
+        },
+    )

@@ -1,0 +1,44 @@
+"""Command line: record a synthetic identification campaign of a thruster bench."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from run_bag import RunError
+from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
+
+from rov_sim.bench_campaign import altered, run_campaign
+from rov_sim.campaign_io import write_bench_run
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the runs and the true parameters; return the exit status."""
+    parser = argparse.ArgumentParser(prog="bench_campaign", description=__doc__)
+    parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the runs and truth.yaml")
+    parser.add_argument("--seed", type=int, default=1, help="of the random generator (default 1)")
+    sets = ", ".join(available_sets())
+    parser.add_argument("--parameters", default="hq", help=f"parameter set to alter: {sets} or a YAML file")
+    parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
+    given = parser.parse_args(arguments)
+    if given.out.exists() and any(given.out.iterdir()):
+        print(f"{given.out}: expected a new or empty folder; found files in it", file=sys.stderr)
+        return 1
+    try:
+        rng = np.random.default_rng(given.seed)
+        truth = altered(load_parameter_set(given.parameters), given.spread, rng)
+        given.out.mkdir(parents=True, exist_ok=True)
+        for run in run_campaign(truth, rng):
+            metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
+            print(write_bench_run(run, given.out, metadata))
+        write_parameter_set(truth, given.out / "truth.yaml")
+    except (RunError, ThrusterModelError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

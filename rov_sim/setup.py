@@ -1,0 +1,21 @@
+from setuptools import find_packages, setup
+
+name = "rov_sim"
+
+setup(
+    name=name,
+    version="0.1.0",
+    description="Simulated benches and vehicles with their sensors.",
+    license="Apache-2.0",
+    maintainer="The maintainers",
+    maintainer_email="maintainers@example.com",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "hypothesis"]},
+    entry_points={"console_scripts": ["bench_campaign = rov_sim.cli_bench_campaign:main"]},
+    zip_safe=True,
+)

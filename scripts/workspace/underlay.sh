@@ -1,0 +1,26 @@
+# Sourced by setup.sh and env.sh: which ROS 2 the workspace stands on.
+
+ros_installation() { # print the prefix of a ROS 2 Jazzy installation, or nothing where there is none
+    local prefix
+    local -a prefixes
+    IFS=: read -r -a prefixes <<<"${AMENT_PREFIX_PATH-}"
+    for prefix in "${prefixes[@]}"; do
+        # A prefix with a pyvenv.cfg is a virtual environment made by setup.sh, here or in another clone.
+        if [ -e "$prefix/share/ament_index/resource_index/packages/rclpy" ] && [ ! -e "$prefix/pyvenv.cfg" ]; then
+            printf '%s\n' "$prefix"
+            return
+        fi
+    done
+    if [ -e /opt/ros/jazzy/setup.bash ]; then
+        printf '%s\n' /opt/ros/jazzy
+    fi
+}
+
+source_foreign() { # FILE: source a generated file, which may read unset variables or fail on the way
+    local flags=$-
+    set +eu
+    # shellcheck disable=SC1090
+    . "$1"
+    case $flags in *e*) set -e ;; esac
+    case $flags in *u*) set -u ;; esac
+}

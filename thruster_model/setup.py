@@ -1,0 +1,22 @@
+from setuptools import find_packages, setup
+
+name = "thruster_model"
+
+setup(
+    name=name,
+    version="0.1.0",
+    description="Models, parameter sets, compiled plants and identification of underwater thrusters.",
+    license="Apache-2.0",
+    maintainer="The maintainers",
+    maintainer_email="maintainers@example.com",
+    packages=find_packages(exclude=["test"]),
+    package_data={name: ["parameter_sets/*.yaml"]},
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "hypothesis"]},
+    entry_points={"console_scripts": ["fit = thruster_model.cli_fit:main"]},
+    zip_safe=True,
+)

@@ -1,0 +1,148 @@
+"""Command line: fit thruster models to recorded runs, and report how well each describes the thruster."""
+
+import argparse
+import json
+import os
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
+
+from thruster_model.errors import ThrusterModelError, UnfitDataError
+from thruster_model.identification.experiment import SIGNALS
+from thruster_model.identification.experiment_io import read_experiments
+from thruster_model.identification.fit import FitOptions
+from thruster_model.identification.fit_report import build_report
+from thruster_model.identification.study import FittedModel, Study, run_study
+from thruster_model.models import MODELS
+from thruster_model.parameter_set import ParameterSet
+from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fit, write the sets, the summary and the report; return the exit status."""
+    given = _parser().parse_args(_without_ros_arguments(arguments))
+    try:
+        starts = _starts(given)
+        if given.out.exists() and any(given.out.iterdir()):
+            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        study = _study(given, starts)
+        _write(study, given)
+    except (ThrusterModelError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="fit", description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs (rosbag2 directories)")
+    parser.add_argument("--model", nargs="+", default=["hl"], choices=tuple(MODELS), help="models (default hl)")
+    parser.add_argument("--start", help="parameter set to start from, a name or a YAML file (default: the thesis')")
+    parser.add_argument("--reference", help="parameter set to compare with (default: where the fit started)")
+    parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the results")
+    parser.add_argument("--method", default="least-squares", choices=("least-squares", "nelder-mead"))
+    stages = "joint: all at once after the stages; thesis: the stages alone"
+    parser.add_argument("--stages", default="joint", choices=("joint", "thesis"), help=stages)
+    parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs to predict only")
+    parser.add_argument("--hold-out", action="store_true", help="repeat each fit with each run left out")
+    return parser
+
+
+def _without_ros_arguments(arguments: Sequence[str] | None) -> list[str]:
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    if "--ros-args" not in words:
+        return words
+    from rclpy.utilities import remove_ros_args  # only where ROS itself passes such words
+
+    return list(remove_ros_args(["fit", *words]))[1:]
+
+
+def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]]:
+    pairs = []
+    for name in dict.fromkeys(given.model):
+        start = load_parameter_set(given.start or name)
+        if start.model_name != name:
+            raise UnfitDataError([f"--start {given.start}: expected a set of model '{name}'; found '{start.model_name}'"])
+        pairs.append((start, load_parameter_set(given.reference) if given.reference else start))
+    return pairs
+
+
+def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, ParameterSet]]) -> Study:
+    console = Console(stderr=True)
+    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
+    with Progress(*columns, console=console, transient=True) as progress:
+        task = progress.add_task("reading", total=None)
+
+        def tell(text: str) -> None:
+            progress.update(task, description=text)
+
+        return run_study(
+            starts,
+            read_experiments(given.runs, progress=tell),
+            validation=read_experiments(given.validate, progress=tell),
+            hold_out=given.hold_out,
+            options=FitOptions(method=given.method, stages=given.stages),
+            progress=tell,
+        )
+
+
+def _write(study: Study, given: argparse.Namespace) -> None:
+    given.out.mkdir(parents=True, exist_ok=True)
+    for model in study.models:
+        write_parameter_set(model.result.parameter_set, given.out / f"{model.name}.yaml")
+    provenance = {
+        "runs": [e.name for e in study.experiments],
+        "runs predicted only": [e.name for e in study.validation],
+        "start": {m.name: m.result.start.source for m in study.models},
+        "reference": {m.name: m.reference.source for m in study.models},
+        "method": given.method,
+        "stages": given.stages,
+        "version": _version(),
+    }
+    summary = {"provenance": provenance, "models": [_summary(model) for model in study.models]}
+    partial = given.out / f".fit.json.{os.getpid()}"
+    partial.write_text(json.dumps(summary, indent=1), "utf-8")
+    partial.rename(given.out / "fit.json")
+    name = "reference" if given.reference else "published"
+    report = build_report(study, provenance=provenance, reference_name=name).write(given.out / "report.html")
+    for model in study.models:
+        print(_line(model))
+    print(report.resolve())
+
+
+def _version() -> str:
+    try:
+        return version("thruster_model")
+    except PackageNotFoundError:
+        return "source"
+
+
+def _summary(model: FittedModel) -> dict[str, object]:
+    return {
+        "model": model.name,
+        "message": model.result.message,
+        "errors": [asdict(c) for c in model.comparison],
+        "errors_left_out": [asdict(c) for c in model.held_out[1]] if model.held_out else None,
+        "errors_other_runs": [asdict(c) for c in model.validation] or None,
+        "units": {s: SIGNALS[s].unit for s in model.fitted.signals},
+        "noise": dict(model.fitted.noise),
+        "parameters": [asdict(d) for d in model.result.determinations],
+    }
+
+
+def _line(model: FittedModel) -> str:
+    total = next(c for c in model.comparison if c.signal == "total")
+    open_ = [f"{d.name} ({d.status})" for d in model.result.determinations if d.status != "determined"]
+    text = f"{model.name}: noise-weighted error {total.reference:.2f} before, {total.error:.2f} fitted"
+    if model.held_out:
+        text += f", {model.held_out[1][-1].error:.2f} on runs left out"
+    return f"{text}; not determined: {', '.join(open_) or 'none'}"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

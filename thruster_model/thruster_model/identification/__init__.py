@@ -1,0 +1,1 @@
+"""Identification: recordings prepared as experiments, fits of thruster models to them, and how far to trust those."""

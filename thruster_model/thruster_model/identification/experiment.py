@@ -1,0 +1,92 @@
+"""One recording prepared for fitting: the throttle on the simulation's grid and measured cell means."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["SIGNALS", "Experiment", "Measurement", "Signal"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Signal:
+    """A quantity that models predict and benches measure."""
+
+    name: str
+    symbol: str
+    title: str
+    unit: str
+    plant_output: str
+
+
+SIGNALS: dict[str, Signal] = {
+    s.name: s
+    for s in (
+        Signal(name="speed", symbol="n", title="Rotor speed", unit="rad/s", plant_output="n"),
+        Signal(name="axial", symbol="v", title="Axial flow", unit="m/s", plant_output="v"),
+        Signal(name="ambient", symbol="U", title="Ambient flow", unit="m/s", plant_output="ambient"),
+        Signal(name="thrust", symbol="T", title="Thrust", unit="N", plant_output="thrust"),
+        Signal(name="torque", symbol="Q", title="Torque", unit="N m", plant_output="torque"),
+    )
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Measurement:
+    """Means of one signal over cells of one width, NaN where masked.
+
+    Attributes:
+        time: centres of the cells [s], shape (M,), ascending, on the experiment's clock.
+        values: cell means in the signal's unit, shape (M,), NaN = masked or not measured.
+        width: width of the cells [s].
+        noise: standard deviation of a cell mean, from the data alone (see `preparation.noise_level`).
+        shift_std: how far the clock of this signal may be off [s]; 0 where it shares the throttle's clock.
+        notes: what was done to the data, one sentence each.
+    """
+
+    signal: str
+    time: NDArray[np.float64]
+    values: NDArray[np.float64]
+    width: float
+    noise: float
+    shift_std: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    @property
+    def usable(self) -> NDArray[np.bool_]:
+        """Where there is a value, shape (M,)."""
+        return np.isfinite(self.values)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Experiment:
+    """A recording as the fit sees it.
+
+    Attributes:
+        name: of the run.
+        dt: period of the throttle samples and of the simulation [s].
+        throttle: commanded throttle [V], shape (N,); the plant rests at its first sample.
+        measurements: by signal name.
+        throttle_shift_std: how far the throttle's clock may be off [s]; 0 where the throttle was recorded.
+        notes: what was done to the data, one sentence each.
+    """
+
+    name: str
+    dt: float
+    throttle: NDArray[np.float64]
+    measurements: Mapping[str, Measurement]
+    throttle_shift_std: float = 0.0
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        unknown = set(self.measurements) - set(SIGNALS)
+        if unknown or not self.dt > 0 or self.throttle.ndim != 1:
+            raise ValueError(f"{self.name}: unknown signals {unknown}, dt {self.dt}, throttle {self.throttle.shape}")
+        object.__setattr__(self, "measurements", MappingProxyType(dict(self.measurements)))
+
+    @property
+    def duration(self) -> float:
+        """Length [s]."""
+        return self.dt * self.throttle.size

@@ -1,0 +1,222 @@
+"""From runs to experiments: which channels mean what, tared, masked and averaged into cells.
+
+Every decision is taken from the run alone, before any fit, and is written into the experiment's notes.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+from run_bag import Run, RunError, read_run
+
+from thruster_model.errors import UnfitDataError
+from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
+from thruster_model.identification.flow_quality import FlowLimits, assess_flow
+from thruster_model.identification.preparation import (
+    cell_means,
+    glitch_mask,
+    noise_level,
+    rest_window,
+    ringing_mask,
+    tare,
+    tare_unsigned_speed,
+)
+
+__all__ = ["PreparationOptions", "prepare", "read_experiments"]
+
+Array = NDArray[np.float64]
+_SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreparationOptions:
+    """How runs become experiments.
+
+    Attributes:
+        thruster: index of the thruster.
+        dt: period of the simulation [s].
+        cell: width of the cells over which measurements are averaged [s].
+        ringing_jump, ringing_hold: thrust and torque are masked for `ringing_hold` [s] after the throttle changed
+            by `ringing_jump` [V] within 20 ms, which sets the load cell ringing.
+        glitch_peak, glitch_foot: see `preparation.glitch_mask`, for the tachometer [rad/s].
+        flow: limits of `flow_quality.assess_flow`.
+    """
+
+    thruster: int = 0
+    dt: float = 0.002
+    cell: float = 0.04
+    ringing_jump: float = 0.5
+    ringing_hold: float = 1.2
+    glitch_peak: float = 25.0
+    glitch_foot: float = 4.0
+    flow: FlowLimits = FlowLimits()
+
+
+def read_experiments(
+    paths: Iterable[Path], options: PreparationOptions | None = None, progress: Callable[[str], None] = lambda _: None
+) -> list[Experiment]:
+    """Read runs and prepare them; all that is wrong with any of them is raised at once.
+
+    Raises:
+        UnfitDataError: with a sentence for each run that cannot be read or holds nothing to fit.
+    """
+    experiments, problems = [], []
+    for path in paths:
+        progress(f"read {path.name}")
+        try:
+            experiments.append(prepare(read_run(path), options))
+        except (RunError, UnfitDataError, OSError) as error:
+            problems.append(str(error))
+    if problems:
+        raise UnfitDataError(problems)
+    return experiments
+
+
+def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
+    """Return a run as an experiment.
+
+    Raises:
+        UnfitDataError: no throttle, no signal that models predict, or a run in air.
+    """
+    options = options or PreparationOptions()
+    prefix = f"thruster_{options.thruster}"
+    throttle_name = next((n for n in (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent") if n in run), None)
+    if throttle_name is None:
+        raise UnfitDataError([f"{run.name}: expected a channel {prefix}/throttle.commanded; found {', '.join(run)}"])
+    if run.metadata.get("import", {}).get("water") is False:
+        raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
+    grid = np.arange(0.0, run.duration, options.dt)
+    throttle = _held(run.time(throttle_name), run[throttle_name].values, grid)
+    rest = rest_window(grid, throttle)
+    notes = list(run.warnings)
+    if rest[1] - rest[0] < 0.2:
+        notes.append("no rest before the throttle: nothing was tared")
+    else:
+        notes.append(f"tared on the rest from {rest[0]:.2f} to {rest[1]:.2f} s")
+    preparation = _Preparation(run=run, prefix=prefix, options=options, grid=grid, throttle=throttle, rest=rest)
+    measurements = [m for m in (preparation.speed(), *preparation.loads(), *preparation.flows()) if m is not None]
+    kept = [m for m in measurements if np.any(m.usable) and np.isfinite(m.noise)]
+    notes += [f"{SIGNALS[m.signal].title.lower()}: {note}" for m in measurements for note in m.notes]
+    if not kept:
+        raise UnfitDataError([f"{run.name}: nothing usable is measured; channels are {', '.join(run)}"])
+    return Experiment(
+        name=run.name,
+        dt=options.dt,
+        throttle=throttle,
+        measurements={m.signal: m for m in kept},
+        throttle_shift_std=_stated_deviation(run, "throttle"),
+        notes=tuple(notes),
+    )
+
+
+def _held(time: Array, values: Array, grid: Array) -> Array:
+    """Return the zero-order hold of a channel on the grid; zero before its first finite sample."""
+    known = np.isfinite(values)
+    time, values = time[known], values[known]
+    index = np.searchsorted(time, grid + 1e-9, side="right") - 1
+    return np.where(index >= 0, values[np.maximum(index, 0)], 0.0)
+
+
+def _stated_deviation(run: Run, what: str) -> float:
+    """Return the standard deviation [s] that the run's record states for the clock of `what`; 0 where it is silent."""
+    deviations = run.metadata.get("clock_deviation", {})
+    return float(deviations.get(what, 0.0) or 0.0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Preparation:
+    run: Run
+    prefix: str
+    options: PreparationOptions
+    grid: Array
+    throttle: Array
+    rest: tuple[float, float]
+
+    def speed(self) -> Measurement | None:
+        names = (f"daq/{self.prefix}/state.n", f"{self.prefix}/state.n")
+        present = [name for name in names if name in self.run]
+        if not present:
+            return None
+        name = max(present, key=lambda n: self.run[n].values.size)
+        time, values = self.run.time(name), self.run[name].values
+        sign = name.replace("state.n", "state.sign_source")
+        unsigned = sign in self.run and bool(np.any(self.run[sign].values == _SIGN_INFERRED))
+        values, offset = (tare_unsigned_speed if unsigned else tare)(time, values, self.rest)
+        fine = 0.005
+        if float(np.median(np.diff(time))) < fine:
+            first = float(time[0]) - 0.5 * float(np.median(np.diff(time)))
+            cells = int((time[-1] - first) / fine)
+            time, values = cell_means(time, values, start=first, width=fine, cells=cells)
+            half_width = round(0.25 / fine)
+        else:
+            half_width = max(2, round(0.25 / float(np.median(np.diff(time)))))
+        limits = {"peak": self.options.glitch_peak, "foot": self.options.glitch_foot}
+        glitches = glitch_mask(values, half_width=half_width, **limits)
+        notes = [f"rest value {offset:.2f} rad/s taken off"]
+        if np.any(glitches):
+            notes.append(f"{100 * glitches.mean():.1f} % masked as glitches of the tachometer")
+        return self._measurement("speed", time, np.where(glitches, np.nan, values), notes)
+
+    def loads(self) -> list[Measurement]:
+        result = []
+        for signal, field in (("thrust", "force.x"), ("torque", "torque.x")):
+            name = f"{self.prefix}/load.wrench.{field}"
+            if name not in self.run:
+                continue
+            time = self.run.time(name)
+            values, offset = tare(time, self.run[name].values, self.rest)
+            ringing = ringing_mask(
+                time,
+                self.grid,
+                self.throttle,
+                jump=self.options.ringing_jump,
+                span=0.02,
+                hold=self.options.ringing_hold,
+            )
+            notes = [f"rest value {offset:.3g} {SIGNALS[signal].unit} taken off"]
+            if np.any(ringing):
+                notes.append(f"{100 * ringing.mean():.0f} % masked: the load cell rings after jumps of the throttle")
+            result.append(self._measurement(signal, time, np.where(ringing, np.nan, values), notes))
+        return result
+
+    def flows(self) -> list[Measurement]:
+        result = []
+        for signal in ("axial", "ambient"):
+            name = f"{self.prefix}/flow.{signal}"
+            if name not in self.run:
+                continue
+            time, values = self.run.time(name), self.run[name].values
+            flagged = name.replace(f"flow.{signal}", "flow.spike")
+            if flagged in self.run and self.run[flagged].values.size == values.size:
+                values = np.where(self.run[flagged].values != 0.0, np.nan, values)
+            rate = 1.0 / float(np.median(np.diff(time))) if time.size > 1 else 25.0
+            quality = assess_flow(values, rate, self.options.flow)
+            kept = np.where(quality.usable, values, np.nan)
+            shift = _stated_deviation(self.run, "flow")
+            result.append(self._measurement(signal, time, kept, [quality.sentence], shift_std=shift))
+        return result
+
+    def _measurement(
+        self, signal: str, time: Array, values: Array, notes: list[str], shift_std: float = 0.0
+    ) -> Measurement:
+        """Average into cells; samples that come no faster than the cells keep their own instants.
+
+        A sample stands for the period around it: cells begin half a period before their first sample, or everything
+        would come half a period late.
+        """
+        period = float(np.median(np.diff(time))) if time.size > 1 else self.options.cell
+        width = max(self.options.cell, period)
+        start = float(time[0]) - 0.5 * (period if period < 0.75 * width else width)
+        cells = max(1, int((self.run.duration - start) / width))
+        centres, means = cell_means(time, values, start=start, width=width, cells=cells)
+        return Measurement(
+            signal=signal,
+            time=centres,
+            values=means,
+            width=width,
+            noise=noise_level(means),
+            shift_std=shift_std,
+            notes=tuple(notes),
+        )

@@ -1,0 +1,70 @@
+"""What a parameter set predicts for an experiment: simulated from rest and averaged over the measured cells."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thruster_model.compilation import compiled
+from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.flow_tank import simulate
+from thruster_model.identification.experiment import SIGNALS, Experiment
+
+__all__ = ["NO_SHIFTS", "Shifts", "predict"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shifts:
+    """By how much clocks are late [s]: the throttle's (so that everything happens later), and that of signals."""
+
+    throttle: float = 0.0
+    signals: Mapping[str, float] = field(default_factory=dict)
+
+
+NO_SHIFTS = Shifts()
+
+
+def predict(
+    experiment: Experiment, coefficients: ThrusterCoefficients, shifts: Shifts = NO_SHIFTS
+) -> dict[str, Array]:
+    """Return the predicted cell means of every measured signal, each of the shape of its measurement.
+
+    The plant starts at rest and does not depend on time, so a later throttle is the same as later outputs.
+    """
+    trajectory = simulate(coefficients, experiment.throttle, experiment.dt, largest_step=experiment.dt)
+    predictions = {}
+    for name, measurement in experiment.measurements.items():
+        output = getattr(trajectory, SIGNALS[name].plant_output)
+        late = shifts.throttle + shifts.signals.get(name, 0.0)
+        first_edges = measurement.time - 0.5 * measurement.width - late
+        predictions[name] = _cell_means(output, experiment.dt, first_edges, measurement.width)
+    return predictions
+
+
+@compiled
+def _cell_means(output, dt, first_edges, width):  # type: ignore[no-untyped-def]
+    """Return means of the piecewise-linear `output` over cells; outside, it holds its end values."""
+    integral = np.empty(output.size)
+    integral[0] = 0.0
+    for k in range(1, output.size):
+        integral[k] = integral[k - 1] + 0.5 * dt * (output[k - 1] + output[k])
+    means = np.empty(first_edges.size)
+    for k in range(first_edges.size):
+        first = _integral_to(output, integral, dt, first_edges[k])
+        means[k] = (_integral_to(output, integral, dt, first_edges[k] + width) - first) / width
+    return means
+
+
+@compiled
+def _integral_to(output, integral, dt, time):  # type: ignore[no-untyped-def]
+    end = dt * (output.size - 1)
+    if time <= 0.0:
+        return time * output[0]
+    if time >= end:
+        return integral[-1] + (time - end) * output[-1]
+    k = min(int(time / dt), output.size - 2)
+    rest = time - k * dt
+    return integral[k] + rest * (output[k] + 0.5 * rest * (output[k + 1] - output[k]) / dt)

@@ -1,0 +1,112 @@
+"""From raw samples to cell means that a fit can use: rest window, tare, masks and noise, from the data alone."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import label, median_filter
+
+__all__ = [
+    "cell_means",
+    "glitch_mask",
+    "noise_level",
+    "rest_window",
+    "ringing_mask",
+    "tare",
+    "tare_unsigned_speed",
+]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+def rest_window(time: Array, throttle: Array, *, margin: float = 0.25) -> tuple[float, float]:
+    """Return (start, end) [s] of the stretch before the first non-zero throttle [V], shortened by `margin` [s].
+
+    Both ends are equal where the recording starts with a throttle: there is no rest to tare on.
+    """
+    moving = np.flatnonzero(throttle != 0.0)
+    end = time[moving[0]] if moving.size else time[-1]
+    return float(time[0]), float(max(time[0], end - margin))
+
+
+def tare(time: Array, values: Array, window: tuple[float, float], *, least_samples: int = 20) -> tuple[Array, float]:
+    """Return `values` less their median over the rest window, and that median; unchanged where it is too short."""
+    rest = values[(time >= window[0]) & (time <= window[1])]
+    rest = rest[np.isfinite(rest)]
+    if rest.size < least_samples:
+        return values, 0.0
+    offset = float(np.median(rest))
+    return values - offset, offset
+
+
+def tare_unsigned_speed(time: Array, speed: Array, window: tuple[float, float]) -> tuple[Array, float]:
+    """Return the signed speed [rad/s] with the rest value of its magnitude taken off the magnitude, and that value.
+
+    An unsigned tachometer's offset adds to |n|; the sign was put on afterwards.
+    """
+    magnitude, offset = tare(time, np.abs(speed), window)
+    return np.sign(speed) * magnitude, offset
+
+
+def glitch_mask(values: Array, *, half_width: int, peak: float, foot: float) -> Mask:
+    """Return where a glitch stands out from the median of its surroundings (Hampel), shape of `values`.
+
+    Monotonic transients, however steep, are their own median and pass.
+
+    Args:
+        values: evenly spaced samples; NaN never is a glitch.
+        half_width: of the surroundings, in samples: longer than a glitch, shorter than the signal's own pulses.
+        peak: least distance that makes a glitch, in the unit of `values`.
+        foot: a glitch extends to where its distance falls below this.
+    """
+    known = np.isfinite(values)
+    if not np.any(known):
+        return np.zeros(values.shape, dtype=bool)
+    filled = np.interp(np.arange(values.size), np.flatnonzero(known), values[known])
+    distance = np.abs(filled - median_filter(filled, 2 * half_width + 1, mode="nearest"))
+    regions, _ = label(distance > foot)
+    guilty = np.unique(regions[distance > peak])
+    return known & np.isin(regions, guilty[guilty > 0])
+
+
+def ringing_mask(time: Array, throttle_time: Array, throttle: Array, *, jump: float, span: float, hold: float) -> Mask:
+    """Return where a load cell rings: within `hold` [s] after the throttle changed by `jump` [V] within `span` [s].
+
+    A throttle that passes through zero hits the structure as hard as a jump does where the motor stops or turns, so
+    the change counts wherever it happens.
+    """
+    earlier = np.interp(throttle_time - span, throttle_time, throttle)
+    jumps = throttle_time[np.abs(throttle - earlier) >= jump]
+    if jumps.size == 0:
+        return np.zeros(time.shape, dtype=bool)
+    latest = np.searchsorted(jumps, time, side="right") - 1
+    return (latest >= 0) & (time - jumps[np.maximum(latest, 0)] < hold)
+
+
+def cell_means(
+    time: Array, values: Array, *, start: float, width: float, cells: int, least_share: float = 0.5
+) -> tuple[Array, Array]:
+    """Return (centres, means) over `cells` cells of `width` [s] from `start` [s].
+
+    A cell is NaN when more than 1 - `least_share` of the samples that its fullest neighbour has are missing.
+    """
+    index = np.floor((time - start) / width + 1e-9).astype(np.int64)
+    inside = (index >= 0) & (index < cells) & np.isfinite(values)
+    counts = np.bincount(index[inside], minlength=cells)
+    sums = np.bincount(index[inside], weights=values[inside], minlength=cells)
+    enough = counts >= max(1.0, least_share * np.max(counts, initial=0))
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = np.where(enough, sums / counts, np.nan)
+    return start + width * (np.arange(cells) + 0.5), means
+
+
+def noise_level(values: Array) -> float:
+    """Return the standard deviation of white noise in evenly spaced `values`, from third differences.
+
+    Third differences of a smooth signal vanish; of white noise they have the variance 20 sigma^2. The median makes
+    the estimate deaf to steps and spikes. NaN where fewer than ten differences are left.
+    """
+    differences = np.diff(values, 3)
+    differences = differences[np.isfinite(differences)]
+    if differences.size < 10:
+        return float("nan")
+    return float(np.median(np.abs(differences)) / 0.6744897501960817 / np.sqrt(20.0))

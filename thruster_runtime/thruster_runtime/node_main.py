@@ -1,0 +1,141 @@
+"""The main function of every node: start, spin, stop cleanly on SIGINT or SIGTERM, exit status.
+
+rclpy's own handlers end the graph at the signal, after which no node can publish its last command. Ours
+only ask the loop to end; the graph is closed after the node's `on_stop`.
+"""
+
+import signal
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from types import FrameType
+
+import rclpy
+from rcl_interfaces.msg import ParameterDescriptor
+from rclpy.context import Context
+from rclpy.exceptions import ParameterException
+from rclpy.executors import Executor
+from rclpy.impl.implementation_singleton import rclpy_implementation
+from rclpy.node import Node
+from rclpy.signals import SignalHandlerOptions
+
+from thruster_runtime.errors import StartRefused
+from thruster_runtime.executors import (
+    EXECUTOR_KINDS,
+    LONGEST_WAIT,
+    UnknownExecutor,
+    make_executor,
+    unsuitable_callbacks,
+)
+
+STOPPED, REFUSED = 0, 2
+
+_REFUSALS: tuple[type[Exception], ...] = (
+    StartRefused,
+    UnknownExecutor,
+    ParameterException,
+    rclpy_implementation.RCLInvalidROSArgsError,
+    rclpy_implementation.UnknownROSArgsError,
+)
+
+
+def run_node(
+    build: Callable[[], Node],
+    *,
+    args: Sequence[str] | None = None,
+    context: Context | None = None,
+    refusals: tuple[type[Exception], ...] = (),
+    stop: threading.Event | None = None,
+) -> int:
+    """Build a node, spin it until it is told to stop, and return the exit status of the process.
+
+    A node may have a method `on_stop()`, which is called however the spinning ends, while it can still
+    publish. An error in a callback ends the node too, and is raised after that.
+
+    Args:
+        build: Makes the node, usually its class.
+        args: Command line with --ros-args; None is that of the process.
+        context: None is the default one.
+        refusals: Errors of `build` that are bad input rather than bugs: said as a sentence, no traceback.
+        stop: Ends the spinning when set; SIGINT and SIGTERM set it.
+
+    Returns:
+        0 after a clean stop, 2 when the node refused to start.
+    """
+    stop = threading.Event() if stop is None else stop
+    context = rclpy.get_default_context() if context is None else context
+    with _signals_set(stop):
+        try:
+            rclpy.init(
+                args=None if args is None else list(args),
+                context=context,
+                signal_handler_options=SignalHandlerOptions.NO,
+            )
+            return _run_in(context, build, stop)
+        except (*_REFUSALS, *refusals) as error:
+            sys.stderr.write(f"{error}\n")
+            return REFUSED
+        finally:
+            rclpy.try_shutdown(context=context)
+
+
+def _run_in(context: Context, build: Callable[[], Node], stop: threading.Event) -> int:
+    node = build()
+    try:
+        executor = make_executor(_executor_kind(node), context=context)
+        try:
+            executor.add_node(node)
+            _spin(executor, context, stop)
+        finally:
+            try:
+                on_stop = getattr(node, "on_stop", None)
+                if on_stop is not None:
+                    on_stop()
+            finally:
+                # First out of the executor, then destroyed: the other way round may crash it.
+                executor.remove_node(node)
+                executor.shutdown()
+    finally:
+        node.destroy_node()
+    return STOPPED
+
+
+def _executor_kind(node: Node) -> str:
+    description = f"how callbacks are run: one of {', '.join(EXECUTOR_KINDS)}"
+    descriptor = ParameterDescriptor(description=description, read_only=True)
+    kind = str(node.declare_parameter("executor", "events", descriptor).value)
+    trouble = unsuitable_callbacks(node) if kind == "events" else []
+    if trouble:
+        raise StartRefused(
+            f"{node.get_fully_qualified_name()}: the executor 'events' cannot run every callback "
+            f"({'; '.join(trouble)}); start it with --ros-args -p executor:=single"
+        )
+    return kind
+
+
+def _spin(executor: Executor, context: Context, stop: threading.Event) -> None:
+    # Runs as long as the node lives; each wait in it is bounded.
+    while context.ok() and not stop.is_set():
+        executor.spin_once(timeout_sec=LONGEST_WAIT)
+
+
+@contextmanager
+def _signals_set(stop: threading.Event) -> Iterator[None]:
+    """Let SIGINT and SIGTERM set `stop`; a second one has its usual effect, for a node that hangs."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may handle signals
+        return
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+
+    def ask_to_stop(number: int, _frame: FrameType | None) -> None:
+        stop.set()
+        signal.signal(number, before[signal.Signals(number)])
+
+    for number in before:
+        signal.signal(number, ask_to_stop)
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
