@@ -1,7 +1,6 @@
 """The compiled plant of one thruster in a flow tank: (4.3) to (4.5) with the ramp limit, integrated by RK4.
 
-The throttle is held between commands (zero-order hold) and moves at most at u_dot_max; within a step the acting
-throttle is a straight line, which RK4 samples at its ends and middle.
+The throttle is held between commands (zero-order hold); the acting throttle moves towards the command at u_dot_max.
 """
 
 from typing import NamedTuple
@@ -41,8 +40,21 @@ class Trajectory(NamedTuple):
 
 @equation
 def plant_step(state, u_commanded, dt, p):  # type: ignore[no-untyped-def]
-    """Return the state after one RK4 step of `dt` [s] under the commanded throttle [V], held over the step."""
-    u_end = ramp_limited(state.u, u_commanded, p.u_dot_max, dt)
+    """Return the state after `dt` [s] under the commanded throttle [V], held over the step.
+
+    Where the throttle reaches the command within the step, the step is split there: smeared over the whole step, a
+    change of the command would come half a step late.
+    """
+    ramp = np.abs(u_commanded - state.u) / p.u_dot_max
+    if 0.0 < ramp < dt:
+        state = _rk4(state, u_commanded, ramp, p)
+        return _rk4(state, u_commanded, dt - ramp, p)
+    return _rk4(state, ramp_limited(state.u, u_commanded, p.u_dot_max, dt), dt, p)
+
+
+@equation
+def _rk4(state, u_end, dt, p):  # type: ignore[no-untyped-def]
+    """Return the state after one RK4 step of `dt` [s], the acting throttle going straight to `u_end` [V]."""
     u_middle = 0.5 * (state.u + u_end)
     n, v, ambient = state.n, state.v, state.ambient
     n1, v1, a1 = derivative(n, v, ambient, state.u, p)
