@@ -1,0 +1,38 @@
+"""Runs: record, read and import them (MCAP in rosbag2 directories)."""
+
+from .errors import (
+    EmptyRunError,
+    InvalidRunError,
+    MissingChannelError,
+    MissingTopicError,
+    NotARunError,
+    RecordingError,
+    RunError,
+    RunExistsError,
+    SchemaError,
+    StampOrderError,
+    TooLargeError,
+)
+from .reader import read_run
+from .run import Channel, Run
+from .topic import Topic
+from .writer import write_run
+
+__all__ = [
+    "Channel",
+    "EmptyRunError",
+    "InvalidRunError",
+    "MissingChannelError",
+    "MissingTopicError",
+    "NotARunError",
+    "RecordingError",
+    "Run",
+    "RunError",
+    "RunExistsError",
+    "SchemaError",
+    "StampOrderError",
+    "TooLargeError",
+    "Topic",
+    "read_run",
+    "write_run",
+]

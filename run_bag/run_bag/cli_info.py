@@ -1,0 +1,88 @@
+"""`ros2 run run_bag info PATH...`: what is in a run."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from .command_line import user_arguments
+from .errors import RunError
+from .reader import Recording, read_recording, read_run
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    p = argparse.ArgumentParser(
+        prog="info", description="Print topics, channels, decisions and warnings of runs."
+    )
+    p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="rosbag2 directories or .mcap files")
+    return p
+
+
+def describe(path: Path) -> str:
+    """Return the description of one run, over several lines.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    recording = read_recording(path, set())
+    run = read_run(path)
+    lines = [f"{path}: {run.duration:.6g} s, {_total(recording)} messages, {len(run.channels)} channels"]
+    for topic, (kind, count) in sorted(_topics(recording).items()):
+        lines.append(f"  {topic}  {kind}  {count}")
+        for c in run.channels.values():
+            if c.name.startswith(topic.strip("/") + "."):
+                where = f"  in {c.frame}" if c.frame else ""
+                lines.append(f"    {c.name}  [{c.unit or 'unit unknown'}]{where}")
+    lines += _metadata(dict(run.metadata))
+    lines += [f"  warning: {w}" for w in run.warnings]
+    return "\n".join(lines)
+
+
+def _total(recording: Recording) -> int:
+    return sum(s.message_count for s in recording.scans)
+
+
+def _topics(recording: Recording) -> dict[str, tuple[str, int]]:
+    found: dict[str, tuple[str, int]] = {}
+    for scan in recording.scans:
+        for raw in scan.topics.values():
+            kind = raw.schema.name if raw.schema else "no schema"
+            found[raw.topic] = (kind, found.get(raw.topic, (kind, 0))[1] + raw.count)
+    return found
+
+
+def _metadata(metadata: dict[str, Any]) -> list[str]:
+    imported = metadata.pop("import", None)
+    lines = [f"  {key}: {json.dumps(value, ensure_ascii=False)}" for key, value in metadata.items()]
+    if not isinstance(imported, dict):
+        return lines
+    for source in imported.get("sources", []):
+        lines.append(
+            f"  from {source.get('file')} ({source.get('bytes')} bytes, sha256 {source.get('sha256')})"
+        )
+    for d in imported.get("decisions", []):
+        spread = "" if d.get("standard_deviation") is None else f" +- {d['standard_deviation']}"
+        unit = f" {d['unit']}" if d.get("unit") not in (None, "", "1") else ""
+        lines.append(f"  {d.get('what')}: {json.dumps(d.get('value'))}{spread}{unit} ({d.get('how')})")
+    return lines
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Print; return 0, or 1 if one of the runs could not be read."""
+    status = 0
+    for path in parser().parse_args(user_arguments(argv)).paths:
+        try:
+            print(describe(path))
+        except RunError as error:
+            print(error, file=sys.stderr)
+            status = 1
+    return status
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1 @@
+"""Bring recordings of other origin in as runs."""

@@ -1,0 +1,256 @@
+"""Read a run: a rosbag2 directory (of one or several MCAP files) or a single MCAP file, whole or cut off."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from numpy.typing import NDArray
+
+from .decode import Columns, decode
+from .definitions import full_name, parse_schema
+from .errors import EmptyRunError, MissingTopicError, NotARunError, RunError, SchemaError, StampOrderError
+from .mcap_scan import RawTopic, Scan, scan
+from .rosbag2 import BAG_RECORD, RUN_RECORD
+from .run import Channel, Run
+from .units import unit_of
+
+MAX_METADATA_BYTES = 16 << 20
+SECOND = 1e9
+
+
+@dataclass(frozen=True)
+class Recording:
+    """The raw content of a run: files scanned, messages not decoded. What a recovery starts from.
+
+    Attributes:
+        path: as given.
+        name: name of the run.
+        scans: one per file, in order.
+        metadata: the recorded `run` object; other MCAP metadata under "mcap".
+        warnings: damage and loss, one sentence each.
+    """
+
+    path: Path
+    name: str
+    scans: tuple[Scan, ...]
+    metadata: Mapping[str, Any]
+    warnings: tuple[str, ...]
+
+
+def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
+    """Read a run into arrays.
+
+    Messages are decoded by the definitions inside the file. A channel's stamps are the header stamps where
+    the type has a header (log times if none of them was ever filled in), else the log times. Channels in
+    which nothing was measured (all NaN) are left out; so are strings.
+
+    Args:
+        path: rosbag2 directory or .mcap file.
+        topics: with or without leading slash; None: all. Asked for explicitly, a topic must be decodable;
+            otherwise one that is not decodable is left out with a warning.
+
+    Returns:
+        The run; what was lost or left out is in `warnings`.
+
+    Raises:
+        NotARunError: nothing there, no MCAP file, or not MCAP.
+        MissingTopicError: a requested topic is not there.
+        SchemaError: a requested topic cannot be decoded.
+        StampOrderError: header stamps run backwards within a topic.
+        EmptyRunError: no message, or no measured value.
+        TooLargeError: a size in the file exceeds the caps.
+    """
+    wanted = None if topics is None else {t.strip("/") for t in topics}
+    recording = read_recording(path, wanted)
+    warnings = list(recording.warnings)
+    by_topic: dict[str, list[RawTopic]] = {}
+    for one in recording.scans:
+        for raw in one.topics.values():
+            by_topic.setdefault(raw.topic.strip("/"), []).append(raw)
+    if not any(s.message_count for s in recording.scans):
+        text = "; ".join([f"{recording.path}: the run has no message", *warnings])
+        raise EmptyRunError(text, path=recording.path, found=0)
+    missing = sorted((wanted or set()) - set(by_topic))
+    if missing:
+        listed = ", ".join(sorted(by_topic)) or "no topic at all"
+        text = f"{recording.path}: no topic {', '.join(missing)}; it has: {listed}"
+        raise MissingTopicError(
+            text, path=recording.path, topic=missing[0], expected=missing, found=sorted(by_topic)
+        )
+    channels: dict[str, Channel] = {}
+    for topic, parts in by_topic.items():
+        if (wanted is not None and topic not in wanted) or not any(p.payloads for p in parts):
+            continue
+        try:
+            channels.update(_channels(recording.path, topic, parts, warnings))
+        except SchemaError as error:
+            if wanted is not None:
+                raise
+            warnings.append(f"{error}; the topic was left out")
+    if not channels:
+        text = "; ".join([f"{recording.path}: no channel with a measured value", *warnings])
+        raise EmptyRunError(text, path=recording.path, found=0)
+    return Run(name=recording.name, channels=channels, metadata=recording.metadata, warnings=tuple(warnings))
+
+
+def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recording:
+    """Scan the files of a run without decoding; `wanted` names topics without leading slash, None: all.
+
+    Raises:
+        NotARunError, TooLargeError: as read_run.
+    """
+    path = Path(path)
+    files, description = _files(path)
+    scans = tuple(scan(f, lambda topic: wanted is None or topic.strip("/") in wanted) for f in files)
+    metadata: dict[str, Any] = {}
+    warnings = [f"{s.path.name}: {problem}" for s in scans for problem in s.problems]
+    for one in scans:
+        for name, content in one.metadata.items():
+            if name == RUN_RECORD and "json" in content:
+                try:
+                    loaded = json.loads(content["json"])
+                    metadata.update(loaded if isinstance(loaded, dict) else {RUN_RECORD: loaded})
+                except ValueError as error:
+                    warnings.append(f"{one.path.name}: the run's metadata is no JSON: {error}")
+            elif name != BAG_RECORD:
+                metadata.setdefault("mcap", {})[name] = content
+    warnings += _losses(description, scans)
+    return Recording(
+        path, path.stem if path.is_file() else path.resolve().name, scans, metadata, tuple(warnings)
+    )
+
+
+def _files(path: Path) -> tuple[list[Path], dict[str, Any]]:
+    """Return the MCAP files of a run in order, and what metadata.yaml says ({} without one)."""
+    if path.is_file():
+        return [path], {}
+    if not path.is_dir():
+        raise NotARunError(f"{path}: no such file or directory", path=path)
+    description = _description(path / "metadata.yaml")
+    storage = description.get("storage_identifier", "mcap")
+    if storage != "mcap":
+        text = f"{path}: expected storage mcap, found {storage}; `ros2 bag convert` makes one of the other"
+        raise NotARunError(text, path=path, expected="mcap", found=storage)
+    found = sorted(
+        path.glob("*.mcap"), key=lambda p: [int(x) if x.isdigit() else x for x in re.split(r"(\d+)", p.name)]
+    )
+    listed = [path / Path(str(name)).name for name in description.get("relative_file_paths") or []]
+    files = [f for f in listed if f.is_file()]
+    files += [f for f in found if f not in files]
+    if not files:
+        here = ", ".join(sorted(p.name for p in path.iterdir())[:10]) or "nothing"
+        raise NotARunError(f"{path}: expected an .mcap file in it, found {here}", path=path, found=here)
+    return files, {**description, "absent": [f.name for f in listed if f not in files]}
+
+
+def _description(file: Path) -> dict[str, Any]:
+    if not file.is_file() or file.stat().st_size > MAX_METADATA_BYTES:
+        return {}
+    try:
+        loaded = yaml.safe_load(file.read_text(encoding="utf-8"))
+        content = loaded["rosbag2_bagfile_information"]
+        return content if isinstance(content, dict) else {}
+    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError):
+        return {}
+
+
+def _losses(description: Mapping[str, Any], scans: tuple[Scan, ...]) -> list[str]:
+    """Compare what was found with what metadata.yaml promises."""
+    sentences = [
+        f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])
+    ]
+    promised = description.get("message_count")
+    found = sum(s.message_count for s in scans)
+    if isinstance(promised, int) and promised > found:
+        lost = f"{promised - found} of {promised} messages that metadata.yaml counts are lost"
+        try:
+            start = int(description["starting_time"]["nanoseconds_since_epoch"])
+            end = start + int(description["duration"]["nanoseconds"])
+            last = max((s.last_log_time for s in scans if s.last_log_time is not None), default=start)
+            lost += f", the last {max(0, end - last) / SECOND:.3f} s"
+        except (KeyError, TypeError, ValueError):
+            pass
+        sentences.append(lost)
+    return sentences
+
+
+def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]) -> dict[str, Channel]:
+    """Decode one topic; its channel in each file may carry another schema, but of one type."""
+    result: dict[str, Channel] = {}
+    types = sorted({full_name(p.schema.name) if p.schema else "" for p in parts if p.payloads})
+    if len(types) != 1 or not types[0]:
+        found = ", ".join(types) or "none"
+        text = f"{path}: topic {topic}: expected one message type with a schema, found {found}"
+        raise SchemaError(text, path=path, topic=topic, found=types)
+    log_times: list[int] = []
+    payloads: list[bytes] = []
+    fields = None
+    for part in parts:
+        if not part.payloads or part.schema is None:
+            continue
+        if part.encoding != "cdr":
+            text = f"{path}: topic {topic}: expected encoding cdr, found {part.encoding!r}"
+            raise SchemaError(text, path=path, topic=topic, expected="cdr", found=part.encoding)
+        try:
+            parsed = parse_schema(part.schema.name, part.schema.encoding, part.schema.data)
+        except SchemaError as error:
+            raise SchemaError(f"{path}: topic {topic}: {error}", path=path, topic=topic) from error
+        if fields is not None and parsed != fields:
+            text = f"{path}: topic {topic}: two different definitions of {types[0]} in one run"
+            raise SchemaError(text, path=path, topic=topic, found=types[0])
+        fields = parsed
+        log_times += part.log_times
+        payloads += part.payloads
+    assert fields is not None
+    logged = np.array(log_times, dtype=np.uint64).astype(np.int64)
+    if np.any(logged[1:] < logged[:-1]):
+        order = np.argsort(logged, kind="stable")
+        logged, payloads = logged[order], [payloads[i] for i in order]
+    try:
+        columns = decode(fields, types[0], payloads)
+    except RunError as error:
+        text = f"{path}: topic {topic} ({types[0]}): {error}"
+        raise type(error)(
+            text, path=path, topic=topic, position=error.position, expected=error.expected, found=error.found
+        ) from error
+    stamps = _stamps(path, topic, columns, logged, warnings)
+    if len(columns.frames) > 1:
+        warnings.append(
+            f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept"
+        )
+    frame = next(iter(columns.frames)) if len(columns.frames) == 1 else ""
+    if columns.left_out:
+        warnings.append(
+            f"topic {topic}: too long for channels, left out: {', '.join(sorted(columns.left_out))}"
+        )
+    for field_path, values in columns.values.items():
+        if not np.isnan(values).all():
+            name = f"{topic}.{field_path}"
+            unit = unit_of(types[0], field_path)
+            result[name] = Channel(name=name, stamps=stamps, values=values, unit=unit, frame=frame)
+    return result
+
+
+def _stamps(
+    path: Path, topic: str, columns: Columns, logged: NDArray[np.int64], warnings: list[str]
+) -> NDArray[np.int64]:
+    stamps = columns.header_stamps
+    if stamps is None:
+        return logged
+    if not stamps.any() and logged.any():
+        warnings.append(f"topic {topic}: the header stamps were never filled in; log times are used")
+        return logged
+    falls = np.flatnonzero(stamps[1:] < stamps[:-1])
+    if falls.size:
+        i = int(falls[0]) + 1
+        earlier, later = int(stamps[i - 1]), int(stamps[i])
+        text = f"{path}: topic {topic}: stamps run backwards at message {i}: {earlier} ns, then {later} ns"
+        raise StampOrderError(text, path=path, topic=topic, position=i, expected=earlier, found=later)
+    return stamps

@@ -1,0 +1,44 @@
+"""Build self-contained HTML reports from plain data: text, tables, plots. No maths, no models."""
+
+from .document import Report
+from .errors import BrowserMissing, ReportError, ReportExists
+from .plots import (
+    FREQUENCY,
+    TIME,
+    Axis,
+    Bars,
+    Panel,
+    Plot,
+    Residual,
+    Series,
+    Span,
+    bars,
+    curves,
+    heat_map,
+    residuals,
+    time_series,
+)
+from .table import Cell, Column
+
+__all__ = [
+    "FREQUENCY",
+    "TIME",
+    "Axis",
+    "Bars",
+    "BrowserMissing",
+    "Cell",
+    "Column",
+    "Panel",
+    "Plot",
+    "Report",
+    "ReportError",
+    "ReportExists",
+    "Residual",
+    "Series",
+    "Span",
+    "bars",
+    "curves",
+    "heat_map",
+    "residuals",
+    "time_series",
+]

@@ -1,0 +1,128 @@
+"""What stock rosbag2 (Jazzy, metadata version 9) expects around the messages. Shared by every writer."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+from mcap.writer import Writer
+
+from .definitions import definitions
+
+LIBRARY = "run_bag"
+RUN_RECORD = "run"
+BAG_RECORD = "rosbag2"
+INFINITE = {"sec": 9223372036, "nsec": 854775807}
+DEFAULT_QOS: dict[str, Any] = {
+    "history": "keep_last",
+    "depth": 10,
+    "reliability": "reliable",
+    "durability": "volatile",
+    "deadline": INFINITE,
+    "lifespan": INFINITE,
+    "liveliness": "automatic",
+    "liveliness_lease_duration": INFINITE,
+    "avoid_ros_namespace_conventions": False,
+}
+
+
+class _Dumper(yaml.SafeDumper):
+    """rosbag2's YAML reader is happier without anchors."""
+
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def dump(data: object) -> str:
+    """Return YAML without anchors, keys in the given order."""
+    return yaml.dump(data, Dumper=_Dumper, sort_keys=False, allow_unicode=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TopicRecord:
+    """A topic as rosbag2 describes it; `qos` holds one profile per publisher."""
+
+    name: str
+    type: str
+    qos: tuple[Mapping[str, Any], ...] = (DEFAULT_QOS,)
+
+    def metadata(self) -> dict[str, Any]:
+        """Return the `topic_metadata` entry of metadata.yaml."""
+        return {
+            "name": self.name,
+            "type": self.type,
+            "serialization_format": "cdr",
+            "offered_qos_profiles": [dict(q) for q in self.qos],
+            "type_description_hash": definitions().type_hash(self.type),
+        }
+
+
+class TopicRegistry:
+    """Registers schemas and channels with an MCAP writer, each once."""
+
+    def __init__(self, writer: Writer) -> None:
+        self._writer = writer
+        self._schemas: dict[str, int] = {}
+
+    def add(self, topic: TopicRecord) -> int:
+        """Register a topic and return the id of its channel."""
+        if topic.type not in self._schemas:
+            text = definitions().text(topic.type).encode()
+            self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", text)
+        extra = {
+            "offered_qos_profiles": dump([dict(q) for q in topic.qos]).strip(),
+            "topic_type_hash": definitions().type_hash(topic.type),
+        }
+        return self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], extra)
+
+
+def bag_metadata(
+    file_name: str, start_ns: int, end_ns: int, counts: Iterable[tuple[TopicRecord, int]]
+) -> dict[str, Any]:
+    """Return the description of a bag of one file, as under `rosbag2_bagfile_information`."""
+    listed = list(counts)
+    topics = [{"topic_metadata": t.metadata(), "message_count": n} for t, n in listed]
+    total = sum(n for _, n in listed)
+    duration = {"nanoseconds": max(0, end_ns - start_ns)}
+    start = {"nanoseconds_since_epoch": start_ns}
+    file = {"path": file_name, "starting_time": start, "duration": duration, "message_count": total}
+    return {
+        "version": 9,
+        "storage_identifier": "mcap",
+        "duration": duration,
+        "starting_time": start,
+        "message_count": total,
+        "topics_with_message_count": topics,
+        "compression_format": "",
+        "compression_mode": "",
+        "relative_file_paths": [file_name],
+        "files": [file],
+        "custom_data": None,
+        "ros_distro": "jazzy",
+    }
+
+
+def write_run_record(writer: Writer, metadata: Mapping[str, Any]) -> None:
+    """Store what was run (or reconstructed) as MCAP metadata; write it first, so that it survives a cut."""
+    text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
+    writer.add_metadata(RUN_RECORD, {"json": text})
+
+
+def write_bag_record(writer: Writer, bag: Mapping[str, Any]) -> None:
+    """Store the description of the bag as MCAP metadata, as rosbag2 does on closing."""
+    writer.add_metadata(BAG_RECORD, {"serialized_metadata": dump(dict(bag))})
+
+
+def write_metadata_yaml(directory: Path, bag: Mapping[str, Any]) -> None:
+    """Write metadata.yaml, complete or not at all; it is the sign that the bag is finished."""
+    temporary = directory / "metadata.yaml.part"
+    with temporary.open("w", encoding="utf-8") as file:
+        file.write(dump({"rosbag2_bagfile_information": dict(bag)}))
+        file.flush()
+        os.fsync(file.fileno())
+    temporary.replace(directory / "metadata.yaml")
