@@ -32,9 +32,7 @@ def test_no_file_names_a_path_of_one_machine() -> None:
     found = [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()[:120]}"
         for path in text_files()
-        for number, line in enumerate(
-            path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1
-        )
+        for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), start=1)
         if one_machine.search(line)
     ]
     assert not found, "\n".join(found)
@@ -46,6 +44,4 @@ def test_every_shell_script_is_valid_bash_and_those_that_are_run_are_executable(
     for script in scripts:
         subprocess.run(["bash", "-n", str(script)], check=True, timeout=60.0)
         run_directly = script.read_text(encoding="utf-8").startswith("#!")
-        assert bool(script.stat().st_mode & 0o111) == run_directly, (
-            f"{script.name}: mode and first line disagree"
-        )
+        assert bool(script.stat().st_mode & 0o111) == run_directly, f"{script.name}: mode and first line disagree"

@@ -39,9 +39,7 @@ def entry_points(package: Path) -> list[tuple[str, str, str]]:
     declared = setup_arguments(package).get("entry_points")
     if declared is None:
         return []
-    lines = [
-        node.value for node in ast.walk(declared) if isinstance(node, ast.Constant) and "=" in str(node.value)
-    ]
+    lines = [node.value for node in ast.walk(declared) if isinstance(node, ast.Constant) and "=" in str(node.value)]
     found = [re.fullmatch(r"\s*(\S+)\s*=\s*([\w.]+):(\w+)\s*", line) for line in lines]
     assert all(found), f"{package.name}/setup.py: expected 'name = module:function', got {lines}"
     return [(match[1], match[2], match[3]) for match in found if match]

@@ -115,9 +115,7 @@ def test_a_second_setup_waits_for_the_first(clone: Path, tools: Path) -> None:
         fcntl.flock(lock, fcntl.LOCK_EX)
         environment = {"PATH": str(tools), "HOME": str(clone)}
         command = ["bash", "scripts/setup.sh"]
-        with subprocess.Popen(
-            command, env=environment, cwd=clone, stdout=subprocess.PIPE, text=True
-        ) as process:
+        with subprocess.Popen(command, env=environment, cwd=clone, stdout=subprocess.PIPE, text=True) as process:
             assert process.stdout is not None
             assert "another setup is at work here" in process.stdout.readline()
             assert process.poll() is None
@@ -167,10 +165,7 @@ def test_env_brings_the_packages_into_a_strict_shell_in_any_folder(tmp_path: Pat
 
 def test_env_keeps_the_users_discovery_range() -> None:
     code = '. scripts/env.sh; echo "$ROS_AUTOMATIC_DISCOVERY_RANGE"'
-    assert (
-        run(["bash", "-c", code], {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}).stdout
-        == "SUBNET\n"
-    )
+    assert run(["bash", "-c", code], {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}).stdout == "SUBNET\n"
 
 
 def test_env_without_setup_says_what_to_run(clone: Path) -> None:
@@ -241,9 +236,7 @@ def test_the_stand_in_lists_packages(prefix: Path) -> None:
         ([], 2, "usage: ros2 run"),
     ],
 )
-def test_the_stand_in_says_what_it_lacks(
-    prefix: Path, arguments: list[str], status: int, sentence: str
-) -> None:
+def test_the_stand_in_says_what_it_lacks(prefix: Path, arguments: list[str], status: int, sentence: str) -> None:
     done = ros2(prefix, *arguments)
     assert done.returncode == status
     assert sentence in done.stderr

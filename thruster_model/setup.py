@@ -17,6 +17,8 @@ setup(
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
-    entry_points={"console_scripts": ["fit = thruster_model.cli_fit:main"]},
+    entry_points={
+        "console_scripts": ["fit = thruster_model.cli_fit:main", "fit_table = thruster_model.cli_fit_table:main"]
+    },
     zip_safe=True,
 )

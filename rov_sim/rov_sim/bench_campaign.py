@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from thruster_model.flow_tank import simulate
-from thruster_model.parameter_set import ParameterSet
 
 from rov_sim.bench_sensors import LoadCell, Tachometer, Velocimeter
 from rov_sim.throttle_programmes import multisine, ramp_and_hold, staircase, with_rest
+from thruster_model.flow_tank import simulate
+from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["BenchRun", "Recorded", "altered", "run_campaign"]
 
-Array = NDArray[np.float64]
+Array = NDArray[np.floating]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +36,7 @@ class BenchRun:
 
 
 def altered(parameter_set: ParameterSet, spread: float, rng: np.random.Generator) -> ParameterSet:
-    """Return the set with every parameter but the ramp limit scaled by a log-normal factor of relative width `spread`."""
+    """Return the set with each parameter but the ramp limit times a log-normal factor of relative width `spread`."""
     factors = {name: float(np.exp(spread * rng.standard_normal())) for name in parameter_set.values}
     factors["u_dot_max"] = 1.0
     values = {name: value * factors[name] for name, value in parameter_set.values.items()}

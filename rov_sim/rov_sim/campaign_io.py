@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from run_bag import Topic, write_run
 
 from rov_sim.bench_campaign import BenchRun, Recorded
+from run_bag import Topic, write_run
 
 __all__ = ["write_bench_run"]
 

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from run_bag import RunError
-from thruster_model.errors import ThrusterModelError
-from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
 from rov_sim.bench_campaign import altered, run_campaign
 from rov_sim.campaign_io import write_bench_run
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -22,11 +23,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sets = ", ".join(available_sets())
     parser.add_argument("--parameters", default="hq", help=f"parameter set to alter: {sets} or a YAML file")
     parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
-    given = parser.parse_args(arguments)
-    if given.out.exists() and any(given.out.iterdir()):
-        print(f"{given.out}: expected a new or empty folder; found files in it", file=sys.stderr)
-        return 1
+    given = parser.parse_args(user_arguments(arguments))
     try:
+        if given.out.exists() and any(given.out.iterdir()):
+            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
         rng = np.random.default_rng(given.seed)
         truth = altered(load_parameter_set(given.parameters), given.spread, rng)
         given.out.mkdir(parents=True, exist_ok=True)

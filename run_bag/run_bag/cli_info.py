@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,11 +16,37 @@ from .reader import Recording, read_recording, read_run
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(
-        prog="info", description="Print topics, channels, decisions and warnings of runs."
+    p = argparse.ArgumentParser(prog="info", description="Print topics, channels, decisions and warnings of runs.")
+    p.add_argument(
+        "paths", nargs="+", type=Path, metavar="PATH", help="rosbag2 directories, .mcap files, or folders of runs"
     )
-    p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="rosbag2 directories or .mcap files")
+    where = "only runs whose metadata says so, for example experiment='open loop' or experiment!='in air'"
+    p.add_argument("--where", action="append", default=[], metavar="KEY=VALUE", help=where)
+    p.add_argument("--list", action="store_true", help="print the paths alone, one a line")
     return p
+
+
+def runs_in(path: Path) -> list[Path]:
+    """Return the runs in a folder of runs, or the path itself where it is none."""
+    if not path.is_dir() or any(path.glob("*.mcap")):
+        return [path]
+    return sorted(d for d in path.iterdir() if d.is_dir() and any(d.glob("*.mcap"))) or [path]
+
+
+def matches(metadata: Mapping[str, Any], condition: str) -> bool:
+    """Tell whether metadata fulfil KEY=VALUE or KEY!=VALUE; keys of nested records are joined by dots.
+
+    Raises:
+        RunError: the condition has another form.
+    """
+    key, sign, wanted = condition.partition("=")
+    if not sign or not key.strip("!"):
+        raise RunError(f"--where {condition}: expected KEY=VALUE or KEY!=VALUE")
+    found: Any = metadata
+    for part in key.removesuffix("!").split("."):
+        found = found.get(part) if isinstance(found, Mapping) else None
+    text = found if isinstance(found, str) else json.dumps(found)
+    return (text == wanted) != key.endswith("!")
 
 
 def describe(path: Path) -> str:
@@ -62,9 +88,7 @@ def _metadata(metadata: dict[str, Any]) -> list[str]:
     if not isinstance(imported, dict):
         return lines
     for source in imported.get("sources", []):
-        lines.append(
-            f"  from {source.get('file')} ({source.get('bytes')} bytes, sha256 {source.get('sha256')})"
-        )
+        lines.append(f"  from {source.get('file')} ({source.get('bytes')} bytes, sha256 {source.get('sha256')})")
     for d in imported.get("decisions", []):
         spread = "" if d.get("standard_deviation") is None else f" +- {d['standard_deviation']}"
         unit = f" {d['unit']}" if d.get("unit") not in (None, "", "1") else ""
@@ -74,10 +98,13 @@ def _metadata(metadata: dict[str, Any]) -> list[str]:
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Print; return 0, or 1 if one of the runs could not be read."""
+    options = parser().parse_args(user_arguments(argv))
     status = 0
-    for path in parser().parse_args(user_arguments(argv)).paths:
+    for path in [run for given in options.paths for run in runs_in(given)]:
         try:
-            print(describe(path))
+            recording = read_recording(path, set())
+            if all(matches(recording.metadata, condition) for condition in options.where):
+                print(path if options.list else describe(path))
         except RunError as error:
             print(error, file=sys.stderr)
             status = 1

@@ -70,9 +70,7 @@ def _decode_block(
             shape = payload_layout(fields_of, name, sample)
         except (SchemaError, TooLargeError) as error:
             text = f"message {rows[0]}: {error}"
-            raise type(error)(
-                text, position=int(rows[0]), expected=error.expected, found=error.found
-            ) from error
+            raise type(error)(text, position=int(rows[0]), expected=error.expected, found=error.found) from error
         same = _same_layout(block, shape) if groups < _MASKED_GROUPS else np.arange(len(rows)) == 0
         groups += 1
         if same.all():
@@ -92,9 +90,7 @@ def _same_layout(block: NDArray[np.uint8], shape: Layout) -> NDArray[np.bool_]:
     return same
 
 
-def _store(
-    shape: Layout, block: NDArray[np.uint8], rows: NDArray[np.int64], total: int, result: Columns
-) -> None:
+def _store(shape: Layout, block: NDArray[np.uint8], rows: NDArray[np.int64], total: int, result: Columns) -> None:
     records = np.ascontiguousarray(block).view(shape.dtype(block.shape[1]))[:, 0]
     whole = len(rows) == total
     names = {f.path for f in shape.fields}
@@ -111,9 +107,7 @@ def _store(
             result.left_out.add(f.path)
             continue
         column = records[f.path].astype(np.float64)
-        parts = (
-            {f.path: column} if f.count is None else {f"{f.path}[{i}]": column[:, i] for i in range(f.count)}
-        )
+        parts = {f.path: column} if f.count is None else {f"{f.path}[{i}]": column[:, i] for i in range(f.count)}
         for path, values in parts.items():
             if whole:
                 result.values[path] = values

@@ -148,9 +148,7 @@ def parse_schema(name: str, encoding: str, data: bytes) -> FieldsOf:
     missing = {r for own in fields.values() for r in references(own)} - set(fields)
     if name not in fields or missing:
         lacking = ", ".join(sorted(missing)) or name
-        raise SchemaError(
-            f"schema {name!r}: its definition lacks {lacking}", expected=name, found=sorted(fields)
-        )
+        raise SchemaError(f"schema {name!r}: its definition lacks {lacking}", expected=name, found=sorted(fields))
     return fields
 
 

@@ -68,13 +68,9 @@ class Layout:
     def dtype(self, itemsize: int | None = None) -> np.dtype[np.void]:
         """Return the structured dtype of one message; field names are paths. Empty arrays are left out."""
         fields = [f for f in self.fields if f.count != 0]
-        formats = [
-            self.order + f.code if f.count is None else (self.order + f.code, (f.count,)) for f in fields
-        ]
+        formats = [self.order + f.code if f.count is None else (self.order + f.code, (f.count,)) for f in fields]
         names, offsets = [f.path for f in fields], [f.offset for f in fields]
-        return np.dtype(
-            {"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize or self.size}
-        )
+        return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize or self.size})
 
     def text(self, path: str) -> str:
         """Return the string at a path, "" if the type has none there."""
@@ -123,18 +119,14 @@ class _Walk:
     def struct(self, name: str, path: str, depth: int) -> None:
         if depth > MAX_DEPTH or name not in self.fields_of:
             raise SchemaError(f"field {path!r}: type {name!r} is unknown or nested too deeply", found=name)
-        fields = self.fields_of[name] or [
-            ("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))
-        ]
+        fields = self.fields_of[name] or [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
         for field, description in fields:
             self.field(description, f"{path}.{field}" if path else field, depth)
 
     def field(self, description: FieldDesc, path: str, depth: int) -> None:
         self.items += 1
         if self.items > MAX_ITEMS:
-            raise TooLargeError(
-                f"field {path!r}: more than {MAX_ITEMS} items in one message", expected=MAX_ITEMS
-            )
+            raise TooLargeError(f"field {path!r}: more than {MAX_ITEMS} items in one message", expected=MAX_ITEMS)
         if description[0] == Nodetype.NAME:
             self.struct(str(description[1]), path, depth + 1)
         elif description[0] == Nodetype.BASE:
@@ -201,9 +193,7 @@ def payload_layout(fields_of: FieldsOf, name: str, payload: bytes) -> Layout:
     """
     if len(payload) < HEADER_BYTES or payload[0] != 0 or payload[1] not in (0, 1):
         found = payload[:2].hex(" ") or "nothing"
-        raise SchemaError(
-            f"expected the encapsulation of plain CDR (00 00 or 00 01), found {found}", found=found
-        )
+        raise SchemaError(f"expected the encapsulation of plain CDR (00 00 or 00 01), found {found}", found=found)
     order = "<" if payload[1] else ">"
     result = layout(fields_of, name, PayloadSource(payload, order), order)
     if not result.size <= len(payload) < result.size + 4:

@@ -126,14 +126,10 @@ class _Scanner:
             self.result.end = len(MAGIC)
             self.records(self.data, len(MAGIC), top=True)
             if not self.result.complete:
-                self.result.problems.append(
-                    f"no end mark: cut off at byte {self.result.size}, behind a whole record"
-                )
+                self.result.problems.append(f"no end mark: cut off at byte {self.result.size}, behind a whole record")
         except _Cut as cut:
             lost = self.result.size - self.result.end
-            self.result.problems.append(
-                f"{cut}; the last {lost} of {self.result.size} bytes could not be read"
-            )
+            self.result.problems.append(f"{cut}; the last {lost} of {self.result.size} bytes could not be read")
         return self.result
 
     def records(self, data: mmap.mmap | bytes, position: int, *, top: bool) -> None:
@@ -188,9 +184,7 @@ class _Scanner:
             raise _Cut(f"damaged: a record of kind 0 at byte {position}")
         cap = MAX_CHUNK_BYTES if opcode == CHUNK else MAX_RECORD_BYTES
         if length > cap and opcode <= LAST_OPCODE and length <= self.result.size:
-            text = (
-                f"{self.result.path}: a record of {length} bytes at byte {position}, at most {cap} are read"
-            )
+            text = f"{self.result.path}: a record of {length} bytes at byte {position}, at most {cap} are read"
             raise TooLargeError(text, path=self.result.path, position=position, expected=cap, found=length)
 
     def other(self, opcode: int, body: bytes, position: int, *, top: bool) -> None:
@@ -230,9 +224,7 @@ class _Scanner:
         if size > MAX_CHUNK_BYTES:
             where = f"{self.result.path}: a chunk of {size} bytes at byte {position}"
             text = f"{where}, at most {MAX_CHUNK_BYTES} are read"
-            raise TooLargeError(
-                text, path=self.result.path, position=position, expected=MAX_CHUNK_BYTES, found=size
-            )
+            raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHUNK_BYTES, found=size)
         try:
             compression, rest = _string(body[_CHUNK.size :])
             data = _decompress(compression, rest[8:], size)

@@ -81,9 +81,7 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     if missing:
         listed = ", ".join(sorted(by_topic)) or "no topic at all"
         text = f"{recording.path}: no topic {', '.join(missing)}; it has: {listed}"
-        raise MissingTopicError(
-            text, path=recording.path, topic=missing[0], expected=missing, found=sorted(by_topic)
-        )
+        raise MissingTopicError(text, path=recording.path, topic=missing[0], expected=missing, found=sorted(by_topic))
     channels: dict[str, Channel] = {}
     for topic, parts in by_topic.items():
         if (wanted is not None and topic not in wanted) or not any(p.payloads for p in parts):
@@ -122,9 +120,7 @@ def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recordin
             elif name != BAG_RECORD:
                 metadata.setdefault("mcap", {})[name] = content
     warnings += _losses(description, scans)
-    return Recording(
-        path, path.stem if path.is_file() else path.resolve().name, scans, metadata, tuple(warnings)
-    )
+    return Recording(path, path.stem if path.is_file() else path.resolve().name, scans, metadata, tuple(warnings))
 
 
 def _files(path: Path) -> tuple[list[Path], dict[str, Any]]:
@@ -163,9 +159,7 @@ def _description(file: Path) -> dict[str, Any]:
 
 def _losses(description: Mapping[str, Any], scans: tuple[Scan, ...]) -> list[str]:
     """Compare what was found with what metadata.yaml promises."""
-    sentences = [
-        f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])
-    ]
+    sentences = [f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])]
     promised = description.get("message_count")
     found = sum(s.message_count for s in scans)
     if isinstance(promised, int) and promised > found:
@@ -222,14 +216,10 @@ def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]
         ) from error
     stamps = _stamps(path, topic, columns, logged, warnings)
     if len(columns.frames) > 1:
-        warnings.append(
-            f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept"
-        )
+        warnings.append(f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept")
     frame = next(iter(columns.frames)) if len(columns.frames) == 1 else ""
     if columns.left_out:
-        warnings.append(
-            f"topic {topic}: too long for channels, left out: {', '.join(sorted(columns.left_out))}"
-        )
+        warnings.append(f"topic {topic}: too long for channels, left out: {', '.join(sorted(columns.left_out))}")
     for field_path, values in columns.values.items():
         if not np.isnan(values).all():
             name = f"{topic}.{field_path}"

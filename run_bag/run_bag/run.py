@@ -54,16 +54,12 @@ class Channel:
         if values.dtype.kind not in "fiub":
             problems.append(f"expected numbers as values, found {values.dtype}")
         if stamps.ndim != 1 or stamps.shape != values.shape:
-            problems.append(
-                f"expected stamps and values of one length, found {stamps.shape} and {values.shape}"
-            )
+            problems.append(f"expected stamps and values of one length, found {stamps.shape} and {values.shape}")
         elif not stamps.size:
             problems.append("expected at least one sample, found none")
         elif stamps.dtype.kind in "iu" and (falls := np.flatnonzero(stamps[1:] < stamps[:-1])).size:
             i = int(falls[0])
-            problems.append(
-                f"stamps run backwards at sample {i + 1}: {stamps[i]} ns, then {stamps[i + 1]} ns"
-            )
+            problems.append(f"stamps run backwards at sample {i + 1}: {stamps[i]} ns, then {stamps[i + 1]} ns")
         if problems:
             raise InvalidRunError(f"channel {self.name!r}", problems)
         for key, array in (("stamps", stamps.astype(np.int64)), ("values", values.astype(np.float64))):
@@ -108,9 +104,7 @@ class Run:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        problems = [
-            f"channel {c.name!r} is filed under {k!r}" for k, c in self.channels.items() if k != c.name
-        ]
+        problems = [f"channel {c.name!r} is filed under {k!r}" for k, c in self.channels.items() if k != c.name]
         if not self.channels:
             problems.append("expected at least one channel, found none")
         try:

@@ -125,9 +125,7 @@ def check_topic(topic: Topic) -> Columns:
         raise InvalidRunError(f"topic {topic.name!r}", [*problems, text])
     stamps = stamps.astype(np.int64)
     if stamps.min() < 0 or stamps.max() >= NANOSECONDS << 31:
-        problems.append(
-            f"expected stamps from 0 s to below 2^31 s, found {stamps.min()} to {stamps.max()} ns"
-        )
+        problems.append(f"expected stamps from 0 s to below 2^31 s, found {stamps.min()} to {stamps.max()} ns")
     if (falls := np.flatnonzero(np.diff(stamps) < 0)).size:
         i = int(falls[0])
         problems.append(f"stamps run backwards at message {i + 1}: {stamps[i]} ns, then {stamps[i + 1]} ns")

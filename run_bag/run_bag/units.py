@@ -36,9 +36,7 @@ _POSE_COVARIANCE = _covariance("pose.covariance", "m^2", "rad^2", "m rad")
 _TWIST_COVARIANCE = _covariance("twist.covariance", "m^2/s^2", "rad^2/s^2", "m rad/s^2")
 _STATES = ("rad/s", "m/s", "m/s")  # n, v, U
 _ESTIMATE_COVARIANCE = {
-    f"covariance[{3 * i + j}]": {"rad/s rad/s": "rad^2/s^2", "m/s m/s": "m^2/s^2"}.get(
-        f"{a} {b}", "rad m/s^2"
-    )
+    f"covariance[{3 * i + j}]": {"rad/s rad/s": "rad^2/s^2", "m/s m/s": "m^2/s^2"}.get(f"{a} {b}", "rad m/s^2")
     for i, a in enumerate(_STATES)
     for j, b in enumerate(_STATES)
 }

@@ -30,9 +30,7 @@ BLOCK = 20_000
 """Messages serialised at once; bounds the memory of long runs."""
 
 
-def write_run(
-    directory: Path | str, topics: Iterable[Topic], metadata: Mapping[str, Any] | None = None
-) -> Path:
+def write_run(directory: Path | str, topics: Iterable[Topic], metadata: Mapping[str, Any] | None = None) -> Path:
     """Write a run.
 
     The messages of all topics are interleaved by stamp, which is log time, publish time and header stamp in

@@ -92,9 +92,7 @@ def write_mat(path: Path, *, u, n, flow=None, estimate=None) -> Path:
     }
     content["y"] = n.reshape(-1, 1) if flow is None else np.vstack([n, flow])
     if estimate:
-        content |= {
-            k: np.linspace(0, i, count + 1).reshape(-1, 1) for i, k in enumerate(("nhat", "vhat", "vahat"))
-        }
+        content |= {k: np.linspace(0, i, count + 1).reshape(-1, 1) for i, k in enumerate(("nhat", "vhat", "vahat"))}
         content["P"] = np.full((count + 1, 1), 3.0)
         if estimate == "full":
             content["P"] = np.broadcast_to(np.diag([3.0, 0.2, 0.1])[:, :, None], (3, 3, count + 1)).copy()

@@ -154,12 +154,8 @@ def test_an_undecodable_topic_that_was_not_asked_for_is_left_out_with_a_warning(
     with path.open("wb") as file:
         writer = Writer(file)
         writer.start()
-        good = writer.register_channel(
-            "/g", "cdr", writer.register_schema("a/msg/G", "ros2msg", b"uint8 x\n")
-        )
-        bad = writer.register_channel(
-            "/b", "cdr", writer.register_schema("a/msg/B", "ros2msg", b"float64 x\n")
-        )
+        good = writer.register_channel("/g", "cdr", writer.register_schema("a/msg/G", "ros2msg", b"uint8 x\n"))
+        bad = writer.register_channel("/b", "cdr", writer.register_schema("a/msg/B", "ros2msg", b"float64 x\n"))
         writer.add_message(good, 1, b"\0\1\0\0\5", 1)
         writer.add_message(bad, 1, b"\0\1\0\0\5", 1)
         writer.finish()
@@ -202,9 +198,7 @@ def test_stamps_that_run_backwards_are_refused_with_position_and_both_stamps(tmp
     kind = "thruster_msgs/msg/ThrustSetpoint"
     raws = []
     for i, stamp in enumerate((5, 7, 6)):
-        (raw,) = check_topic(Topic(name="t", type=kind, stamps=[stamp], fields={"thrust": [1.0]})).payloads(
-            0, 1
-        )
+        (raw,) = check_topic(Topic(name="t", type=kind, stamps=[stamp], fields={"thrust": [1.0]})).payloads(0, 1)
         raws.append((i, raw))
     write_mcap(tmp_path / "x.mcap", schema=definitions().text(kind).encode(), name=kind, messages=raws)
     with pytest.raises(StampOrderError, match="backwards at message 2: 7 ns, then 6 ns") as caught:

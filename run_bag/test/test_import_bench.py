@@ -15,9 +15,7 @@ from run_bag.importers.options import BenchOptions, throttle_from_name
 from run_bag.importers.signals import infer_sign
 from run_bag.importers.wrench import to_thruster
 
-_spec = importlib.util.spec_from_file_location(
-    "synthetic_bench", Path(__file__).with_name("synthetic_bench.py")
-)
+_spec = importlib.util.spec_from_file_location("synthetic_bench", Path(__file__).with_name("synthetic_bench.py"))
 made = importlib.util.module_from_spec(_spec)
 _spec.loader.exec_module(made)
 
@@ -66,6 +64,28 @@ def test_the_throttle_is_reconstructed_and_state_is_signed_and_untared(tmp_path)
     assert abs(np.median(state[5500:8500]) - (n[7000] - made.REST)) < 0.1
     assert np.mean(state[:2500]) == pytest.approx(-made.REST, abs=0.1)
     assert set(run["thruster_0/state.sign_source"].values) == {2}
+
+
+def line_from_zero(time, *, setting, start, stop):
+    """Return the thesis' programme: from 0 V over two seconds, then constant."""
+    return np.where((time >= start) & (time < stop), setting * np.clip((time - start) / 2, 0, 1), 0.0)
+
+
+@pytest.mark.parametrize("setting", [1.2, -2.0, 3.0])
+@pytest.mark.parametrize("edge", [0.75, 0.95])
+def test_a_line_from_zero_is_told_from_a_jump_to_the_edge_whatever_the_dead_zone(tmp_path, setting, edge):
+    time = np.arange(0.0, 15.5, 0.001)
+    u = line_from_zero(time, setting=setting, start=3.2, stop=13.2)
+    n = made.rotor(time, u, edge=edge)
+    name = f"y{'p' if setting > 0 else 'm'}{abs(setting):g}V"
+    made.write_csv(tmp_path / f"{name}.csv", made.load_cell(time, n, made.tachometer(n)))
+    imported, run = run_of(tmp_path, tmp_path / "out", BenchOptions())
+    assert decision(imported, "throttle at the start of the ramp").value == 0.0
+    on = decision(imported, "throttle switched on")
+    assert abs(on.value - 3.2) < 4 * on.standard_deviation
+    assert on.standard_deviation < 0.03
+    assert run.metadata["clock_deviation"]["throttle"] == on.standard_deviation
+    assert run.metadata["experiment"] == "open loop"
 
 
 def test_a_tachometer_glitch_before_the_ramp_is_noted_and_moves_nothing(tmp_path):
@@ -139,18 +159,14 @@ def test_the_flow_is_positive_along_forward_thrust_and_nothing_of_the_raw_sample
 
 
 @pytest.mark.parametrize(("flow", "estimate"), [(False, None), (True, "scalar"), (True, "full")])
-def test_controller_and_load_cell_come_onto_one_clock_and_the_sign_follows_the_throttle(
-    tmp_path, flow, estimate
-):
+def test_controller_and_load_cell_come_onto_one_clock_and_the_sign_follows_the_throttle(tmp_path, flow, estimate):
     offset, period = 0.7314, 0.04
     grid = np.arange(251) * period
     u = np.where(grid < 5, -2.0, 2.0)
     dense = np.where((offset <= TIME) & (offset + 10 > TIME), np.where(offset + 5 > TIME, -2.0, 2.0), 0.0)
     n = made.rotor(TIME, dense, lag=0.15)
     table = made.load_cell(TIME, n, made.tachometer(n))
-    made.write_csv(
-        tmp_path / "CL2stateKF1Step.csv", table, "Author,Engineer\nTimeStamp,1/2/2019  6:47 PM\n\n"
-    )
+    made.write_csv(tmp_path / "CL2stateKF1Step.csv", table, "Author,Engineer\nTimeStamp,1/2/2019  6:47 PM\n\n")
     y = np.abs(np.interp(grid + offset, TIME, n)) + np.random.default_rng(5).normal(scale=0.5, size=251)
     u_flow = 0.1 * np.sin(grid) if flow else None
     made.write_mat(tmp_path / "CL2stateKF1Step.mat", u=u, n=y, flow=u_flow, estimate=estimate)

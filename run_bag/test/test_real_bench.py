@@ -48,9 +48,7 @@ def test_published_windows_begin_before_the_ramp_and_agree_on_both_clocks(runs):
 
 def test_controller_recordings_start_where_it_was_published(runs):
     for name, row in START_ROWS.items():
-        assert value(runs, name, "start of the controller's recording") == pytest.approx(
-            (row - 1) * 0.001, abs=0.07
-        )
+        assert value(runs, name, "start of the controller's recording") == pytest.approx((row - 1) * 0.001, abs=0.07)
 
 
 def test_only_one_fixture_was_turned_round_and_one_run_was_in_air(runs):

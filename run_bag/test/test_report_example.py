@@ -52,7 +52,5 @@ def test_the_legend_hides_a_series_in_every_plot_of_its_figure(tmp_path: Path) -
     count = "return document.querySelectorAll('#figure-2 .js-line').length;"
     with open_report(path, *LAPTOP) as driver:
         before = driver.execute_script(count)
-        driver.execute_script(
-            "document.querySelector('#figure-2 .key[data-group=\"as published\"]').click();"
-        )
+        driver.execute_script("document.querySelector('#figure-2 .key[data-group=\"as published\"]').click();")
         assert driver.execute_script(count) == before - 2

@@ -139,9 +139,7 @@ def test_the_same_content_gives_the_same_bytes() -> None:
         (lambda: Report("T").download("d", "../x", ""), "expected a plain file name"),
         (lambda: Report("T").figure([], caption="c", alt="a"), "expected plots, a caption"),
         (
-            lambda: Report("T").figure(
-                curves([Series(name="a", x=[0], y=[0])], x=X, y=Y), caption="c", alt=""
-            ),
+            lambda: Report("T").figure(curves([Series(name="a", x=[0], y=[0])], x=X, y=Y), caption="c", alt=""),
             "alternative text",
         ),
     ],

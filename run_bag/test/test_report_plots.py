@@ -76,9 +76,7 @@ def all_plots() -> list[object]:
         [Residual(name="fit", time=t, value=t, frequency=t, density=t + 1)], quantity=THRUST, noise_floor=1
     )
     return [
-        time_series(
-            [Panel(axis=SPEED, series=[line]), Panel(axis=THRUST, series=[line])], spans=[Span(1, 2, "out")]
-        ),
+        time_series([Panel(axis=SPEED, series=[line]), Panel(axis=THRUST, series=[line])], spans=[Span(1, 2, "out")]),
         curves([line], x=SPEED, y=THRUST),
         *both,
         bars(["a", "b"], [Bars(name="v", value=[1, 2], low=[0, 1], high=[2, 3])], quantity=THRUST),
@@ -150,9 +148,7 @@ def test_ten_runs_of_five_channels_stay_below_three_megabytes_besides_plotly() -
 
 def test_the_embedded_data_are_the_data() -> None:
     report = Report("T")
-    report.figure(
-        curves([Series(name="a", x=[0, 1, 2], y=[1, np.nan, 3])], x=SPEED, y=THRUST), caption="c", alt="a"
-    )
+    report.figure(curves([Series(name="a", x=[0, 1, 2], y=[1, np.nan, 3])], x=SPEED, y=THRUST), caption="c", alt="a")
     embedded = report.html().split('<script type="application/json">')[1].split("</script>")[0]
     trace = json.loads(embedded)["data"][0]["y"]
     assert trace["dtype"] == "f4"

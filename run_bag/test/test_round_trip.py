@@ -46,9 +46,7 @@ def test_a_run_comes_back_bit_for_bit(tmp_path_factory, state, speed, frame):
         (field, column) = next(iter(topic.fields.items()))
         channel = run[f"{name}.{field}"]
         np.testing.assert_array_equal(channel.stamps, topic.stamps)
-        assert channel.values.tobytes() == column.tobytes() or np.array_equal(
-            channel.values, column, equal_nan=True
-        )
+        assert channel.values.tobytes() == column.tobytes() or np.array_equal(channel.values, column, equal_nan=True)
         assert channel.frame == frame
 
 
@@ -110,9 +108,7 @@ def test_nothing_is_ever_overwritten_and_nothing_half_done_stays(tmp_path):
     with pytest.raises(RunExistsError):
         write_run(tmp_path / "file", bench_topics(7))
     with pytest.raises(InvalidRunError):
-        write_run(
-            tmp_path / "b", [Topic(name="x", type="std_msgs/Float64", stamps=[1], fields={"nope": [1.0]})]
-        )
+        write_run(tmp_path / "b", [Topic(name="x", type="std_msgs/Float64", stamps=[1], fields={"nope": [1.0]})])
     assert {p: p.read_bytes() for p in folder.iterdir()} == before
     assert sorted(p.name for p in tmp_path.iterdir()) == ["a", "file"]
 

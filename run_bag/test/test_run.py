@@ -13,9 +13,7 @@ SECOND = 1_000_000_000
 
 
 def channel(name="a.x", stamps=(0, SECOND, 3 * SECOND), values=(1.0, 2.0, 6.0), **kw):
-    return Channel(
-        name=name, stamps=np.array(stamps, dtype=np.int64), values=np.array(values, dtype=float), **kw
-    )
+    return Channel(name=name, stamps=np.array(stamps, dtype=np.int64), values=np.array(values, dtype=float), **kw)
 
 
 def run(*channels, **kw):
@@ -119,9 +117,7 @@ def test_a_grid_point_on_a_stamp_is_on_it_in_spite_of_rounding():
     assert np.array_equal(r.align(["a.x"], grid, "linear")["a.x"], np.arange(100_000.0))
 
 
-@pytest.mark.parametrize(
-    ("grid", "method"), [([1.0, 1.0], "previous"), ([0.0], "mean"), ([np.nan], "linear")]
-)
+@pytest.mark.parametrize(("grid", "method"), [([1.0, 1.0], "previous"), ([0.0], "mean"), ([np.nan], "linear")])
 def test_an_unusable_grid_is_refused(grid, method):
     with pytest.raises(RunError, match="strictly increasing times"):
         run().align(["a.x"], grid, method)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from thruster_model.equations.dead_zone import (
     dead_zone,
     dead_zone_crossing_time,

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.evaluation import evaluate
 from thruster_model.identification.fit import FitOptions, fit, noise_of, thesis_stages
@@ -85,7 +86,9 @@ def test_parameters_of_a_direction_that_never_ran_are_said_not_to_be_excited(ind
 def test_without_torque_and_flow_the_fit_does_not_claim_to_know_their_parameters(independent_bench, truth):
     rng = np.random.default_rng(6)
     signals = ("speed", "thrust")
-    runs = [independent_bench(f"{k}", u, 12.0, truth.values, rng, signals) for k, u in enumerate((ramp(3.0), ramp(-3.0)))]
+    runs = [
+        independent_bench(f"{k}", u, 12.0, truth.values, rng, signals) for k, u in enumerate((ramp(3.0), ramp(-3.0)))
+    ]
     found = statuses(fit(load_parameter_set("hl"), runs))
     for name in ("k_Q", "c_n_Q", "k_v", "k_w"):
         assert found[name] != "determined", (name, found)

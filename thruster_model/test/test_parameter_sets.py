@@ -1,6 +1,7 @@
 """Parameter sets: the published numbers, round trips, and a sentence for everything that can be wrong."""
 
 import pytest
+
 from thruster_model.errors import ParameterSetError
 from thruster_model.models import MODELS
 from thruster_model.parameter_set_io import (
@@ -58,7 +59,7 @@ def edited(old, new):
         (edited("model: hl", "model: hx"), "key 'model': expected one of simplified, hl, hq; found 'hx'"),
         (edited("name: ", "title: "), "key 'name': missing"),
         (edited("  k_n:", "  k_m:"), "'k_n' is missing; model 'hl' needs 1/s"),
-        (edited("  k_n:", "  k_m:"), "model 'hl' has no such parameter"),
+        (edited("  k_n:", "  k_m:"), "model 'hl' has none such"),
         (edited("value: 13.66", "value: fast"), "key 'parameters.k_n.value': expected a number; found 'fast'"),
         (edited("value: 13.66", "value: -1.0"), "expected a number from 0 to 12000 1/s; found -1.0"),
         (edited("value: 13.66", "value: .nan"), "found nan"),

@@ -12,6 +12,7 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
+from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.identification.experiment_io import read_experiments
@@ -25,7 +26,7 @@ from thruster_model.parameter_set_io import load_parameter_set, write_parameter_
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fit, write the sets, the summary and the report; return the exit status."""
-    given = _parser().parse_args(_without_ros_arguments(arguments))
+    given = _parser().parse_args(user_arguments(arguments))
     try:
         starts = _starts(given)
         if given.out.exists() and any(given.out.iterdir()):
@@ -53,21 +54,14 @@ def _parser() -> argparse.ArgumentParser:
     return parser
 
 
-def _without_ros_arguments(arguments: Sequence[str] | None) -> list[str]:
-    words = list(sys.argv[1:] if arguments is None else arguments)
-    if "--ros-args" not in words:
-        return words
-    from rclpy.utilities import remove_ros_args  # only where ROS itself passes such words
-
-    return list(remove_ros_args(["fit", *words]))[1:]
-
-
 def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]]:
     pairs = []
     for name in dict.fromkeys(given.model):
         start = load_parameter_set(given.start or name)
         if start.model_name != name:
-            raise UnfitDataError([f"--start {given.start}: expected a set of model '{name}'; found '{start.model_name}'"])
+            raise UnfitDataError(
+                [f"--start {given.start}: expected a set of model '{name}'; found '{start.model_name}'"]
+            )
         pairs.append((start, load_parameter_set(given.reference) if given.reference else start))
     return pairs
 

@@ -53,7 +53,7 @@ class ParameterSet:
             if name not in self.parameters
         ]
         problems += [
-            f"key 'parameters.{name}': model '{self.model_name}' has no such parameter; it has {', '.join(sorted(names))}"
+            f"key 'parameters.{name}': model '{self.model_name}' has none such; it has {', '.join(sorted(names))}"
             for name in self.parameters
             if name not in names
         ]

@@ -1,10 +1,10 @@
 """Parameter sets as YAML files, and the sets that come with the package.
 
-    model: hq
-    name: ...
-    source: ...
-    parameters:
-      k_n: {value: 13.66, unit: 1/s, source: "Table 4.1", standard_deviation: 0.2}
+model: hq
+name: ...
+source: ...
+parameters:
+  k_n: {value: 13.66, unit: 1/s, source: "Table 4.1", standard_deviation: 0.2}
 """
 
 import os
@@ -81,7 +81,9 @@ def _parse_parameter(name: str, entry: Any) -> tuple[Parameter | None, list[str]
     if not isinstance(entry, Mapping):
         return None, [f"{key}': expected value, unit and source; found {entry!r}"]
     problems = [f"{key}.{k}': missing" for k in ("value", "unit", "source") if k not in entry]
-    problems += [f"{key}.{k}': unknown; known are {', '.join(sorted(_PARAMETER_KEYS))}" for k in set(entry) - _PARAMETER_KEYS]
+    problems += [
+        f"{key}.{k}': unknown; known are {', '.join(sorted(_PARAMETER_KEYS))}" for k in set(entry) - _PARAMETER_KEYS
+    ]
     numbers = {}
     for field in ("value", "standard_deviation"):
         if entry.get(field) is not None:

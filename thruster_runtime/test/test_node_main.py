@@ -90,17 +90,12 @@ class Subject(Node):
 def test_the_stop_event_ends_the_node_and_the_context(private: Context, arguments: list[str]) -> None:
     stop = threading.Event()
     heard: list[str] = []
-    assert (
-        run_node(lambda: Subject(private, stop.set, heard), args=arguments, context=private, stop=stop)
-        == STOPPED
-    )
+    assert run_node(lambda: Subject(private, stop.set, heard), args=arguments, context=private, stop=stop) == STOPPED
     assert heard == ["on_stop", "destroyed"]
     assert not private.ok()
 
 
-def test_an_error_in_a_callback_still_stops_cleanly_and_is_raised(
-    private: Context, arguments: list[str]
-) -> None:
+def test_an_error_in_a_callback_still_stops_cleanly_and_is_raised(private: Context, arguments: list[str]) -> None:
     heard: list[str] = []
 
     def fail() -> None:

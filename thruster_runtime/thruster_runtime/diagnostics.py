@@ -43,9 +43,7 @@ class Diagnostics:
     A change is one of level or message; new values alone wait for the next second, since some change always.
     """
 
-    def __init__(
-        self, node: Node, *, hardware_id: str = "", period: float = 1.0, clock: Clock | None = None
-    ) -> None:
+    def __init__(self, node: Node, *, hardware_id: str = "", period: float = 1.0, clock: Clock | None = None) -> None:
         """Begin to publish for `node`, every `period` [s] of `clock` (None: the node's own)."""
         self._node = node
         self._hardware_id = hardware_id

@@ -138,7 +138,13 @@ def import_recording(group: Group, out: Path, options: BenchOptions) -> Imported
             log.add("velocimeter", None, "", "no .dat beside the csv: no flow")
     metadata = {
         "what": "recording of the thruster bench, imported",
+        "experiment": _experiment("mat" in group.files, log),
         "water": log.value("water"),
+        # How far clocks may be off [s]: who fits these recordings adjusts them within this.
+        "clock_deviation": {
+            "throttle": log.deviation("throttle switched on"),
+            "flow": log.deviation("offset of the velocimeter's clock"),
+        },
         "import": {
             "importer": "bench",
             "sources": [source(f) for _, f in sorted(group.files.items())],
@@ -148,3 +154,12 @@ def import_recording(group: Group, out: Path, options: BenchOptions) -> Imported
     write_run(target, topics, metadata)
     duration = float(csv.time[-1] - csv.time[0])
     return Imported(target, duration, tuple(t.name for t in topics), log)
+
+
+def _experiment(controlled: bool, log: Decisions) -> str:
+    """Return what kind of experiment it was: only the first kind was made to identify the thruster in water."""
+    if controlled:
+        return "closed loop"
+    if log.value("last column") == "throttle":
+        return "reversal"
+    return "open loop" if log.value("water") else "in air"

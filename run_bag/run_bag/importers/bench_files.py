@@ -137,13 +137,9 @@ def _check_clock(path: Path, time: Array, first: int) -> None:
         i = int(falls[0])
         line = first + i + 2
         text = f"{path}, line {line}: expected time to increase, found {time[i + 1]:g} s after {time[i]:g} s"
-        raise RecordingError(
-            text, path=path, position=line, expected=float(time[i]), found=float(time[i + 1])
-        )
+        raise RecordingError(text, path=path, position=line, expected=float(time[i]), found=float(time[i + 1]))
     if len(time) < 2:
-        raise RecordingError(
-            f"{path}: expected at least two samples, found {len(time)}", path=path, found=len(time)
-        )
+        raise RecordingError(f"{path}: expected at least two samples, found {len(time)}", path=path, found=len(time))
 
 
 def read_load_cell(path: Path) -> LoadCellFile:
@@ -159,9 +155,7 @@ def read_load_cell(path: Path) -> LoadCellFile:
     _check_clock(path, time, first)
     pairs = (line.split(",", 1) for line in lines[:first] if line.count(",") == 1)
     header = {key.strip(): value.strip() for key, value in pairs}
-    return LoadCellFile(
-        time, table[:, 2:8], table[:, 8:14], table[:, 14:17], table[:, 17:20], table[:, 20], header
-    )
+    return LoadCellFile(time, table[:, 2:8], table[:, 8:14], table[:, 14:17], table[:, 17:20], table[:, 20], header)
 
 
 def read_velocimeter(path: Path) -> VelocimeterFile:
@@ -180,9 +174,7 @@ def read_velocimeter(path: Path) -> VelocimeterFile:
         text = f"{path}, line {wrong + 1}, column 3: expected up to eight status bits, found {bits[wrong]!r}"
         raise RecordingError(text, path=path, position=wrong + 1, expected="bits", found=bits[wrong])
     status = np.array([int(b, 2) for b in bits], dtype=np.float64)
-    return VelocimeterFile(
-        time, table[:, 1], status, table[:, 3:7], table[:, 7:11], table[:, 11:15], table[:, 15:19]
-    )
+    return VelocimeterFile(time, table[:, 1], status, table[:, 3:7], table[:, 7:11], table[:, 11:15], table[:, 15:19])
 
 
 def read_controller(path: Path) -> ControllerFile:

@@ -24,20 +24,12 @@ TOLD = (
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(
-        prog="import_bench", description="Import recordings of the thruster bench as runs."
-    )
-    p.add_argument(
-        "paths", nargs="+", type=Path, metavar="PATH", help="files, or folders searched recursively"
-    )
-    p.add_argument(
-        "--out", required=True, type=Path, metavar="DIR", help="folder that gets one run per recording"
-    )
+    p = argparse.ArgumentParser(prog="import_bench", description="Import recordings of the thruster bench as runs.")
+    p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files, or folders searched recursively")
+    p.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder that gets one run per recording")
     p.add_argument("--throttle-set", type=float, metavar="VOLTS", help="signed throttle at the plateau [V]")
     p.add_argument("--adv", choices=["axial", "ambient"], help="what the velocimeter measured")
-    p.add_argument(
-        "--adv-offset", type=float, metavar="SECONDS", help="first velocimeter sample after the first csv's"
-    )
+    p.add_argument("--adv-offset", type=float, metavar="SECONDS", help="first velocimeter sample after the first csv's")
     p.add_argument("--load-cell", choices=["auto", "as-recorded", "reversed"], default="auto")
     p.add_argument(
         "--dead-zone-edge",
@@ -94,9 +86,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def _import_all(groups: list[Group], out: Path, options: BenchOptions) -> list[str]:
     console = Console(stderr=True)
     failed = []
-    with Progress(
-        console=console, transient=True, disable=not console.is_terminal or len(groups) < 3
-    ) as progress:
+    with Progress(console=console, transient=True, disable=not console.is_terminal or len(groups) < 3) as progress:
         task = progress.add_task("importing", total=len(groups))
         for group in groups:
             progress.update(task, description=group.stem)

@@ -16,9 +16,7 @@ from .decisions import Decisions, source
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(
-        prog="import_csv", description="Import a csv as a run, by a map of its columns."
-    )
+    p = argparse.ArgumentParser(prog="import_csv", description="Import a csv as a run, by a map of its columns.")
     p.add_argument("file", type=Path, metavar="FILE", help="csv, with or without a header line")
     p.add_argument("--map", required=True, type=Path, metavar="MAP.yaml",
                    help="channel: {column, time_column, unit, scale, offset, nan, time_scale}")  # fmt: skip

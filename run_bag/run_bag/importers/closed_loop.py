@@ -73,9 +73,7 @@ def _throttle(csv: LoadCellFile, at: Any, u: Any, log: Decisions) -> Topic:
     before, after = int(first < at[0]), int(last >= end)
     at = np.concatenate([[first] * before, at, [end] * after]).astype(np.int64)
     values = np.concatenate([[0.0] * before, u, [0.0] * after])
-    log.add(
-        "throttle outside the controller's recording", 0.0, "V", "one message before and one after it, added"
-    )
+    log.add("throttle outside the controller's recording", 0.0, "V", "one message before and one after it, added")
     return _topic("thruster_0/throttle", "Throttle", at, {"commanded": values})
 
 

@@ -124,11 +124,7 @@ def _column(name: str, entry: Any, problems: list[str]) -> Column | None:
             problems.append(f"{name}: {key}: expected a number, found {value!r}")
     for key in ("column", "time_column"):
         value = entry.get(key, 1)
-        if (
-            isinstance(value, bool)
-            or not isinstance(value, int | str)
-            or (isinstance(value, int) and value < 1)
-        ):
+        if isinstance(value, bool) or not isinstance(value, int | str) or (isinstance(value, int) and value < 1):
             problems.append(f"{name}: {key}: expected a name or a number from 1, found {value!r}")
     definitions().require(kind)
     expected = unit_of(kind, path)
@@ -155,9 +151,7 @@ class Table:
         self.path = path
         try:
             with path.open(encoding="utf-8-sig", newline="") as file:
-                rows = [
-                    (i, row) for i, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)
-                ]
+                rows = [(i, row) for i, row in enumerate(csv.reader(file), 1) if any(cell.strip() for cell in row)]
         except (OSError, UnicodeDecodeError, csv.Error) as error:
             raise RecordingError(f"{path}: cannot be read as csv: {error}", path=path) from error
         named = bool(rows) and any(_number(cell) is None for cell in rows[0][1])
@@ -211,10 +205,7 @@ def topics(table: Table, columns: list[Column]) -> list[Topic]:
     starts, prepared = [], []
     for column in columns:
         time = table.numbers(table.index(column.time_column, column.channel), column.nan) * column.time_scale
-        values = (
-            table.numbers(table.index(column.column, column.channel), column.nan) * column.scale
-            + column.offset
-        )
+        values = table.numbers(table.index(column.column, column.channel), column.nan) * column.scale + column.offset
         there = np.flatnonzero(np.isfinite(time))
         if not there.size:
             text = f"{table.path}: {column.channel}: time column {column.time_column!r} has no number"

@@ -25,9 +25,7 @@ class Decisions:
 
     items: list[Decision] = field(default_factory=list)
 
-    def add(
-        self, what: str, value: Any, unit: str, how: str, standard_deviation: float | None = None
-    ) -> None:
+    def add(self, what: str, value: Any, unit: str, how: str, standard_deviation: float | None = None) -> None:
         """Add one decision; numbers are rounded to nine digits."""
         deviation = None if standard_deviation is None else float(f"{standard_deviation:.3g}")
         value = float(f"{value:.9g}") if isinstance(value, float) else value
@@ -40,6 +38,10 @@ class Decisions:
     def value(self, what: str) -> Any:
         """Return the value decided for `what`, None if nothing was."""
         return next((d.value for d in self.items if d.what == what), None)
+
+    def deviation(self, what: str) -> float | None:
+        """Return the standard deviation of the decision on `what`, None if there is none."""
+        return next((d.standard_deviation for d in self.items if d.what == what), None)
 
 
 def source(path: Path) -> dict[str, Any]:

@@ -30,17 +30,13 @@ def flow_topics(
         RecordingError: the offset puts the recording before the start of the clock.
     """
     kind = options.adv or ("ambient" if "ambient" in stem.lower() else "axial")
-    log.add(
-        "flow measured", kind, "", "told by the user" if options.adv else "from the name of the recording"
-    )
+    log.add("flow measured", kind, "", "told by the user" if options.adv else "from the name of the recording")
     time = dat.time - dat.time[0]
     longer = float(time[-1] - (csv_time[-1] - csv_time[0]))
     step = float(np.median(np.diff(time)))
     if options.adv_offset is None:
         how = f"both recordings taken to start together; the velocimeter's is {longer:+.3f} s longer"
-        log.add(
-            "offset of the velocimeter's clock", 0.0, "s", how, float(np.hypot(WINDOW_AGREEMENT, longer / 2))
-        )
+        log.add("offset of the velocimeter's clock", 0.0, "s", how, float(np.hypot(WINDOW_AGREEMENT, longer / 2)))
         offset = float(csv_time[0])
     else:
         log.add("offset of the velocimeter's clock", options.adv_offset, "s", "told by the user")

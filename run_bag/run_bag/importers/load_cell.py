@@ -51,9 +51,7 @@ def load_topics(
     at = stamps(csv.time)
     gauges = {"voltage": csv.voltages, "force": csv.legs}
     return [
-        Topic(
-            name="thruster_0/load", type="geometry_msgs/WrenchStamped", stamps=at, fields=fields, frame=FRAME
-        ),
+        Topic(name="thruster_0/load", type="geometry_msgs/WrenchStamped", stamps=at, fields=fields, frame=FRAME),
         Topic(
             name="thruster_0/gauges",
             type="thruster_msgs/LoadCellGauges",
@@ -96,9 +94,7 @@ def _reversed(
 
 def describe_clock(csv: LoadCellFile, log: Decisions) -> None:
     """Note the clock and what the csv's header says."""
-    log.add(
-        "stamp of the first csv sample", START_NS / 1e9, "s", "the date is not known; the clock starts at 1 s"
-    )
+    log.add("stamp of the first csv sample", START_NS / 1e9, "s", "the date is not known; the clock starts at 1 s")
     for key, value in csv.header.items():
         log.add(f"csv header: {key}", value, "", "copied")
 
@@ -114,9 +110,6 @@ def describe_tachometer(time: Array, speed: Array, log: Decisions) -> tuple[floa
         log.add("rest value of n", float(part.mean()), "rad/s", "mean over the rest window; not subtracted",
                 float(part.std()))  # fmt: skip
     found = glitches(time, speed)
-    value = [
-        {"time": round(g.time, 4), "height": round(g.height, 2), "duration": round(g.duration, 4)}
-        for g in found
-    ]
+    value = [{"time": round(g.time, 4), "height": round(g.height, 2), "duration": round(g.duration, 4)} for g in found]
     log.add("tachometer glitches", value, "s, rad/s, s", "peaks above the running median; left in the data")
     return rest

@@ -13,7 +13,8 @@ from .decisions import Decisions
 from .flow import flow_topics
 from .load_cell import FRAME, describe_clock, describe_tachometer, load_topics, stamps
 from .options import BenchOptions, throttle_from_name
-from .ramp import fit_ramp, throttle
+from .programme import programme
+from .ramp import fit_ramp
 from .signals import LEAST_REST, REST_MARGIN, period, smooth, takes_both_signs
 from .wrench import forward_thrust, turns
 
@@ -96,11 +97,9 @@ def _reconstructed_throttle(
     log.add("throttle at the plateau", setting, "V", source)
     sign = float(np.sign(setting))
     edge = options.dead_zone_edge[0] if sign < 0 else options.dead_zone_edge[1]
-    log.add("throttle at the start of the ramp", edge, "V", "edge of the dead zone (option)")
+    log.add("edge of the dead zone", edge, "V", "option")
     if abs(setting) <= abs(edge):
-        text = (
-            f"{stem}: expected a throttle beyond the edge of the dead zone, {edge:g} V, found {setting:g} V"
-        )
+        text = f"{stem}: expected a throttle beyond the edge of the dead zone, {edge:g} V, found {setting:g} V"
         raise RecordingError(text, expected=edge, found=setting)
     speed = options.tachometer_gain * csv.last
     log.add("tachometer gain", options.tachometer_gain, "rad/s/V", "constant of the bench (option)")
@@ -119,13 +118,14 @@ def _reconstructed_throttle(
         ramp.shutdown_std,
     )
     log.add("sign of n", sign, "1", "inferred from the throttle; the tachometer is unsigned")
+    commanded = programme(ramp, setting, edge, log).throttle(csv.time)
     at = stamps(csv.time)
     count = len(at)
     topics = [
         Topic(name="thruster_0/state", type="thruster_msgs/ThrusterState", stamps=at, frame=FRAME,
               fields={"n": sign * speed, "sign_source": np.full(count, SIGN_INFERRED)}),
         Topic(name="thruster_0/throttle", type="thruster_msgs/Throttle", stamps=at, frame=FRAME,
-              fields={"commanded": throttle(csv.time, ramp, setting, edge)}),
+              fields={"commanded": commanded}),
     ]  # fmt: skip
     return topics, sign, turns(csv.time, speed, np.full(count, sign)), rest
 
@@ -153,7 +153,5 @@ def _water(
         log.add("water", True, "1", "assumed: too little rotation above 50 rad/s to tell")
     else:
         water = abs(found[0]) >= LEAST_WATER_THRUST
-        how = (
-            f"mean thrust above 50 rad/s is {found[0]:.2f} N; below {LEAST_WATER_THRUST:g} N is taken as air"
-        )
+        how = f"mean thrust above 50 rad/s is {found[0]:.2f} N; below {LEAST_WATER_THRUST:g} N is taken as air"
         log.add("water", water, "1", how if water else f"run in air: {how}")

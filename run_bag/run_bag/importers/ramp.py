@@ -1,8 +1,7 @@
 """When an unlogged throttle ramp happened, from the rotor's answer.
 
-The throttle is zero, jumps to the edge of the dead zone at t0, rises in a straight line for D seconds and
-stays. The rotor's speed answers as a first-order lag tau of a straight line from 0 to the plateau A above its
-rest b:
+The throttle leaves the dead zone at t0, goes on in a straight line for D seconds and stays. The rotor's speed answers
+as a first-order lag tau of a straight line from 0 to the plateau A above its rest b:
 
     n(t) = b + A [g(t - t0) - g(t - t0 - D)] / D,   g(x) = x - tau (1 - exp(-x / tau)) for x > 0, else 0
 
@@ -57,13 +56,6 @@ def answer(time: Array, start: float, duration: float, lag: float, plateau: floa
     return rest + plateau * (integral(time - start) - integral(time - start - duration)) / duration
 
 
-def throttle(time: Array, ramp: Ramp, setting: float, edge: float) -> Array:
-    """Return the reconstructed throttle [V] at these times: from the edge [V] to the setting [V]."""
-    fraction = np.clip((time - ramp.start) / ramp.duration, 0.0, 1.0)
-    on = (time >= ramp.start) & (time < ramp.shutdown)
-    return np.where(on, edge + fraction * (setting - edge), 0.0)
-
-
 def fit_ramp(time: Array, speed: Array, *, where: str) -> Ramp:
     """Fit the ramp.
 
@@ -84,9 +76,7 @@ def fit_ramp(time: Array, speed: Array, *, where: str) -> Ramp:
         raise RecordingError(text, expected=LEAST_PLATEAU, found=plateau)
     above = np.flatnonzero(calm > rest + plateau / 2)
     if calm[0] > rest + plateau / 2 or above[0] < 10:
-        raise RecordingError(
-            f"{where}: expected the recording to start at rest, found the rotor turning", found=rest
-        )
+        raise RecordingError(f"{where}: expected the recording to start at rest, found the rotor turning", found=rest)
     half = float(time[above[0]])
     below = np.flatnonzero((time > half) & (calm < rest + plateau / 2))
     fall = float(time[below[0]]) if below.size else float(time[-1])
@@ -102,11 +92,7 @@ def fit_ramp(time: Array, speed: Array, *, where: str) -> Ramp:
         if glitch.time < half:
             keep &= ~((t > glitch.time - 0.15) & (t < glitch.time + 0.45))
     t, n = t[keep], n[keep]
-    scale = (
-        max(1.4826 * float(np.median(np.abs(n[t < half - 0.5] - rest))), 0.05)
-        if (t < half - 0.5).any()
-        else 1.0
-    )
+    scale = max(1.4826 * float(np.median(np.abs(n[t < half - 0.5] - rest))), 0.05) if (t < half - 0.5).any() else 1.0
 
     def residuals(p: Array) -> Array:
         return (answer(t, p[0], p[1], p[2], p[3], p[4]) - n) / scale

@@ -31,9 +31,7 @@ class KeyValues:
 
     def render(self) -> str:
         """Return the list as HTML."""
-        rows = "".join(
-            f"<div><dt>{escape(str(k))}</dt><dd>{_value(v)}</dd></div>" for k, v in self.items.items()
-        )
+        rows = "".join(f"<div><dt>{escape(str(k))}</dt><dd>{_value(v)}</dd></div>" for k, v in self.items.items())
         return f'<dl class="values">{rows}</dl>'
 
 

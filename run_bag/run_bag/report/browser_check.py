@@ -93,9 +93,7 @@ def check_report(path: str | Path, sizes: Sequence[tuple[int, int]] = (LAPTOP, P
             undrawn |= dict.fromkeys(driver.execute_script(_UNDRAWN))
             requests |= dict.fromkeys(driver.execute_script(_REQUESTS))
             errors |= dict.fromkeys(driver.execute_script("return window.reportErrors;"))
-            errors |= dict.fromkeys(
-                str(e["message"]) for e in driver.get_log("browser") if e["level"] == "SEVERE"
-            )
+            errors |= dict.fromkeys(str(e["message"]) for e in driver.get_log("browser") if e["level"] == "SEVERE")
             excess = int(driver.execute_script(_OVERFLOW, width))
             if excess > 0:
                 overflow.append((width, excess))
@@ -187,9 +185,7 @@ def _browser() -> Iterator[Any]:
         for flag in (*_FLAGS, f"--user-data-dir={profile}"):
             options.add_argument(flag)
         options.set_capability("goog:loggingPrefs", {"browser": "ALL"})
-        driver = webdriver.Chrome(
-            options=options, service=Service(executable_path=shutil.which("chromedriver"))
-        )
+        driver = webdriver.Chrome(options=options, service=Service(executable_path=shutil.which("chromedriver")))
         try:
             driver.set_script_timeout(120)
             driver.set_page_load_timeout(120)
@@ -200,10 +196,6 @@ def _browser() -> Iterator[Any]:
 
 def _chromium() -> str | None:
     return next(
-        (
-            found
-            for name in ("chromium", "chromium-browser", "google-chrome")
-            if (found := shutil.which(name))
-        ),
+        (found for name in ("chromium", "chromium-browser", "google-chrome") if (found := shutil.which(name))),
         None,
     )

@@ -31,9 +31,7 @@ class Report:
             Mappings and sequences may be nested.
     """
 
-    def __init__(
-        self, title: str, subtitle: str = "", provenance: Mapping[str, object] | None = None
-    ) -> None:
+    def __init__(self, title: str, subtitle: str = "", provenance: Mapping[str, object] | None = None) -> None:
         if not title.strip():
             raise ReportError("report: expected a title, got none")
         self.title = title
@@ -97,9 +95,7 @@ class Report:
             alt: what a reader who cannot see it should know: what is drawn and what follows from it.
         """
         several = [plots] if isinstance(plots, Plot | go.Figure) else list(plots)
-        ready = tuple(
-            p if isinstance(p, Plot) else Plot(figure=p, height=int(p.layout.height or 360)) for p in several
-        )
+        ready = tuple(p if isinstance(p, Plot) else Plot(figure=p, height=int(p.layout.height or 360)) for p in several)
         self._blocks.append(Figure(plots=ready, caption=caption, alt=alt))
 
     def html(self) -> str:
@@ -137,9 +133,7 @@ class Report:
         target = Path(path)
         page = self.html()
         if target.exists() and not replace:
-            raise ReportExists(
-                f"report {target}: expected no file there, found one; pass replace=True to overwrite it"
-            )
+            raise ReportExists(f"report {target}: expected no file there, found one; pass replace=True to overwrite it")
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
         try:
             with os.fdopen(handle, "w", encoding="utf-8") as stream:
@@ -166,9 +160,7 @@ class Report:
     def _anchor(self, title: str) -> str:
         base = "s-" + (re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "section")
         anchor = next(
-            a
-            for a in (base, *(f"{base}-{k}" for k in range(2, len(self._anchors) + 3)))
-            if a not in self._anchors
+            a for a in (base, *(f"{base}-{k}" for k in range(2, len(self._anchors) + 3))) if a not in self._anchors
         )
         self._anchors.add(anchor)
         return anchor

@@ -46,9 +46,7 @@ def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body:
     if "</script" in library.lower():
         raise ReportError("plotly.js: expected no closing script tag inside the library, found one")
     setup = dumps({"light": template(dark=False), "dark": template(dark=True), "partners": dark_partners()})
-    contents = "".join(
-        f'<li class="level-{h.level}"><a href="#{h.anchor}">{escape(h.text)}</a></li>' for h in headings
-    )
+    contents = "".join(f'<li class="level-{h.level}"><a href="#{h.anchor}">{escape(h.text)}</a></li>' for h in headings)
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'

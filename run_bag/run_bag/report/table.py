@@ -72,9 +72,7 @@ class Table:
         cells = [[c if isinstance(c, Cell) else Cell(c) for c in row] for row in self.rows]
         by_column = [[row[k].value for row in cells] for k in range(len(columns))]
         right = [_is_right(c, values) for c, values in zip(columns, by_column, strict=True)]
-        decimals = [
-            column_decimals(v, c.digits) if c.unit else None for c, v in zip(columns, by_column, strict=True)
-        ]
+        decimals = [column_decimals(v, c.digits) if c.unit else None for c, v in zip(columns, by_column, strict=True)]
         head = "".join(_heading(c, r) for c, r in zip(columns, right, strict=True))
         body = []
         for row in cells:

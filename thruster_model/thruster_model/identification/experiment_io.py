@@ -4,13 +4,13 @@ Every decision is taken from the run alone, before any fit, and is written into 
 """
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from run_bag import Run, RunError, read_run
 
+from run_bag import Run, RunError, read_run
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
 from thruster_model.identification.flow_quality import FlowLimits, assess_flow
@@ -51,7 +51,7 @@ class PreparationOptions:
     ringing_hold: float = 1.2
     glitch_peak: float = 25.0
     glitch_foot: float = 4.0
-    flow: FlowLimits = FlowLimits()
+    flow: FlowLimits = field(default_factory=FlowLimits)
 
 
 def read_experiments(
@@ -85,7 +85,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     throttle_name = next((n for n in (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent") if n in run), None)
     if throttle_name is None:
         raise UnfitDataError([f"{run.name}: expected a channel {prefix}/throttle.commanded; found {', '.join(run)}"])
-    if run.metadata.get("import", {}).get("water") is False:
+    if run.metadata.get("water") is False:
         raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
     grid = np.arange(0.0, run.duration, options.dt)
     throttle = _held(run.time(throttle_name), run[throttle_name].values, grid)
@@ -161,8 +161,8 @@ class _Preparation:
 
     def loads(self) -> list[Measurement]:
         result = []
-        for signal, field in (("thrust", "force.x"), ("torque", "torque.x")):
-            name = f"{self.prefix}/load.wrench.{field}"
+        for signal, component in (("thrust", "force.x"), ("torque", "torque.x")):
+            name = f"{self.prefix}/load.wrench.{component}"
             if name not in self.run:
                 continue
             time = self.run.time(name)

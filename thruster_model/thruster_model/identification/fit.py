@@ -92,9 +92,7 @@ def thesis_stages(start: ParameterSet) -> tuple[Stage, ...]:
     ambient = tuple(n for n in ("k_U", "k_UU", "k_TU") if n in names)
     axial = tuple(n for n in ("k_v", "k_Uv", "k_w", "k_Tv") if n in names)
     stages = [
-        Stage(
-            title="steady-state maps", free=drive + maps, signals=("speed", "thrust", "torque"), steady_after=2.0
-        ),
+        Stage(title="steady-state maps", free=drive + maps, signals=("speed", "thrust", "torque"), steady_after=2.0),
         Stage(title="rotor", free=(*drive, "k_n", "k_Q"), signals=("speed",)),
     ]
     if start.model.has_flow:

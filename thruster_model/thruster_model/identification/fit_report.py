@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 from numpy.typing import NDArray
+
 from run_bag.report import (
     Axis,
     Cell,
@@ -17,7 +18,6 @@ from run_bag.report import (
     residuals,
     time_series,
 )
-
 from thruster_model.identification.evaluation import Comparison
 from thruster_model.identification.experiment import SIGNALS, Experiment
 from thruster_model.identification.spectrum import amplitude_density
@@ -65,7 +65,9 @@ def warnings_of(study: Study) -> list[str]:
         if not seen:
             found.append(f"No run has {side} throttle: the {side} parameters are not determined.")
     if any(e.throttle_shift_std > 0 for e in study.experiments):
-        found.append("The throttle was not recorded but reconstructed in some runs; its instants were fitted within limits.")
+        found.append(
+            "The throttle was not recorded but reconstructed in some runs; its instants were fitted within limits."
+        )
     for model in study.models:
         kinds: dict[str, list[str]] = {}
         for d in model.result.determinations:
@@ -97,7 +99,7 @@ def _errors(report: Report, study: Study, reference_name: str) -> None:
     )
     columns: list[Column | str] = ["Model", "Signal", "Unit", Column(name="Noise", digits=3)]
     columns += [Column(name=reference_name.capitalize(), digits=3), Column(name="Fit", digits=3)]
-    columns += [Column(name="Standard error of the difference", digits=2)]
+    columns += [Column(name="Error of the difference", digits=2)]
     held_out = any(m.held_out for m in study.models)
     validated = any(m.validation for m in study.models)
     if held_out:
@@ -124,8 +126,8 @@ def _errors(report: Report, study: Study, reference_name: str) -> None:
         rows,
         caption="Errors by model and signal.",
         notes=[
-            "✓: smaller than the reference's by more than the standard error of the difference (paired block bootstrap, "
-            "blocks of 2 s); ▲: larger by more than that."
+            "✓: smaller than the reference's by more than the error of the difference (standard error of a paired "
+            "block bootstrap, blocks of 2 s); ▲: larger by more than that."
         ],
     )
 
@@ -198,8 +200,8 @@ def _steady_states(report: Report, study: Study) -> None:
         plots.append(curves(series, x=axis, y=_axis(y)))
     report.figure(
         plots,
-        caption="Steady states: means of plateaus at least 2 s after the last change of the throttle, with two standard "
-        "errors, and the fitted models after 40 s.",
+        caption="Steady states: means of plateaus at least 2 s after the last change of the throttle, with two "
+        "standard errors, and the fitted models after 40 s.",
         alt="Rotor speed and flows over throttle, thrust and torque over rotor speed, measured and fitted.",
     )
 
@@ -242,9 +244,7 @@ def _parameters(report: Report, model: FittedModel, reference_name: str) -> None
             caption=f"Correlation of the estimates, {_title(model)}.",
             alt="Matrix of correlation coefficients between fitted parameters.",
         )
-    report.download(
-        f"Parameter set ({_title(model)})", f"{model.name}.yaml", dump_parameter_set(result.parameter_set)
-    )
+    report.download(f"Parameter set ({_title(model)})", f"{model.name}.yaml", dump_parameter_set(result.parameter_set))
 
 
 def _number(value: float | None) -> str | None:
@@ -278,7 +278,7 @@ def _residuals(report: Report, study: Study) -> None:
             noise = study.models[0].fitted.noise[signal] * float(np.sqrt(2.0 * m.width))
             report.figure(
                 residuals(shown, quantity=_axis(signal), noise_floor=noise),
-                caption=f"{SIGNALS[signal].title}: residuals of the run {study.experiments[index].name} and the spectrum "
-                "over all runs. A spectrum above the noise floor at low frequencies is what the model leaves out.",
+                caption=f"{SIGNALS[signal].title}: residuals of the run {study.experiments[index].name} and the "
+                "spectrum over all runs. What lies above the noise floor at low frequencies the model leaves out.",
                 alt=f"Residuals of {SIGNALS[signal].title.lower()} over time, and their amplitude spectral density.",
             )

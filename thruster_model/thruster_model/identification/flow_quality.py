@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
 
-__all__ = ["FlowQuality", "FlowLimits", "assess_flow"]
+__all__ = ["FlowLimits", "FlowQuality", "assess_flow"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -86,7 +86,8 @@ def _phase_space_spikes(velocity: Array, half: int, *, passes: int = 10) -> Mask
         fluctuation = current - median_filter(current, 4 * half + 1, mode="nearest")
         if not np.any(fluctuation):
             break
-        fresh = np.asarray(phasespace_thresholding(fluctuation), dtype=np.int64)
+        # In mm/s: proadv rounds derivatives to four decimals.
+        fresh = np.asarray(phasespace_thresholding(1e3 * fluctuation), dtype=np.int64)
         if not np.any(~found[fresh]):
             break
         found[fresh] = True

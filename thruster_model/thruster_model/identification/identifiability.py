@@ -57,9 +57,7 @@ def determinations(
     result = []
     for k, name in enumerate(names):
         definition = model.definition(name)
-        partners = tuple(
-            names[j] for j in np.flatnonzero(np.abs(correlation[k]) > strong_correlation) if j != k
-        )
+        partners = tuple(names[int(j)] for j in np.flatnonzero(np.abs(correlation[k]) > strong_correlation) if j != k)
         unit = "" if definition.unit == "1" else f" {definition.unit}"
         stated = f"{values[k]:.4g} ± {deviations[k]:.2g}{unit}"
         bound = definition.lower if definition.lower == 0.0 else definition.upper
@@ -75,7 +73,9 @@ def determinations(
             strongest = max(partners, key=lambda partner: abs(correlation[k, names.index(partner)]))
             largest = correlation[k, names.index(strongest)]
             status = "traded off"
-            sentence = f"{stated}, but only together with {', '.join(partners)} (correlation {largest:+.3f} with {strongest})"
+            sentence = (
+                f"{stated}, but only together with {', '.join(partners)} (correlation {largest:+.3f} with {strongest})"
+            )
         else:
             status, sentence = "determined", stated
         result.append(Determination(name=name, status=status, sentence=sentence, partners=partners))

@@ -27,9 +27,7 @@ class Shifts:
 NO_SHIFTS = Shifts()
 
 
-def predict(
-    experiment: Experiment, coefficients: ThrusterCoefficients, shifts: Shifts = NO_SHIFTS
-) -> dict[str, Array]:
+def predict(experiment: Experiment, coefficients: ThrusterCoefficients, shifts: Shifts = NO_SHIFTS) -> dict[str, Array]:
     """Return the predicted cell means of every measured signal, each of the shape of its measurement.
 
     The plant starts at rest and does not depend on time, so a later throttle is the same as later outputs.

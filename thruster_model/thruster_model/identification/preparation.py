@@ -96,7 +96,7 @@ def cell_means(
     enough = counts >= max(1.0, least_share * np.max(counts, initial=0))
     with np.errstate(invalid="ignore", divide="ignore"):
         means = np.where(enough, sums / counts, np.nan)
-    return start + width * (np.arange(cells) + 0.5), means
+    return np.asarray(start + width * (np.arange(cells) + 0.5), dtype=np.float64), np.asarray(means, dtype=np.float64)
 
 
 def noise_level(values: Array) -> float:

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,7 +36,7 @@ def steady_states(
     for experiment in experiments:
         edges = np.flatnonzero(np.diff(experiment.throttle) != 0.0) + 1
         bounds = np.concatenate(([0], edges, [experiment.throttle.size]))
-        for first, last in zip(bounds[:-1], bounds[1:], strict=True):
+        for first, last in pairwise(bounds):
             start, end = first * experiment.dt + settle, last * experiment.dt
             if end - start < least or experiment.throttle[first] == 0.0:
                 continue

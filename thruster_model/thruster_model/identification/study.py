@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.errors import UnfitDataError
 from thruster_model.identification.evaluation import (
     Comparison,
     Evaluation,
@@ -88,7 +89,11 @@ def run_study(
         hold_out: whether to repeat each fit with each run left out.
         options: of the fits.
         progress: told what is being done.
+
+    Raises:
+        UnfitDataError: nothing to fit, or a run to predict only that measures nothing which a model predicts.
     """
+    _check_validation(starts, validation)
     models = []
     for start, reference in starts:
 
@@ -97,6 +102,18 @@ def run_study(
 
         models.append(_fit_one(start, reference, experiments, validation, hold_out, options, told))
     return Study(experiments=tuple(experiments), validation=tuple(validation), models=tuple(models))
+
+
+def _check_validation(starts: Sequence[tuple[ParameterSet, ParameterSet]], validation: Sequence[Experiment]) -> None:
+    problems = []
+    for experiment in validation:
+        for signals in dict.fromkeys(start.model.signals for start, _ in starts):
+            if not set(signals) & set(experiment.measurements):
+                expected, found = ", ".join(signals), ", ".join(experiment.measurements)
+                text = f"expected one of {expected}; found {found}"
+                problems.append(f"{experiment.name}: nothing to predict: {text}")
+    if problems:
+        raise UnfitDataError(problems)
 
 
 def _fit_one(

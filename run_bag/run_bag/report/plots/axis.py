@@ -30,8 +30,7 @@ class Axis:
     def __post_init__(self) -> None:
         if not self.name or not self.unit:
             raise ReportError(
-                f"axis: expected a name and a unit (– where there is none), got name={self.name!r}, "
-                f"unit={self.unit!r}"
+                f"axis: expected a name and a unit (– where there is none), got name={self.name!r}, unit={self.unit!r}"
             )
 
     def scale(self, values: Sequence[npt.ArrayLike]) -> dict[str, Any]:
@@ -61,9 +60,7 @@ class Axis:
     @property
     def full(self) -> str:
         """Name, symbol and unit."""
-        return plot_text(
-            f"{self.name} {self.symbol} [{self.unit}]" if self.symbol else f"{self.name} [{self.unit}]"
-        )
+        return plot_text(f"{self.name} {self.symbol} [{self.unit}]" if self.symbol else f"{self.name} [{self.unit}]")
 
 
 TIME = Axis(name="time", unit="s", symbol="t")

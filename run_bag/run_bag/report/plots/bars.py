@@ -35,9 +35,7 @@ class Bars:
     color: int | None = None
 
 
-def bars(
-    labels: Sequence[str], groups: Sequence[Bars], *, quantity: Axis, reference: float | None = None
-) -> Plot:
+def bars(labels: Sequence[str], groups: Sequence[Bars], *, quantity: Axis, reference: float | None = None) -> Plot:
     """Draw bars with intervals.
 
     Args:

@@ -40,6 +40,4 @@ def curves(series: Sequence[Series], *, x: Axis, y: Axis, max_points: int = 1500
         "xaxis": {"title": {"text": x.full}, **x.scale([s.x for s in series])},
         "yaxis": {"title": {"text": y.full}, **y.scale([s.y for s in series])},
     }
-    return Plot(
-        figure=go.Figure(data=traces, layout=layout), notes=reduction_note(longest, max_points), height=height
-    )
+    return Plot(figure=go.Figure(data=traces, layout=layout), notes=reduction_note(longest, max_points), height=height)

@@ -36,9 +36,7 @@ def heat_map(
     matrix = np.array(values, dtype=np.float64)
     names = columns if rows is None else rows
     if matrix.shape != (len(names), len(columns)):
-        raise ReportError(
-            f"heat map: expected shape ({len(names)}, {len(columns)}) by its names, got {matrix.shape}"
-        )
+        raise ReportError(f"heat map: expected shape ({len(names)}, {len(columns)}) by its names, got {matrix.shape}")
     trace: dict[str, Any] = {
         "type": "heatmap",
         "z": matrix,
@@ -72,9 +70,7 @@ def heat_map(
             "autorange": "reversed",
         },
     }
-    return Plot(
-        figure=go.Figure(data=[trace], layout=layout), height=max(220, min(560, 44 * len(names) + 70))
-    )
+    return Plot(figure=go.Figure(data=[trace], layout=layout), height=max(220, min(560, 44 * len(names) + 70)))
 
 
 def _two_decimals(value: float) -> str:

@@ -75,9 +75,7 @@ def colour_of(series: Series, indices: dict[str, int]) -> str:
     return FITS[indices[series.name] % len(FITS)]
 
 
-def draw(
-    series: Series, indices: dict[str, int], max_points: int, **where: Any
-) -> tuple[list[dict[str, Any]], int]:
+def draw(series: Series, indices: dict[str, int], max_points: int, **where: Any) -> tuple[list[dict[str, Any]], int]:
     """Turn a series into plotly traces.
 
     Args:
@@ -123,9 +121,7 @@ def draw(
     return [*traces, main], len(y) if len(kept) < len(y) else 0
 
 
-def _band(
-    common: dict[str, Any], low: npt.NDArray[Any], high: npt.NDArray[Any], colour: str
-) -> list[dict[str, Any]]:
+def _band(common: dict[str, Any], low: npt.NDArray[Any], high: npt.NDArray[Any], colour: str) -> list[dict[str, Any]]:
     edge = common | {
         "mode": "lines",
         "line": {"width": 0, "color": colour},

@@ -1,0 +1,36 @@
+#!/usr/bin/env bash
+# The main job, end to end: bench recordings -> runs -> identified thruster models -> report.
+#
+# usage: scripts/demo.sh              a short synthetic bench campaign, simulated here
+#        scripts/demo.sh PATH...      recordings of a bench (csv, csv.xz with dat or mat beside them), files or folders
+#
+# Results go to a new folder under runs/ (or under $DEMO_OUT); the last line printed is the path of the report.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+for path in "$@"; do
+    [ -e "$path" ] || { printf '%s: expected recordings, found nothing there\n' "$path" >&2; exit 1; }
+done
+"$root/scripts/setup.sh"
+. "$root/scripts/env.sh"
+
+mkdir -p "${DEMO_OUT:-$root/runs}"
+out=$(mktemp -d "${DEMO_OUT:-$root/runs}/demo-$(date +%Y%m%d-%H%M%S)-XXXX")
+if [ $# -eq 0 ]; then
+    printf '[demo] recording a synthetic bench campaign\n'
+    ros2 run rov_sim bench_campaign --out "$out/recordings" --seed 1
+    fit=("$out"/recordings/*/)
+    options=()
+else
+    printf '[demo] importing recordings\n'
+    # One unreadable recording must not keep the others away; the importer has said what is wrong with it.
+    ros2 run run_bag import_bench "$@" --out "$out/recordings" || true
+    [ -d "$out/recordings" ] || { printf '[demo] none of these is a recording of a bench\n' >&2; exit 1; }
+    # Fitted: what was recorded to identify the thruster in water. Predicted only: what it did under control.
+    mapfile -t fit < <(ros2 run run_bag info "$out/recordings" --list --where 'experiment=open loop')
+    mapfile -t others < <(ros2 run run_bag info "$out/recordings" --list --where 'experiment=closed loop')
+    options=()
+    [ ${#others[@]} -eq 0 ] || options=(--validate "${others[@]}")
+    [ ${#fit[@]} -gt 0 ] || { printf '[demo] none of the recordings was made to identify a thruster\n' >&2; exit 1; }
+fi
+printf '[demo] fitting simplified, HL and HQ to %d runs\n' "${#fit[@]}"
+ros2 run thruster_model fit "${fit[@]}" --model simplified hl hq "${options[@]}" --out "$out/fit"

@@ -1,0 +1,186 @@
+"""The command line from runs to results: files, report, and a sentence instead of a traceback."""
+
+import json
+
+import numpy as np
+import pytest
+
+from run_bag import write_run
+from run_bag.report.browser_check import check_report, missing_browser
+from thruster_model import cli_fit
+from thruster_model.parameter_set_io import load_parameter_set
+
+
+def sweep(amplitude, slow):
+    """A second and a half of rest, then a throttle through the dead zone in both directions [V]."""
+    return lambda t: (t > 1.5) * amplitude * np.sin(slow * (t - 1.5)) * np.cos(0.23 * (t - 1.5))
+
+
+@pytest.fixture(scope="module")
+def runs(recorded_run, tmp_path_factory):
+    """Two short runs of a thruster whose input gains are 8 % above the published ones."""
+    published = load_parameter_set("hl")
+    gains = {name: 1.08 * published.values[name] for name in ("c_u1", "c_u2")}
+    truth = published.with_values(gains, source="truth").values
+    rng = np.random.default_rng(1)
+    folder = tmp_path_factory.mktemp("runs")
+    return [
+        str(recorded_run(folder / "axial", sweep(2.8, 1.1), 8.0, truth, rng, flow="axial")),
+        str(recorded_run(folder / "ambient", sweep(-2.5, 1.9), 8.0, truth, rng, flow="ambient")),
+    ]
+
+
+@pytest.fixture(scope="module")
+def outcome(runs, tmp_path_factory):
+    """Exit status and folder of a fit of two models, with a third run to predict only."""
+    out = tmp_path_factory.mktemp("fit") / "out"
+    status = cli_fit.main([*runs, "--model", "simplified", "hl", "--out", str(out), "--validate", runs[0]])
+    return status, out
+
+
+def test_all_results_are_there_and_nothing_else(outcome):
+    status, out = outcome
+    assert status == 0
+    assert sorted(p.name for p in out.iterdir()) == ["fit.json", "hl.yaml", "report.html", "simplified.yaml"]
+
+
+def test_the_fitted_set_finds_the_gains(outcome):
+    _, out = outcome
+    fitted, published = load_parameter_set(str(out / "hl.yaml")), load_parameter_set("hl")
+    for name in ("c_u1", "c_u2"):
+        ratio = fitted.values[name] / fitted.values["k_n"] * published.values["k_n"] / published.values[name]
+        assert ratio == pytest.approx(1.08, abs=0.03), name
+    assert fitted.source == "fitted to axial, ambient"
+
+
+def test_the_summary_says_what_was_fitted_to_what_and_how_well(outcome):
+    _, out = outcome
+    summary = json.loads((out / "fit.json").read_text("utf-8"))
+    provenance = summary["provenance"]
+    assert provenance["runs"] == ["axial", "ambient"]
+    assert provenance["runs predicted only"] == ["axial"]
+    assert provenance["method"] == "least-squares"
+    assert set(provenance["start"]) == {"simplified", "hl"}
+    simplified, hl = summary["models"]
+    assert (simplified["model"], hl["model"]) == ("simplified", "hl")
+    assert [e["signal"] for e in simplified["errors"]] == ["speed", "thrust", "torque", "total"]
+    assert [e["signal"] for e in hl["errors"]] == ["speed", "axial", "ambient", "thrust", "torque", "total"]
+    assert hl["units"] == {"speed": "rad/s", "axial": "m/s", "ambient": "m/s", "thrust": "N", "torque": "N m"}
+    total = hl["errors"][-1]
+    assert total["error"] == pytest.approx(1.0, abs=0.15)
+    assert total["reference"] > 3.0 * total["error"]
+    assert hl["errors_other_runs"][-1]["error"] == pytest.approx(1.0, abs=0.2)
+    assert hl["errors_left_out"] is None
+    assert hl["noise"]["thrust"] == pytest.approx(0.1, rel=0.3)
+    names = [d["name"] for d in hl["parameters"]]
+    assert set(names) == set(load_parameter_set("hl").values) - {"u_dot_max"}
+    assert all(d["status"] and d["sentence"] for d in hl["parameters"])
+
+
+def test_the_report_opens_in_a_browser_without_errors_and_with_all_plots_drawn(outcome):
+    if missing_browser():
+        pytest.skip(missing_browser())
+    findings = check_report(outcome[1] / "report.html")
+    assert findings.errors == ()
+    assert findings.undrawn == ()
+    assert findings.requests == ()
+    assert findings.overflow == ()
+    assert findings.plots >= 10
+
+
+def test_the_lines_on_the_terminal_say_how_well_and_where(runs, tmp_path, capsys):
+    words = [runs[0], "--model", "simplified", "--stages", "thesis", "--out", str(tmp_path / "out")]
+    assert cli_fit.main(words) == 0
+    first, last = capsys.readouterr().out.splitlines()
+    assert first.startswith("simplified: noise-weighted error ")
+    assert last == str(tmp_path / "out" / "report.html")
+
+
+def refused(words, capsys, sentence):
+    """Exit status 1, the sentence on stderr, nothing else and no traceback."""
+    assert cli_fit.main([str(word) for word in words]) == 1
+    written = capsys.readouterr()
+    assert sentence in written.err
+    assert "Traceback" not in written.err
+    assert written.out == ""
+
+
+def test_a_folder_with_files_in_it_is_not_written_to(runs, tmp_path, capsys):
+    (tmp_path / "notes.txt").write_text("mine")
+    sentence = f"{tmp_path}: expected a new or empty folder; found files in it"
+    refused([*runs, "--out", tmp_path], capsys, sentence)
+    assert [p.name for p in tmp_path.iterdir()] == ["notes.txt"]
+
+
+def test_a_start_of_another_model_is_refused(runs, tmp_path, capsys):
+    sentence = "--start hq: expected a set of model 'hl'; found 'hq'"
+    refused([*runs, "--start", "hq", "--out", tmp_path / "out"], capsys, sentence)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_start_that_does_not_exist_is_refused_with_what_is_known(runs, tmp_path, capsys):
+    refused(
+        [*runs, "--start", "none", "--out", tmp_path / "out"],
+        capsys,
+        "known sets (hl, hl_bench, hq, simplified)",
+    )
+
+
+def test_runs_that_cannot_be_read_are_all_named(runs, tmp_path, capsys):
+    (tmp_path / "text.mcap").write_text("no recording")
+    words = [tmp_path / "absent", runs[0], tmp_path / "text.mcap", "--out", tmp_path / "out"]
+    refused(words, capsys, f"{tmp_path / 'absent'}: no such file or directory\n{tmp_path / 'text.mcap'}")
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_run_for_validation_that_cannot_be_read_is_named(runs, tmp_path, capsys):
+    words = [*runs, "--validate", tmp_path / "absent", "--out", tmp_path / "out"]
+    refused(words, capsys, f"{tmp_path / 'absent'}: no such file or directory")
+
+
+def test_a_run_without_excitation_is_refused(bench_topic, tmp_path, capsys):
+    time = np.arange(0.0, 4.0, 0.01)
+    noise = np.random.default_rng(1).standard_normal(time.size)
+    topics = [
+        bench_topic("thruster_0/throttle", "Throttle", time, {"commanded": np.zeros(time.size)}),
+        bench_topic("thruster_0/state", "ThrusterState", time, {"n": noise}),
+    ]
+    still = write_run(tmp_path / "still", topics)
+    refused([still, "--out", tmp_path / "out"], capsys, "the throttle is zero throughout all runs")
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run"], "the following arguments are required: --out"),
+        (["run", "--out", "x", "--model", "cubic"], "invalid choice: 'cubic'"),
+        (["--out", "x"], "the following arguments are required: RUN"),
+    ],
+)
+def test_wrong_words_are_refused_with_the_usage(words, sentence, capsys):
+    with pytest.raises(SystemExit) as stop:
+        cli_fit.main(words)
+    assert stop.value.code == 2
+    assert sentence in capsys.readouterr().err
+
+
+def test_a_run_that_the_model_predicts_nothing_of_is_refused_as_validation(runs, bench_topic, tmp_path, capsys):
+    time = np.arange(0.0, 4.0, 0.04)
+    noise = 0.005 * np.random.default_rng(1).standard_normal(time.size)
+    topics = [
+        bench_topic("thruster_0/throttle", "Throttle", time, {"commanded": np.where(time > 2.0, 1.0, 0.0)}),
+        bench_topic("thruster_0/flow", "FlowVelocity", time, {"axial": noise}),
+    ]
+    flow = write_run(tmp_path / "flow", topics)
+    words = [
+        runs[0],
+        "--model",
+        "simplified",
+        "--stages",
+        "thesis",
+        "--validate",
+        flow,
+        "--out",
+        tmp_path / "out",
+    ]
+    refused(words, capsys, "flow: nothing to predict: expected one of speed, thrust, torque; found axial")
