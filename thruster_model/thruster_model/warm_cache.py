@@ -11,7 +11,7 @@ from thruster_model.models import MODELS
 def main() -> None:
     """Run each kernel once with arguments of the types that it is used with."""
     model = MODELS["hq"]
-    coefficients = model.coefficients({d.name: 0.5 * (d.lower + d.upper) * 1e-3 for d in model.parameters})
+    coefficients = model.coefficients({d.name: d.scale for d in model.parameters})
     simulate(coefficients, np.ones(3), 0.01)
     cell = Measurement(signal="speed", time=np.array([0.01]), values=np.array([0.0]), width=0.01, noise=1.0)
     experiment = Experiment(name="warm", dt=0.01, throttle=np.ones(3), measurements={"speed": cell})

@@ -12,6 +12,10 @@ The three models of the thesis are this form with some coefficients at zero:
 simplified   c_nv = c_v = 0 and no flow (k_v ... k_TU = 0): thrust and torque depend on n alone;
 HL           c_1 = c_2 = c_n, no dead zone in n|n|, c_v = 0;
 HQ           c_1 = c_2 = c_n, no dead zone in n|n|.
+(3.7)                   dn/dt = -k_1 n - k_2 n|n| + k_3 u: k_n = k_1, k_Q = 0 and no dead zone in u; k_2 = 0 elsewhere
+A rotor without inertia is n = gamma(u) / k_n.
+
+Classes with other loads, another axial flow or a rotor without inertia: `thruster_model.equations.classes`.
 
 All signs follow the thesis: positive throttle turns the propeller forward (n > 0), gives T > 0, and drives water
 through the duct with v > 0 and U > 0.
@@ -54,6 +58,8 @@ class ThrusterCoefficients(NamedTuple):
     k_U: float
     k_UU: float
     k_TU: float
+    k_2: float = 0.0
+    drive_gain: float = 1.0
 
 
 @equation
@@ -82,8 +88,8 @@ def flow_loss(n, v, c_nv, c_v):  # type: ignore[no-untyped-def]
 
 @equation
 def rotor_acceleration(n, load_torque, drive, p):  # type: ignore[no-untyped-def]
-    """Return dn/dt [rad/s^2] of (3.8), (4.3); `drive` = gamma(u) [rad/s^2], `load_torque` = Q [N m]."""
-    return -p.k_n * n - p.k_Q * load_torque + drive
+    """Return dn/dt [rad/s^2] of (3.7), (3.8), (4.3); `drive` = gamma(u) [rad/s^2], `load_torque` = Q [N m]."""
+    return -p.k_n * n - p.k_2 * n * np.abs(n) - p.k_Q * load_torque + p.drive_gain * drive
 
 
 @equation
@@ -96,14 +102,3 @@ def axial_acceleration(v, ambient, force, p):  # type: ignore[no-untyped-def]
 def ambient_acceleration(ambient, force, p):  # type: ignore[no-untyped-def]
     """Return dU/dt [m/s^2] of (4.5), the flow tank's; `force` = T [N]."""
     return -p.k_U * ambient - p.k_UU * ambient * np.abs(ambient) + p.k_TU * force
-
-
-@equation
-def derivative(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
-    """Return (dn/dt, dv/dt, dU/dt) of (4.3) to (4.5) for the acting throttle u [V]."""
-    force = thrust(n, v, p)
-    return (
-        rotor_acceleration(n, torque(n, v, p), input_map(u, p), p),
-        axial_acceleration(v, ambient, force, p),
-        ambient_acceleration(ambient, force, p),
-    )

@@ -108,13 +108,15 @@ class Comparison:
     """Two evaluations of the same experiments, a signal at a time.
 
     `error` and `reference` are root mean square errors, `difference_error` is the standard error of their difference
-    by a paired block bootstrap, in the signal's unit ("total": dimensionless).
+    by a paired block bootstrap, `interval` the 90 % interval of the error by the same, in the signal's unit ("total":
+    dimensionless).
     """
 
     signal: str
     error: float
     reference: float
     difference_error: float
+    interval: tuple[float, float]
 
     @property
     def worse(self) -> bool:
@@ -146,6 +148,7 @@ def compare(
                 error=float(np.sqrt(np.nanmean(np.concatenate(ours) ** 2))),
                 reference=float(np.sqrt(np.nanmean(np.concatenate(theirs) ** 2))),
                 difference_error=float(np.std(first - second)),
+                interval=(float(np.quantile(first, 0.05)), float(np.quantile(first, 0.95))),
             )
         )
     return tuple(rows)

@@ -14,6 +14,7 @@ from thruster_model.identification.identifiability import Determination, determi
 from thruster_model.identification.prediction import Shifts
 from thruster_model.identification.problem import Problem
 from thruster_model.identification.uncertainty import autocorrelation_time, sandwich_covariance
+from thruster_model.models import Model
 from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["FitOptions", "FitResult", "Stage", "fit", "noise_of", "thesis_stages"]
@@ -33,7 +34,7 @@ class FitOptions:
         prior_width: see `Problem.prior_width`.
         loss_scale: residual, in weights, from which on the loss grows linearly.
         passes: joint solutions, each with the weights that the one before implies.
-        frozen: parameters that are not fitted.
+        frozen: parameters that are not fitted, besides those that are given.
     """
 
     method: str = "least-squares"
@@ -41,7 +42,7 @@ class FitOptions:
     prior_width: float = 1.0
     loss_scale: float = 2.0
     passes: int = 3
-    frozen: tuple[str, ...] = ("u_dot_max",)
+    frozen: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,19 +87,16 @@ class FitResult:
 
 def thesis_stages(start: ParameterSet) -> tuple[Stage, ...]:
     """Return the thesis' order: steady-state maps, rotor, ambient and axial flow, then the maps with the flow known."""
-    names = start.model.parameter_names
-    maps = tuple(n for n in names if n.startswith(("c_T", "delta_T", "c_Q", "delta_Q", "c_n_", "c_nv_", "c_v_")))
-    drive = tuple(n for n in ("c_u1", "c_u2", "delta_u1", "delta_u2") if n in names)
-    ambient = tuple(n for n in ("k_U", "k_UU", "k_TU") if n in names)
-    axial = tuple(n for n in ("k_v", "k_Uv", "k_w", "k_Tv") if n in names)
+    of_role = start.model.of_role
+    maps, drive = of_role("map"), of_role("drive")
     stages = [
         Stage(title="steady-state maps", free=drive + maps, signals=("speed", "thrust", "torque"), steady_after=2.0),
-        Stage(title="rotor", free=(*drive, "k_n", "k_Q"), signals=("speed",)),
+        Stage(title="rotor", free=drive + of_role("rotor"), signals=("speed",)),
     ]
     if start.model.has_flow:
         stages += [
-            Stage(title="ambient flow", free=ambient, signals=("ambient",)),
-            Stage(title="axial flow", free=axial, signals=("axial",)),
+            Stage(title="ambient flow", free=of_role("ambient"), signals=("ambient",)),
+            Stage(title="axial flow", free=of_role("axial"), signals=("axial",)),
         ]
     stages.append(Stage(title="maps in transients", free=maps, signals=("thrust", "torque")))
     return tuple(stages)
@@ -147,7 +145,7 @@ def _fit(problem: Problem, start: ParameterSet, options: FitOptions, progress: P
     for stage in thesis_stages(start):
         progress(f"stage: {stage.title}")
         problem, message = _solve_stage(problem, stage, options)
-    free = tuple(n for n in start.model.parameter_names if n not in options.frozen)
+    free = _fitted(start.model.parameter_names, start.model, options)
     problem = replace(problem, free=free)
     unknowns = np.clip(problem.start, *problem.bounds)
     if options.stages == "joint":
@@ -171,9 +169,14 @@ def _check(experiments: Sequence[Experiment], sigma: Mapping[str, float]) -> Non
         raise UnfitDataError(problems)
 
 
+def _fitted(names: Sequence[str], model: Model, options: FitOptions) -> tuple[str, ...]:
+    given = model.of_role("given")
+    return tuple(name for name in names if name not in options.frozen and name not in given)
+
+
 def _solve_stage(problem: Problem, stage: Stage, options: FitOptions) -> tuple[Problem, str]:
     signals = tuple(name for name in stage.signals if name in problem.noise)
-    free = tuple(name for name in stage.free if name not in options.frozen)
+    free = _fitted(stage.free, problem.model, options)
     staged = replace(problem, free=free, signals=signals, steady_after=stage.steady_after)
     if not signals or not free or not any(row.cells.size for row in staged.rows):
         return problem, f"stage '{stage.title}' skipped: nothing measured for it"

@@ -1,0 +1,56 @@
+"""Command line: the reference of models and parameter sets as Markdown, from their definitions."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from run_bag.command_line import user_arguments
+
+from thruster_model.models import MODELS, Model
+from thruster_model.parameter_set_io import available_sets, load_parameter_set
+
+_STATE = {True: "n [rad/s], v [m/s], U [m/s]", False: "n [rad/s]"}
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the reference; return the exit status."""
+    argparse.ArgumentParser(prog="reference", description=__doc__).parse_args(user_arguments(arguments))
+    print(reference(), end="")
+    return 0
+
+
+def reference() -> str:
+    """Return the whole reference."""
+    head = (
+        "# Models and parameter sets\n\n"
+        "Made by `ros2 run thruster_model reference`; equation numbers are the thesis'. Input of every model: the throttle "
+        "u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the model has "
+        'them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
+    )
+    return head + "".join(_model(model) for model in MODELS.values())
+
+
+def _model(model: Model) -> str:
+    static = model.name.startswith("static") or model.knots
+    lines = [
+        f"\n## `{model.name}`: {model.title}\n",
+        f"Equations: {model.equations}.  ",
+        f"State: {'none' if static else _STATE[model.has_flow]}.  ",
+        f"Cannot: {model.cannot}\n",
+    ]
+    sets = [s for s in (load_parameter_set(name) for name in available_sets()) if s.model_name == model.name]
+    names = [name for name in available_sets() if load_parameter_set(name).model_name == model.name]
+    heads = ["parameter", "meaning", "unit", "fitted", *(f"`{name}`" for name in names)]
+    lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    for d in model.parameters:
+        values = [f"{s.parameters[d.name].value:.6g} ({s.parameters[d.name].source})" for s in sets]
+        fitted = "no" if d.role == "given" else "yes"
+        lines.append(
+            f"| {d.name} | {d.meaning} | {d.unit} | {fitted} | {' | '.join(values)} |".replace("n|n|", "n\\|n\\|")
+        )
+    lines += [f"\nSet `{n}`: {s.name}; {s.source}." for n, s in zip(names, sets, strict=True)]
+    return "\n".join(lines).replace("v|v|", "v\\|v\\|").replace("|n| v", "\\|n\\| v") + "\n"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

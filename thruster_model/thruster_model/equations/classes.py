@@ -1,0 +1,250 @@
+"""Classes of thrusters: which equation each uses for its loads, its rotor and its axial flow.
+
+All classes share the pipeline of `derivative` and `outputs`. Where they differ, the class of the coefficients decides,
+when a kernel is compiled: a class that is not used costs nothing.
+"""
+
+from collections import namedtuple
+from collections.abc import Callable
+from typing import Any
+
+from numba.extending import overload
+
+from thruster_model.compilation import equation
+from thruster_model.equations.airfoil import airfoil_loads
+from thruster_model.equations.four_quadrant import four_quadrant_load
+from thruster_model.equations.inflow import relative_axial_acceleration, steady_axial_flow
+from thruster_model.equations.thruster import (
+    ThrusterCoefficients,
+    ambient_acceleration,
+    axial_acceleration,
+    input_map,
+    rotor_acceleration,
+    thrust,
+    torque,
+)
+
+__all__ = [
+    "AirfoilCoefficients",
+    "AmbientInflowCoefficients",
+    "RelativeFlowCoefficients",
+    "StaticCoefficients",
+    "SteadyFlowCoefficients",
+    "TableCoefficients",
+    "derivative",
+    "outputs",
+]
+
+Equation = Callable[..., Any]
+
+
+def _class(name: str, *extra: str) -> Any:
+    """Return a class of coefficients: the common ones (with their defaults) and `extra` ones (zero by default)."""
+    common = ThrusterCoefficients._fields
+    defaults = [ThrusterCoefficients._field_defaults.get(field, 0.0) for field in common]
+    return namedtuple(name, (*common, *extra), defaults=[*defaults, *(0.0 for _ in extra)], module=__name__)  # noqa: PYI024
+
+
+# v = k_s U cos(a) + k_r n (Kim and Chung)
+SteadyFlowCoefficients = _class("SteadyFlowCoefficients", "k_s", "k_r", "inflow_angle")
+# (4.2)
+RelativeFlowCoefficients = _class("RelativeFlowCoefficients", "k_4", "k_5")
+# (4.6)-(4.11)
+AirfoilCoefficients = _class("AirfoilCoefficients", "radius", "density", "pitch", "lift", "drag")
+# four quadrants over the ambient flow
+AmbientInflowCoefficients = _class(
+    "AmbientInflowCoefficients", "radius", "a1_T", "b1_T", "a3_T", "b3_T", "a1_Q", "b1_Q", "a3_Q", "b3_Q"
+)
+# a rotor without inertia
+StaticCoefficients = _class("StaticCoefficients")
+# `table` (4, K): throttle [V] ascending, rotor speed [rad/s], thrust [N], torque [N m]; columns are its nodes
+TableCoefficients = _class("TableCoefficients", "table")
+
+
+# ---- loads: (T [N], Q [N m]) over rotor speed, axial flow and acting throttle
+
+
+@equation
+def _map_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    return thrust(n, v, p), torque(n, v, p)
+
+
+@equation
+def _airfoil_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    return airfoil_loads(n, v, p.radius, p.pitch, p.lift, p.drag, p.density)
+
+
+@equation
+def _four_quadrant_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    force = four_quadrant_load(n, v, p.radius, p.a1_T, p.b1_T, p.a3_T, p.b3_T)
+    return force, four_quadrant_load(n, v, p.radius, p.a1_Q, p.b1_Q, p.a3_Q, p.b3_Q)
+
+
+@equation
+def _node_below(u, p):  # type: ignore[no-untyped-def]
+    """Return (index of the node below u, share of the way to the next): beyond the table, its end nodes hold."""
+    k = 0
+    while k < p.table.shape[1] - 2 and u > p.table[0, k + 1]:
+        k += 1
+    share = (u - p.table[0, k]) / (p.table[0, k + 1] - p.table[0, k])
+    return k, min(max(share, 0.0), 1.0)
+
+
+@equation
+def _table_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    k, share = _node_below(u, p)
+    force = p.table[2, k] + share * (p.table[2, k + 1] - p.table[2, k])
+    return force, p.table[3, k] + share * (p.table[3, k + 1] - p.table[3, k])
+
+
+# ---- rotor speed [rad/s] over the state n and the acting throttle, and the rate of that state
+
+
+@equation
+def _state_speed(n, u, p):  # type: ignore[no-untyped-def]
+    return n
+
+
+@equation
+def _static_speed(n, u, p):  # type: ignore[no-untyped-def]
+    return input_map(u, p) / p.k_n
+
+
+@equation
+def _table_speed(n, u, p):  # type: ignore[no-untyped-def]
+    k, share = _node_below(u, p)
+    return p.table[1, k] + share * (p.table[1, k + 1] - p.table[1, k])
+
+
+@equation
+def _no_rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
+    return 0.0 * n
+
+
+# ---- axial flow [m/s] over rotor speed, the state v and the ambient flow, and the rate of that state
+
+
+@equation
+def _state_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
+    return v
+
+
+@equation
+def _steady_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
+    return steady_axial_flow(n, ambient, p.k_s, p.k_r, p.inflow_angle)
+
+
+@equation
+def _ambient_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
+    return ambient
+
+
+@equation
+def _relative_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
+    return relative_axial_acceleration(v, ambient, force, p.k_4, p.k_5)
+
+
+@equation
+def _no_axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
+    return 0.0 * v
+
+
+_THESIS: dict[str, Equation] = {
+    "loads": _map_loads,
+    "speed": _state_speed,
+    "rotor_rate": rotor_acceleration,
+    "flow": _state_flow,
+    "axial_rate": axial_acceleration,
+}
+_STATIC = {"rotor_rate": _no_rotor_rate, "axial_rate": _no_axial_rate}
+_EQUATIONS: dict[type, dict[str, Equation]] = {
+    ThrusterCoefficients: _THESIS,
+    SteadyFlowCoefficients: {**_THESIS, "flow": _steady_flow, "axial_rate": _no_axial_rate},
+    RelativeFlowCoefficients: {**_THESIS, "axial_rate": _relative_rate},
+    AirfoilCoefficients: {**_THESIS, "loads": _airfoil_loads},
+    AmbientInflowCoefficients: {
+        **_THESIS,
+        "loads": _four_quadrant_loads,
+        "flow": _ambient_flow,
+        "axial_rate": _no_axial_rate,
+    },
+    StaticCoefficients: {**_THESIS, **_STATIC, "speed": _static_speed},
+    TableCoefficients: {**_THESIS, **_STATIC, "loads": _table_loads, "speed": _table_speed},
+}
+
+
+def loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    """Return (T [N], Q [N m]) of the class of `p`."""
+    return _EQUATIONS[type(p)]["loads"](n, v, u, p)
+
+
+def rotor_speed(n, u, p):  # type: ignore[no-untyped-def]
+    """Return the rotor speed [rad/s]: the state n or, for a rotor without inertia, what the throttle u [V] makes it."""
+    return _EQUATIONS[type(p)]["speed"](n, u, p)
+
+
+def rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
+    """Return dn/dt [rad/s^2] of the class of `p`."""
+    return _EQUATIONS[type(p)]["rotor_rate"](n, moment, drive, p)
+
+
+def axial_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
+    """Return the axial flow [m/s]: the state v or, where it is steady, what rotor speed and ambient flow make it."""
+    return _EQUATIONS[type(p)]["flow"](n, v, ambient, p)
+
+
+def axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
+    """Return dv/dt [m/s^2] of the class of `p`."""
+    return _EQUATIONS[type(p)]["axial_rate"](v, ambient, force, p)
+
+
+@overload(loads, inline="always")
+def _compile_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["loads"]
+    return lambda n, v, u, p: chosen(n, v, u, p)
+
+
+@overload(rotor_speed, inline="always")
+def _compile_speed(n, u, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["speed"]
+    return lambda n, u, p: chosen(n, u, p)
+
+
+@overload(rotor_rate, inline="always")
+def _compile_rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["rotor_rate"]
+    return lambda n, moment, drive, p: chosen(n, moment, drive, p)
+
+
+@overload(axial_flow, inline="always")
+def _compile_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["flow"]
+    return lambda n, v, ambient, p: chosen(n, v, ambient, p)
+
+
+@overload(axial_rate, inline="always")
+def _compile_axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["axial_rate"]
+    return lambda v, ambient, force, p: chosen(v, ambient, force, p)
+
+
+@equation
+def derivative(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
+    """Return (dn/dt, dv/dt, dU/dt) for the acting throttle u [V]; states that are algebraic here do not move."""
+    speed = rotor_speed(n, u, p)
+    axial = axial_flow(speed, v, ambient, p)
+    force, moment = loads(speed, axial, u, p)
+    return (
+        rotor_rate(n, moment, input_map(u, p), p),
+        axial_rate(v, ambient, force, p),
+        ambient_acceleration(ambient, force, p),
+    )
+
+
+@equation
+def outputs(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
+    """Return (rotor speed [rad/s], axial flow [m/s], thrust [N], torque [N m]) in this state."""
+    speed = rotor_speed(n, u, p)
+    axial = axial_flow(speed, v, ambient, p)
+    force, moment = loads(speed, axial, u, p)
+    return speed, axial, force, moment

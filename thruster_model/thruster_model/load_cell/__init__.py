@@ -1,0 +1,1 @@
+"""The load cell: geometry, calibration, structural resonance, and thrust out of its ringing."""
