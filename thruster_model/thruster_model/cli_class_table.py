@@ -68,7 +68,10 @@ def draw(models: Sequence[Mapping[str, Any]], file: Path) -> None:
 
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
+    matplotlib.rcParams["svg.fonttype"] = "none"
+    matplotlib.rcParams["svg.hashsalt"] = "classes"
     ordered = ranked(models)[::-1]
     figure, panels = plt.subplots(1, len(_ORDER), figsize=(14, 0.34 * len(ordered) + 1.2), sharey=True)
     for panel, signal in zip(panels, _ORDER, strict=True):
@@ -84,7 +87,14 @@ def draw(models: Sequence[Mapping[str, Any]], file: Path) -> None:
         else:
             panel.axvline(1.0, color="#999", linewidth=1, linestyle=":")
             panel.set_xlabel("total, noise-weighted")
-        panel.set_xscale("log")
+        shown = [_errors(model)[signal] for model in ordered if signal in _errors(model)]
+        if max(c["error"] for c in shown) > 2.0 * min(c["error"] for c in shown):
+            panel.set_xscale("log")
+            panel.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+            panel.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
+            panel.xaxis.set_minor_formatter(NullFormatter())
+        else:
+            panel.set_xlim(left=0.0)
         panel.grid(axis="both", color="#ddd", linewidth=0.6)
         panel.spines[["top", "right"]].set_visible(False)
     panels[0].set_yticks(range(len(ordered)), [model["model"] for model in ordered])

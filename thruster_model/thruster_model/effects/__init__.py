@@ -1,0 +1,1 @@
+"""Unmodelled effects: defined once, simulated, diagnosed and exported from that definition."""

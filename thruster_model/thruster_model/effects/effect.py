@@ -1,0 +1,75 @@
+"""What an unmodelled effect is: one definition that the simulator switches on and the diagnosis offers as a hypothesis."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+__all__ = ["STAGES", "Effect", "EffectParameter", "Block"]
+
+Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
+
+STAGES: dict[str, tuple[str, ...]] = {
+    # Where the plant's pipeline lets effects in: the first name is what a hook returns, changed or not.
+    "edges": ("edges", "n", "p", "e"),  # dead-zone edges (delta_u1, delta_u2) [V]
+    "drive": ("drive", "n", "heat", "p", "e"),  # gamma(u) [rad/s^2]
+    "inflow": ("ambient", "p", "e"),  # ambient flow that reaches the thruster and the instrument [m/s]
+    "loads": ("loads", "n", "v", "ambient", "gate", "p", "e"),  # (thrust [N], torque [N m])
+    "rotor": ("n_dot", "n", "drive", "p", "e"),  # [rad/s^2]
+    "thrust_dynamics": ("force", "n_dot", "p", "e"),  # thrust [N], once dn/dt is known
+    "axial": ("v_dot", "v", "ambient", "force", "p", "e"),  # [m/s^2]
+    "ambient": ("u_dot", "ambient", "past", "p", "e"),  # [m/s^2]; past: the ambient flow the memory's length ago [m/s]
+}
+"""Stages of the plant's pipeline and the arguments of a hook there."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class EffectParameter:
+    """One size of an effect: at `neutral` there is exactly no effect; `lower` to `upper` is the plausible range.
+
+    `both_signs` tells that the range counts with either sign.
+    """
+
+    name: str
+    unit: str
+    meaning: str
+    lower: float
+    upper: float
+    neutral: float = 0.0
+    both_signs: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """An unmodelled effect.
+
+    Attributes:
+        id: identifier.
+        title: what it is physically, in words.
+        block: where it enters.
+        equation: as a formula.
+        parameters: its sizes; the first one is zero (or neutral) exactly where there is no effect.
+        hooks: by stage of the plant, functions of that stage's arguments.
+        samples: what it does to the throttle's samples, to a sensor's samples or to stamps, outside the integration;
+            None where it acts in the plant.
+        channel: the signal whose sensor or log it concerns, "" where it concerns none or any.
+        twins: effects that no data can tell from this one.
+    """
+
+    id: str
+    title: str
+    block: Block
+    equation: str
+    parameters: tuple[EffectParameter, ...]
+    hooks: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
+    samples: Callable[..., Any] | None = None
+    channel: str = ""
+    twins: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        unknown = set(self.hooks) - set(STAGES)
+        if unknown or not self.parameters or bool(self.hooks) == (self.samples is not None):
+            raise ValueError(f"{self.id}: expected parameters and either hooks or samples; unknown stages {unknown}")
+
+    def field_of(self, parameter: str) -> str:
+        """Return the name of a parameter's field in `EffectValues`."""
+        return f"{self.id}_{parameter}"
