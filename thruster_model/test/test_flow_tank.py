@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from thruster_model.equations.classes import derivative
 from thruster_model.flow_tank import PlantState, simulate
 from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.pipeline import derivative
 
 
 @pytest.mark.parametrize(

@@ -8,10 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_model.equations.classes import derivative
+from thruster_model.effects.stages import NEUTRAL, NO_EFFECTS
 from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.flow_tank import AT_REST, run_plant
+from thruster_model.flow_tank import AT_REST, NO_GATES, run_plant
 from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.pipeline import derivative
 
 
 class Row(NamedTuple):
@@ -28,11 +29,16 @@ def rows(steps: int = 2_000_000) -> list[Row]:
     p = load_parameter_set("hq").coefficients
     commands = 3.0 * np.sin(0.01 * np.arange(steps // 100))
     out = np.empty((6, commands.size + 1))
-    run_plant(AT_REST, commands[:2], 0.1, 100, p, out)
-    ours = max(_speed(lambda: run_plant(AT_REST, commands, 0.1, 100, p, out), steps) for _ in range(3))
     few = steps // 1000
     plain = max(_speed(lambda: _numpy_loop(few, p), few) for _ in range(3))
-    return [Row("plant of one thruster, RK4", ours, plain, "steps/s")]
+    found = []
+    for what, e in (("plant of one thruster, RK4", NO_EFFECTS), ("the same, all effects at neutral", NEUTRAL)):
+        run_plant(AT_REST, commands[:2], 0.1, 100, p, e, NO_GATES, out)
+        ours = max(
+            _speed(lambda e=e: run_plant(AT_REST, commands, 0.1, 100, p, e, NO_GATES, out), steps) for _ in range(3)
+        )
+        found.append(Row(what, ours, plain, "steps/s"))
+    return found
 
 
 def _speed(action, count: int) -> float:  # type: ignore[no-untyped-def]

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any
 
 from run_bag.command_line import user_arguments
-
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.models import MODELS
 

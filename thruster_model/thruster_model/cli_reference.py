@@ -5,7 +5,6 @@ import sys
 from collections.abc import Sequence
 
 from run_bag.command_line import user_arguments
-
 from thruster_model.models import MODELS, Model
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["ParameterSetError", "ThrusterModelError", "UnfitDataError"]
+__all__ = ["ForceTableError", "ParameterSetError", "ThrusterModelError", "UnfitDataError"]
 
 
 class ThrusterModelError(Exception):
@@ -11,6 +11,15 @@ class ThrusterModelError(Exception):
 
 class ParameterSetError(ThrusterModelError):
     """A parameter set that cannot be used; `problems` holds one sentence for each thing that is wrong."""
+
+    def __init__(self, source: str, problems: Sequence[str]) -> None:
+        self.source = source
+        self.problems = tuple(problems)
+        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+
+class ForceTableError(ThrusterModelError):
+    """A table of forces that cannot be used; `problems` holds one sentence for each thing that is wrong."""
 
     def __init__(self, source: str, problems: Sequence[str]) -> None:
         self.source = source

@@ -3,29 +3,32 @@
 The throttle is held between commands (zero-order hold); the acting throttle moves towards the command at u_dot_max.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thruster_model.compilation import compiled, equation
-from thruster_model.equations.classes import derivative, outputs
+from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.pipeline import heat_after, memory_length, pipeline
 
 __all__ = ["AT_REST", "PlantState", "Trajectory", "plant_step", "run_plant", "simulate"]
 
 
 class PlantState(NamedTuple):
-    """Rotor speed n [rad/s], axial flow v [m/s], ambient flow U [m/s], acting throttle u [V]."""
+    """Rotor speed n [rad/s], axial flow v [m/s], ambient flow U [m/s], acting throttle u [V], heat of the motor (0 to 1)."""
 
     n: float
     v: float
     ambient: float
     u: float
+    heat: float = 0.0
 
 
 AT_REST = PlantState(0.0, 0.0, 0.0, 0.0)
+NO_GATES = np.empty(0)
 
 
 class Trajectory(NamedTuple):
@@ -40,48 +43,66 @@ class Trajectory(NamedTuple):
 
 
 @equation
-def plant_step(state, u_commanded, dt, p):  # type: ignore[no-untyped-def]
+def plant_step(state, u_commanded, dt, past, gate, p, e):  # type: ignore[no-untyped-def]
     """Return the state after `dt` [s] under the commanded throttle [V], held over the step.
 
     Where the throttle reaches the command within the step, the step is split there: smeared over the whole step, a
-    change of the command would come half a step late.
+    change of the command would come half a step late. `past`, `gate`: see `effects.effect.STAGES`.
     """
     ramp = np.abs(u_commanded - state.u) / p.u_dot_max
     if 0.0 < ramp < dt:
-        state = _rk4(state, u_commanded, ramp, p)
-        return _rk4(state, u_commanded, dt - ramp, p)
-    return _rk4(state, ramp_limited(state.u, u_commanded, p.u_dot_max, dt), dt, p)
+        state = _rk4(state, u_commanded, ramp, past, gate, p, e)
+        return _rk4(state, u_commanded, dt - ramp, past, gate, p, e)
+    return _rk4(state, ramp_limited(state.u, u_commanded, p.u_dot_max, dt), dt, past, gate, p, e)
 
 
 @equation
-def _rk4(state, u_end, dt, p):  # type: ignore[no-untyped-def]
+def _rates(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyped-def]
+    return pipeline(n, v, ambient, u, heat, past, gate, p, e)[:3]
+
+
+@equation
+def _rk4(state, u_end, dt, past, gate, p, e):  # type: ignore[no-untyped-def]
     """Return the state after one RK4 step of `dt` [s], the acting throttle going straight to `u_end` [V]."""
     u_middle = 0.5 * (state.u + u_end)
-    n, v, ambient = state.n, state.v, state.ambient
-    n1, v1, a1 = derivative(n, v, ambient, state.u, p)
+    n, v, ambient, heat = state.n, state.v, state.ambient, state.heat
+    n1, v1, a1 = _rates(n, v, ambient, state.u, heat, past, gate, p, e)
     half = 0.5 * dt
-    n2, v2, a2 = derivative(n + half * n1, v + half * v1, ambient + half * a1, u_middle, p)
-    n3, v3, a3 = derivative(n + half * n2, v + half * v2, ambient + half * a2, u_middle, p)
-    n4, v4, a4 = derivative(n + dt * n3, v + dt * v3, ambient + dt * a3, u_end, p)
+    n2, v2, a2 = _rates(n + half * n1, v + half * v1, ambient + half * a1, u_middle, heat, past, gate, p, e)
+    n3, v3, a3 = _rates(n + half * n2, v + half * v2, ambient + half * a2, u_middle, heat, past, gate, p, e)
+    n4, v4, a4 = _rates(n + dt * n3, v + dt * v3, ambient + dt * a3, u_end, heat, past, gate, p, e)
     sixth = dt / 6.0
     return PlantState(
         n + sixth * (n1 + 2.0 * (n2 + n3) + n4),
         v + sixth * (v1 + 2.0 * (v2 + v3) + v4),
         ambient + sixth * (a1 + 2.0 * (a2 + a3) + a4),
         u_end,
+        heat_after(heat, u_middle, dt, p, e),
     )
 
 
 @compiled
-def run_plant(state, u_commanded, dt, substeps, p, out):  # type: ignore[no-untyped-def]
-    """Integrate over all commands (N,), `dt` [s] apart, `substeps` RK4 steps each; fill `out` (6, N + 1)."""
+def run_plant(state, u_commanded, dt, substeps, p, e, gates, out):  # type: ignore[no-untyped-def]
+    """Integrate over all commands (N,), `dt` [s] apart, `substeps` RK4 steps each; fill `out` (6, N + 1).
+
+    `e`: `EffectValues` or `NO_EFFECTS`; `gates`: one value per period, or none.
+    """
+    step = dt / substeps
+    back = int(round(memory_length(0.0, e) / step))
+    history = np.zeros(back + 1)
+    count = 0
     for k in range(u_commanded.size + 1):
-        out[0, k], out[1, k], out[4, k], out[5, k] = outputs(state.n, state.v, state.ambient, state.u, p)
-        out[2, k] = state.ambient
+        gate = gates[min(k, gates.size - 1)] if gates.size > 0 else 1.0
+        past = history[count % (back + 1)] if count >= back else 0.0
+        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, p, e)
+        out[0, k], out[1, k], out[2, k], out[4, k], out[5, k] = now[3], now[4], now[5], now[6], now[7]
         out[3, k] = state.u
         if k < u_commanded.size:
             for _ in range(substeps):
-                state = plant_step(state, u_commanded[k], dt / substeps, p)
+                past = history[count % (back + 1)] if count >= back else 0.0
+                history[(count + back) % (back + 1)] = state.ambient
+                state = plant_step(state, u_commanded[k], step, past, gate, p, e)
+                count += 1
     return state
 
 
@@ -92,6 +113,8 @@ def simulate(
     *,
     initial: PlantState = AT_REST,
     largest_step: float = 1e-3,
+    effects: Any = NO_EFFECTS,
+    gates: ArrayLike = NO_GATES,
 ) -> Trajectory:
     """Simulate the thruster under a commanded throttle.
 
@@ -101,6 +124,8 @@ def simulate(
         dt: period of the commands [s].
         initial: state at the first command.
         largest_step: upper bound of the integration step [s].
+        effects: `EffectValues` of unmodelled effects that act in the plant, or none.
+        gates: 0 in periods in which the propeller may draw air, else 1, shape (N,); empty: never.
 
     Returns:
         Trajectory at the N + 1 instants 0, dt, ..., N dt.
@@ -112,5 +137,7 @@ def simulate(
         raise ValueError(f"dt and largest_step: expected positive times, got {dt} s and {largest_step} s")
     substeps = max(1, int(np.ceil(dt / largest_step - 1e-9)))
     out = np.empty((6, commands.size + 1))
-    run_plant(PlantState(*map(float, initial)), commands, float(dt), substeps, coefficients, out)
+    start = PlantState(*map(float, initial))
+    opened = np.ascontiguousarray(gates, dtype=np.float64)
+    run_plant(start, commands, float(dt), substeps, coefficients, effects, opened, out)
     return Trajectory(*out)

@@ -1,25 +1,37 @@
-"""What an unmodelled effect is: one definition that the simulator switches on and the diagnosis offers as a hypothesis."""
+"""What an unmodelled effect is: one definition, which the simulator switches on and a diagnosis can suspect."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["STAGES", "Effect", "EffectParameter", "Block"]
+__all__ = ["STAGES", "Block", "Effect", "EffectParameter"]
 
 Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
 
 STAGES: dict[str, tuple[str, ...]] = {
-    # Where the plant's pipeline lets effects in: the first name is what a hook returns, changed or not.
-    "edges": ("edges", "n", "p", "e"),  # dead-zone edges (delta_u1, delta_u2) [V]
-    "drive": ("drive", "n", "heat", "p", "e"),  # gamma(u) [rad/s^2]
-    "inflow": ("ambient", "p", "e"),  # ambient flow that reaches the thruster and the instrument [m/s]
-    "loads": ("loads", "n", "v", "ambient", "gate", "p", "e"),  # (thrust [N], torque [N m])
-    "rotor": ("n_dot", "n", "drive", "p", "e"),  # [rad/s^2]
-    "thrust_dynamics": ("force", "n_dot", "p", "e"),  # thrust [N], once dn/dt is known
-    "axial": ("v_dot", "v", "ambient", "force", "p", "e"),  # [m/s^2]
-    "ambient": ("u_dot", "ambient", "past", "p", "e"),  # [m/s^2]; past: the ambient flow the memory's length ago [m/s]
+    "edges": ("edges", "n", "p", "e"),
+    "drive": ("drive", "n", "heat", "p", "e"),
+    "inflow": ("ambient", "p", "e"),
+    "loads": ("loads", "n", "v", "ambient", "gate", "p", "e"),
+    "rotor": ("n_dot", "n", "drive", "p", "e"),
+    "thrust_dynamics": ("force", "n_dot", "p", "e"),
+    "axial": ("v_dot", "v", "ambient", "force", "p", "e"),
+    "ambient": ("u_dot", "ambient", "past", "p", "e"),
+    "heat": ("heat", "u", "dt", "p", "e"),
+    "memory": ("delay", "e"),
 }
-"""Stages of the plant's pipeline and the arguments of a hook there."""
+"""Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
+
+edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s]
+drive            gamma(u) [rad/s^2]; heat: of the motor, 0 to 1
+inflow           ambient flow that reaches thruster and instrument [m/s]
+loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1
+rotor            dn/dt [rad/s^2]
+thrust_dynamics  thrust [N], once dn/dt is known
+axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]
+heat             heat of the motor after dt [s] at the acting throttle u [V]
+memory           how far back `past` lies [s]
+"""
 
 
 @dataclass(frozen=True, kw_only=True)

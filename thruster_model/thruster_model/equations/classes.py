@@ -1,6 +1,6 @@
 """Classes of thrusters: which equation each uses for its loads, its rotor and its axial flow.
 
-All classes share the pipeline of `derivative` and `outputs`. Where they differ, the class of the coefficients decides,
+All classes share the pipeline of `thruster_model.pipeline`. Where they differ, the class of the coefficients decides,
 when a kernel is compiled: a class that is not used costs nothing.
 """
 
@@ -16,9 +16,7 @@ from thruster_model.equations.four_quadrant import four_quadrant_load
 from thruster_model.equations.inflow import relative_axial_acceleration, steady_axial_flow
 from thruster_model.equations.thruster import (
     ThrusterCoefficients,
-    ambient_acceleration,
     axial_acceleration,
-    input_map,
     rotor_acceleration,
     thrust,
     torque,
@@ -31,8 +29,11 @@ __all__ = [
     "StaticCoefficients",
     "SteadyFlowCoefficients",
     "TableCoefficients",
-    "derivative",
-    "outputs",
+    "axial_flow",
+    "axial_rate",
+    "loads",
+    "rotor_rate",
+    "rotor_speed",
 ]
 
 Equation = Callable[..., Any]
@@ -42,7 +43,7 @@ def _class(name: str, *extra: str) -> Any:
     """Return a class of coefficients: the common ones (with their defaults) and `extra` ones (zero by default)."""
     common = ThrusterCoefficients._fields
     defaults = [ThrusterCoefficients._field_defaults.get(field, 0.0) for field in common]
-    return namedtuple(name, (*common, *extra), defaults=[*defaults, *(0.0 for _ in extra)], module=__name__)  # noqa: PYI024
+    return namedtuple(name, (*common, *extra), defaults=[*defaults, *(0.0 for _ in extra)], module=__name__)
 
 
 # v = k_s U cos(a) + k_r n (Kim and Chung)
@@ -101,17 +102,17 @@ def _table_loads(n, v, u, p):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _state_speed(n, u, p):  # type: ignore[no-untyped-def]
+def _state_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
     return n
 
 
 @equation
-def _static_speed(n, u, p):  # type: ignore[no-untyped-def]
-    return input_map(u, p) / p.k_n
+def _static_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
+    return drive / p.k_n
 
 
 @equation
-def _table_speed(n, u, p):  # type: ignore[no-untyped-def]
+def _table_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
     k, share = _node_below(u, p)
     return p.table[1, k] + share * (p.table[1, k + 1] - p.table[1, k])
 
@@ -178,9 +179,9 @@ def loads(n, v, u, p):  # type: ignore[no-untyped-def]
     return _EQUATIONS[type(p)]["loads"](n, v, u, p)
 
 
-def rotor_speed(n, u, p):  # type: ignore[no-untyped-def]
-    """Return the rotor speed [rad/s]: the state n or, for a rotor without inertia, what the throttle u [V] makes it."""
-    return _EQUATIONS[type(p)]["speed"](n, u, p)
+def rotor_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
+    """Return the rotor speed [rad/s]: the state n or, for a rotor without inertia, what throttle or drive make it."""
+    return _EQUATIONS[type(p)]["speed"](n, drive, u, p)
 
 
 def rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
@@ -205,9 +206,9 @@ def _compile_loads(n, v, u, p):  # type: ignore[no-untyped-def]
 
 
 @overload(rotor_speed, inline="always")
-def _compile_speed(n, u, p):  # type: ignore[no-untyped-def]
+def _compile_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
     chosen = _EQUATIONS[p.instance_class]["speed"]
-    return lambda n, u, p: chosen(n, u, p)
+    return lambda n, drive, u, p: chosen(n, drive, u, p)
 
 
 @overload(rotor_rate, inline="always")
@@ -226,25 +227,3 @@ def _compile_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
 def _compile_axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
     chosen = _EQUATIONS[p.instance_class]["axial_rate"]
     return lambda v, ambient, force, p: chosen(v, ambient, force, p)
-
-
-@equation
-def derivative(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
-    """Return (dn/dt, dv/dt, dU/dt) for the acting throttle u [V]; states that are algebraic here do not move."""
-    speed = rotor_speed(n, u, p)
-    axial = axial_flow(speed, v, ambient, p)
-    force, moment = loads(speed, axial, u, p)
-    return (
-        rotor_rate(n, moment, input_map(u, p), p),
-        axial_rate(v, ambient, force, p),
-        ambient_acceleration(ambient, force, p),
-    )
-
-
-@equation
-def outputs(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
-    """Return (rotor speed [rad/s], axial flow [m/s], thrust [N], torque [N m]) in this state."""
-    speed = rotor_speed(n, u, p)
-    axial = axial_flow(speed, v, ambient, p)
-    force, moment = loads(speed, axial, u, p)
-    return speed, axial, force, moment

@@ -123,5 +123,5 @@ def smooth(y: Array, model: LinearModel) -> Smoothed:
     for k in range(N - 2, -1, -1):
         G = np.linalg.solve(prior_covariances[k + 1], m.F[k] @ covariances[k]).T
         means[k] += G @ (means[k + 1] - priors[k + 1])
-        covariances[k] -= G @ (covariances[k + 1] - prior_covariances[k + 1]) @ G.T
+        covariances[k] += G @ (covariances[k + 1] - prior_covariances[k + 1]) @ G.T
     return Smoothed(mean=means, covariance=covariances, innovation=innovation, log_likelihood=float(total))

@@ -1,0 +1,53 @@
+"""From state and acting throttle to rates and outputs: the equations of a class, with the effects where they enter."""
+
+from thruster_model.compilation import equation
+from thruster_model.effects.stages import NO_EFFECTS, stage
+from thruster_model.equations.classes import axial_flow, axial_rate, loads, rotor_rate, rotor_speed
+from thruster_model.equations.dead_zone import dead_zone
+from thruster_model.equations.thruster import ambient_acceleration
+
+__all__ = ["derivative", "heat_after", "memory_length", "outputs", "pipeline"]
+
+_edges = stage("edges")
+_drive = stage("drive")
+_inflow = stage("inflow")
+_loads = stage("loads")
+_rotor = stage("rotor")
+_thrust_dynamics = stage("thrust_dynamics")
+_axial = stage("axial")
+_ambient = stage("ambient")
+heat_after = stage("heat")
+memory_length = stage("memory")
+
+
+@equation
+def pipeline(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyped-def]
+    """Return (dn/dt, dv/dt, dU/dt, rotor speed, axial flow, ambient flow, thrust, torque), SI units.
+
+    n, v, ambient: states; u: acting throttle [V]; heat, past, gate: see `effects.effect.STAGES`; p: coefficients of any
+    class; e: `EffectValues` or `NO_EFFECTS`. States that are algebraic in the class of `p` do not move.
+    """
+    lower, upper = _edges((p.delta_u1, p.delta_u2), n, p, e)
+    drive = _drive(dead_zone(u, p.c_u1, lower, p.c_u2, upper), n, heat, p, e)
+    speed = rotor_speed(n, drive, u, p)
+    water = _inflow(ambient, p, e)
+    axial = axial_flow(speed, v, water, p)
+    force, moment = _loads(loads(speed, axial, u, p), speed, axial, water, gate, p, e)
+    n_dot = _rotor(rotor_rate(n, moment, drive, p), n, drive, p, e)
+    force = _thrust_dynamics(force, n_dot, p, e)
+    v_dot = _axial(axial_rate(v, water, force, p), v, water, force, p, e)
+    u_dot = _ambient(ambient_acceleration(ambient, force, p), ambient, past, p, e)
+    return n_dot, v_dot, u_dot, speed, axial, water, force, moment
+
+
+@equation
+def derivative(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
+    """Return (dn/dt, dv/dt, dU/dt) without effects."""
+    return pipeline(n, v, ambient, u, 0.0, 0.0, 1.0, p, NO_EFFECTS)[:3]
+
+
+@equation
+def outputs(n, v, ambient, u, p):  # type: ignore[no-untyped-def]
+    """Return (rotor speed [rad/s], axial flow [m/s], thrust [N], torque [N m]) without effects."""
+    result = pipeline(n, v, ambient, u, 0.0, 0.0, 1.0, p, NO_EFFECTS)
+    return result[3], result[4], result[6], result[7]
