@@ -8,14 +8,25 @@ from pathlib import Path
 import pytest
 
 
+def data_folder(variable: str, name: str, what: str) -> Path:
+    """Return the folder of data that cannot be part of the project, or skip.
+
+    The environment variable names it; else it is looked for beside the repository.
+    """
+    given = os.environ.get(variable)
+    folder = Path(given) if given else Path(__file__).resolve().parent / "../shared/data" / name
+    if not folder.is_dir():
+        pytest.skip(f"no {what} at {folder}; {variable} names the folder")
+    return folder.resolve()
+
+
 @pytest.fixture(scope="session")
 def thruster_bench_data() -> Path:
-    """Return the folder with the bench's recordings, or skip: they cannot be part of the project.
+    """Return the folder with the bench's recordings, or skip."""
+    return data_folder("THRUSTER_BENCH_DATA", "thruster_bench", "recordings of the thruster bench")
 
-    THRUSTER_BENCH_DATA names it; else it is looked for beside the repository.
-    """
-    given = os.environ.get("THRUSTER_BENCH_DATA")
-    folder = Path(given) if given else Path(__file__).resolve().parent / "../shared/data/thruster_bench"
-    if not folder.is_dir():
-        pytest.skip(f"no recordings of the thruster bench at {folder}; THRUSTER_BENCH_DATA names the folder")
-    return folder.resolve()
+
+@pytest.fixture(scope="session")
+def t200_data() -> Path:
+    """Return the folder with the maker's performance data of the T200, or skip."""
+    return data_folder("T200_DATA", "t200", "performance data of the T200")

@@ -14,6 +14,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", ["config/t200_columns.yaml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
@@ -21,6 +22,7 @@ setup(
         "console_scripts": [
             "fit = thruster_model.cli_fit:main",
             "fit_table = thruster_model.cli_fit_table:main",
+            "force_table = thruster_model.cli_force_table:main",
             "class_table = thruster_model.cli_class_table:main",
             "reference = thruster_model.cli_reference:main",
             "load_cell = thruster_model.cli_load_cell:main",

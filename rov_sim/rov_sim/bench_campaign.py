@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rov_sim.bench_sensors import LoadCell, Tachometer, Velocimeter
 from rov_sim.throttle_programmes import multisine, ramp_and_hold, staircase, with_rest
 from thruster_model.flow_tank import simulate
+from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["BenchRun", "Recorded", "altered", "run_campaign"]
@@ -44,7 +45,7 @@ def altered(parameter_set: ParameterSet, spread: float, rng: np.random.Generator
 
 
 def run_campaign(truth: ParameterSet, rng: np.random.Generator) -> list[BenchRun]:
-    """Return five recordings of a thruster with the parameters `truth`: ramps, a staircase and a multisine."""
+    """Return five recordings of a thruster with the parameters and effects of `truth`: ramps, steps, a multisine."""
     period = 0.04
     steps = [1.5, -1.5, 2.0, 1.2, -2.5, -1.2, 3.0, -3.0, 2.5]
     sines = multisine(2.8, period, duration=12.0, lowest=0.1, highest=0.8, rng=rng)
@@ -65,20 +66,22 @@ def _record(
     name: str, commands: Array, period: float, flow: str, truth: ParameterSet, rng: np.random.Generator
 ) -> BenchRun:
     dt = 0.001
-    trajectory = simulate(truth.coefficients, np.repeat(commands, round(period / dt)), dt)
+    effects = truth.effects
+    acting = effects.command(np.repeat(commands, round(period / dt)), dt)
+    trajectory = simulate(truth.coefficients, acting, dt, effects=effects.plant)
     time = dt * np.arange(trajectory.n.size)
-    velocity = trajectory.v if flow == "axial" else trajectory.ambient
+    true = {name: getattr(trajectory, signal.plant_output) for name, signal in SIGNALS.items()}
+    seen_true = {name: effects.reading(name, true, dt, rng) for name in ("speed", "thrust", "torque", flow)}
     force = LoadCell(noise=0.5, rest=float(rng.normal(0.0, 0.8)), drift=float(rng.normal(0.0, 0.002)))
     moment = LoadCell(noise=0.02, rest=float(rng.normal(0.0, 0.005)), frequency=8.5)
-    seen_at, seen = Velocimeter().read(velocity, dt, rng)
-    speed = np.where(trajectory.n < 0.0, -1.0, 1.0) * Tachometer().read(trajectory.n, rng)
-    return BenchRun(
-        name=name,
-        signals={
-            "throttle": Recorded(time=period * np.arange(commands.size), values=commands),
-            "speed": Recorded(time=time, values=speed),
-            "thrust": Recorded(time=time, values=force.read(trajectory.thrust, dt, rng)),
-            "torque": Recorded(time=time, values=moment.read(trajectory.torque, dt, rng)),
-            flow: Recorded(time=seen_at, values=seen),
-        },
-    )
+    seen_at, seen = Velocimeter().read(seen_true[flow], dt, rng)
+    speed = np.where(trajectory.n < 0.0, -1.0, 1.0) * Tachometer().read(seen_true["speed"], rng)
+    recorded = {
+        "throttle": (period * np.arange(commands.size), commands),
+        "speed": (time, speed),
+        "thrust": (time, force.read(seen_true["thrust"], dt, rng)),
+        "torque": (time, moment.read(seen_true["torque"], dt, rng)),
+        flow: (seen_at, seen),
+    }
+    logged = {name: effects.log(name, *samples, rng) for name, samples in recorded.items()}
+    return BenchRun(name=name, signals={k: Recorded(time=at, values=values) for k, (at, values) in logged.items()})

@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,9 @@ from rov_sim.bench_campaign import altered, run_campaign
 from rov_sim.campaign_io import write_bench_run
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from thruster_model.effects.active import ActiveEffects
 from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
 
@@ -23,21 +26,39 @@ def main(arguments: Sequence[str] | None = None) -> int:
     sets = ", ".join(available_sets())
     parser.add_argument("--parameters", default="hq", help=f"parameter set to alter: {sets} or a YAML file")
     parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
+    example = "for example coulomb_friction.deceleration=60; several times for several"
+    parser.add_argument("--effect", action="append", default=[], metavar="EFFECT.PARAMETER=SIZE", help=example)
     given = parser.parse_args(user_arguments(arguments))
     try:
         if given.out.exists() and any(given.out.iterdir()):
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
         rng = np.random.default_rng(given.seed)
         truth = altered(load_parameter_set(given.parameters), given.spread, rng)
+        truth = replace(truth, effects=_with_effects(truth, given.effect))
         given.out.mkdir(parents=True, exist_ok=True)
         for run in run_campaign(truth, rng):
             metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
             print(write_bench_run(run, given.out, metadata))
         write_parameter_set(truth, given.out / "truth.yaml")
-    except (RunError, ThrusterModelError, OSError) as error:
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     return 0
+
+
+def _with_effects(truth: ParameterSet, words: Sequence[str]) -> ActiveEffects:
+    """Return the set's effects and those of EFFECT.PARAMETER=SIZE; ValueError says what is wrong with a word."""
+    sizes = {name: dict(parameters) for name, parameters in truth.effects.sizes.items()}
+    for word in words:
+        effect, dot, rest = word.partition(".")
+        parameter, sign, size = rest.partition("=")
+        try:
+            sizes.setdefault(effect, {})[parameter] = float(size)
+        except ValueError:
+            dot = ""
+        if not (dot and sign):
+            raise ValueError(f"--effect {word}: expected EFFECT.PARAMETER=SIZE with a number as size")
+    return ActiveEffects(sizes=sizes)
 
 
 if __name__ == "__main__":

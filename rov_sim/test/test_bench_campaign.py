@@ -143,7 +143,7 @@ def test_a_folder_with_files_in_it_is_not_written_to(tmp_path, capsys):
 
 def test_a_set_that_does_not_exist_is_refused_with_what_is_known(tmp_path, capsys):
     assert main(["--out", str(tmp_path / "out"), "--parameters", "none"]) == 1
-    assert "known sets (hl, hl_bench, hq, simplified)" in capsys.readouterr().err
+    assert "hl, hl_bench, hq, kim_chung" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -156,3 +156,32 @@ def test_a_file_in_the_place_of_the_folder_is_refused_with_a_sentence(tmp_path, 
 def test_an_alteration_beyond_what_is_admissible_is_refused_with_a_sentence(tmp_path, capsys):
     assert main(["--out", str(tmp_path / "out"), "--spread", "20", "--seed", "1"]) == 1
     assert "expected a number from" in capsys.readouterr().err
+
+
+def test_effects_are_recorded_and_written_with_the_truth(tmp_path):
+    words = ["--effect", "coulomb_friction.deceleration=200", "--effect", "command_delay.time=0.1"]
+    assert main(["--out", str(tmp_path / "plain"), "--seed", "5"]) == 0
+    assert main(["--out", str(tmp_path / "altered"), "--seed", "5", *words]) == 0
+    truth = load_parameter_set(tmp_path / "altered" / "truth.yaml")
+    assert truth.effects.sizes["command_delay"]["time"] == 0.1
+    plain, slowed = (read_run(tmp_path / k / "ramp_forward_axial") for k in ("plain", "altered"))
+    name = "thruster_0/state.n"
+    at_speed = (plain.time(name) > 6) & (plain.time(name) < 9)
+    loss = np.mean(plain[name].values[at_speed]) - np.mean(slowed[name].values[at_speed])
+    assert 5 < loss < 200 / truth.values["k_n"] + 1
+    assert plain["thruster_0/throttle.commanded"].values.tolist() == slowed["thruster_0/throttle.commanded"].values.tolist()
+
+
+@pytest.mark.parametrize(
+    ("word", "sentence"),
+    [
+        ("friction.x=1", "expected one of"),
+        ("coulomb_friction=1", "expected EFFECT.PARAMETER=SIZE"),
+        ("coulomb_friction.deceleration=much", "with a number as size"),
+        ("coulomb_friction.deceleration=9000", "expected 0 or 0 to 500 rad/s^2"),
+    ],
+)
+def test_a_wrong_effect_is_refused_with_a_sentence(tmp_path, capsys, word, sentence):
+    assert main(["--out", str(tmp_path / "x"), "--effect", word]) == 1
+    assert sentence in capsys.readouterr().err
+    assert not (tmp_path / "x").exists()

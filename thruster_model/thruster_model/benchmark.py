@@ -34,9 +34,8 @@ def rows(steps: int = 2_000_000) -> list[Row]:
     found = []
     for what, e in (("plant of one thruster, RK4", NO_EFFECTS), ("the same, all effects at neutral", NEUTRAL)):
         run_plant(AT_REST, commands[:2], 0.1, 100, p, e, NO_GATES, out)
-        ours = max(
-            _speed(lambda e=e: run_plant(AT_REST, commands, 0.1, 100, p, e, NO_GATES, out), steps) for _ in range(3)
-        )
+        arguments = (AT_REST, commands, 0.1, 100, p, e, NO_GATES, out)
+        ours = max(_speed(lambda a=arguments: run_plant(*a), steps) for _ in range(3))
         found.append(Row(what, ours, plain, "steps/s"))
     return found
 

@@ -22,9 +22,9 @@ def reference() -> str:
     """Return the whole reference."""
     head = (
         "# Models and parameter sets\n\n"
-        "Made by `ros2 run thruster_model reference`; equation numbers are the thesis'. Input of every model: the throttle "
-        "u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the model has "
-        'them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
+        "Made by `ros2 run thruster_model reference`; equation numbers are the thesis'. Input of every model: the "
+        "throttle u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
+        'model has them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
     )
     return head + "".join(_model(model) for model in MODELS.values())
 

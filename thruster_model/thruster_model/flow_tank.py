@@ -18,7 +18,7 @@ __all__ = ["AT_REST", "PlantState", "Trajectory", "plant_step", "run_plant", "si
 
 
 class PlantState(NamedTuple):
-    """Rotor speed n [rad/s], axial flow v [m/s], ambient flow U [m/s], acting throttle u [V], heat of the motor (0 to 1)."""
+    """Rotor speed n [rad/s], axial flow v, ambient flow U [m/s], acting throttle u [V], heat of the motor (0 to 1)."""
 
     n: float
     v: float
@@ -88,7 +88,7 @@ def run_plant(state, u_commanded, dt, substeps, p, e, gates, out):  # type: igno
     `e`: `EffectValues` or `NO_EFFECTS`; `gates`: one value per period, or none.
     """
     step = dt / substeps
-    back = int(round(memory_length(0.0, e) / step))
+    back = int(memory_length(0.0, e) / step + 0.5)
     history = np.zeros(back + 1)
     count = 0
     for k in range(u_commanded.size + 1):

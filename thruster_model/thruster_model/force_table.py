@@ -9,42 +9,23 @@ Static and without flow. Outside the nodes the answer is NaN unless clamping is 
 supply that nobody measured, and a clamped number looks like a measured one. NaN gives NaN.
 
 Measured curves are not quite monotone (noise at full command). The inverse needs no correction for that: it is the
-command nearest the stop that gives the force, so a dip is skipped. `drops` reports the dips, `monotone` removes them.
+command nearest the stop that gives the force, so a dip is skipped. `force_table_quality` reports dips and removes them.
 """
 
 from dataclasses import dataclass, replace
-from typing import Literal, NamedTuple
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from thruster_model.errors import ForceTableError
 
-__all__ = ["QUANTITIES", "Drop", "ForceTable", "LeftOut", "Outside"]
+__all__ = ["QUANTITIES", "ForceTable", "Outside"]
 
 Array = NDArray[np.float64]
 Outside = Literal["nan", "clamp"]
 QUANTITIES = {"force": "N", "speed": "rad/s", "current": "A", "power": "W"}
 """What a table may hold, with its unit; force always."""
-
-
-class Drop(NamedTuple):
-    """Two neighbouring commands of which the larger gives less force [N]."""
-
-    supply: float
-    command: float
-    next_command: float
-    force: float
-    next_force: float
-
-
-class LeftOut(NamedTuple):
-    """How far interpolation between its neighbours misses a measured supply [V]: errors in N, the worst at `command`."""
-
-    supply: float
-    rmse: float
-    largest: float
-    command: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -199,36 +180,6 @@ class ForceTable:
             raise ForceTableError(self.origin, [f"supply: expected {low:g} to {high:g} V; found {supply:g} V"])
         made = {name: self._curves(getattr(self, name), [supply], outside) for name in self.quantities}
         return replace(self, supply=np.array([supply], dtype=np.float64), **made)  # type: ignore[arg-type]
-
-    def drops(self) -> tuple[Drop, ...]:
-        """Return where the force falls though the command rises."""
-        F, V, c = self.force, self.supply, self.command
-        found = np.argwhere(np.diff(F, axis=1) < 0.0)
-        return tuple(Drop(*map(float, (V[m], c[k], c[k + 1], F[m, k], F[m, k + 1]))) for m, k in found)
-
-    def monotone(self) -> "ForceTable":
-        """Return the nearest table (least squares, each voltage and direction by itself) whose force never falls."""
-        from sklearn.isotonic import isotonic_regression  # a second to import
-
-        force, s = self.force.copy(), self._stop_index
-        for row in force:
-            if s + 1 < row.size:
-                row[s + 1 :] = isotonic_regression(row[s + 1 :], y_min=0.0)
-            if s > 0:
-                row[:s] = isotonic_regression(row[:s], y_max=0.0)
-        return replace(self, force=force, source=f"{self.source}; made monotone by isotonic regression")
-
-    def left_out(self) -> tuple[LeftOut, ...]:
-        """Return, for each supply voltage with one on either side, how well those two predict its forces."""
-        found = []
-        for m in range(1, self.supply.size - 1):
-            two = replace(self, supply=self.supply[[m - 1, m + 1]], force=self.force[[m - 1, m + 1]], speed=None,
-                          current=None, power=None)  # fmt: skip
-            error = two.force_at(self.command, self.supply[m]) - self.force[m]
-            k = int(np.argmax(np.abs(error)))
-            rmse = float(np.sqrt(np.mean(error**2)))
-            found.append(LeftOut(float(self.supply[m]), rmse, float(error[k]), float(self.command[k])))
-        return tuple(found)
 
     def _curves(self, table: Array, supply: ArrayLike, outside: Outside) -> Array:
         """Return (..., K): the table's curve at each supply."""

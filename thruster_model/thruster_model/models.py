@@ -100,7 +100,7 @@ _ALL = (
         name="four_quadrant",
         title="Open-water propeller in four quadrants, C_T*(beta)",
         equations="(3.9), (4.3), (4.5); T = (v^2 + w^2) C_T*(beta), v = U",
-        cannot="The inflow is the ambient flow: the propeller's own induced flow, and its delay, are in the coefficients.",
+        cannot="The inflow is the ambient flow: the propeller's own induced flow, and its delay, are in its series.",
         parameters=DRIVE + ROTOR + FOUR_QUADRANT + AMBIENT,
         signals=_FLOWS,
         kind=AmbientInflowCoefficients,

@@ -5,6 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.equations.thruster import ThrusterCoefficients
 from thruster_model.errors import ParameterSetError
 from thruster_model.models import MODELS, Model, ParameterDefinition
@@ -24,7 +25,7 @@ class Parameter:
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterSet:
-    """All parameters of one model, checked when constructed.
+    """All parameters of one model, checked when constructed; `effects` beyond the model may be switched on with it.
 
     Raises:
         ParameterSetError: unknown model; missing, unknown or inadmissible parameters; other units than the model's.
@@ -35,6 +36,7 @@ class ParameterSet:
     source: str
     parameters: Mapping[str, Parameter]
     origin: str = "parameter set"
+    effects: ActiveEffects = NOTHING
 
     def __post_init__(self) -> None:
         problems = self._problems()

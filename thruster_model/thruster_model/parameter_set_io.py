@@ -15,12 +15,15 @@ from typing import Any
 
 import yaml
 
+from thruster_model.effects.active import ActiveEffects, problems_of
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ParameterSetError
 from thruster_model.parameter_set import Parameter, ParameterSet
 
 __all__ = ["available_sets", "dump_parameter_set", "load_parameter_set", "parse_parameter_set", "write_parameter_set"]
 
 _TOP_KEYS = {"model", "name", "source", "parameters"}
+_OPTIONAL_KEYS = {"effects"}
 _PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
 
 
@@ -55,7 +58,10 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
     if not isinstance(document, Mapping):
         raise ParameterSetError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
     problems = [f"key '{key}': missing" for key in sorted(_TOP_KEYS - set(document))]
-    problems += [f"key '{key}': unknown; known are {', '.join(sorted(_TOP_KEYS))}" for key in set(document) - _TOP_KEYS]
+    problems += [
+        f"key '{key}': unknown; known are {', '.join(sorted(_TOP_KEYS))}"
+        for key in set(document) - _TOP_KEYS - _OPTIONAL_KEYS
+    ]
     entries = document.get("parameters")
     if "parameters" in document and not isinstance(entries, Mapping):
         problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
@@ -65,6 +71,8 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
         problems += wrong
         if parameter is not None:
             parameters[str(name)] = parameter
+    sizes, wrong = _parse_effects(document.get("effects", {}))
+    problems += wrong
     if problems:
         raise ParameterSetError(origin, problems)
     return ParameterSet(
@@ -73,6 +81,7 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
         source=str(document["source"]),
         parameters=parameters,
         origin=origin,
+        effects=ActiveEffects(sizes=sizes),
     )
 
 
@@ -105,6 +114,30 @@ def _parse_parameter(name: str, entry: Any) -> tuple[Parameter | None, list[str]
     )
 
 
+def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]]:
+    """Return the sizes of effects and what is wrong with them."""
+    if not isinstance(entries, Mapping):
+        return {}, [f"key 'effects': expected a mapping; found {type(entries).__name__}"]
+    sizes: dict[str, dict[str, float]] = {}
+    problems = []
+    for effect, parameters in entries.items():
+        if not isinstance(parameters, Mapping):
+            problems.append(f"key 'effects.{effect}': expected its parameters; found {parameters!r}")
+            continue
+        sizes[str(effect)] = {}
+        units = {p.name: p.unit for p in LIBRARY[effect].parameters} if effect in LIBRARY else {}
+        for name, entry in parameters.items():
+            value = _number(entry.get("value")) if isinstance(entry, Mapping) else None
+            if value is None:
+                problems.append(f"key 'effects.{effect}.{name}': expected value and unit; found {entry!r}")
+                continue
+            sizes[str(effect)][str(name)] = value
+            if name in units and entry.get("unit") != units[name]:
+                found = f"found {entry.get('unit')!r}"
+                problems.append(f"key 'effects.{effect}.{name}.unit': expected '{units[name]}'; {found}")
+    return sizes, problems + problems_of(sizes)
+
+
 def _number(value: Any) -> float | None:
     """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
     try:
@@ -121,12 +154,19 @@ def dump_parameter_set(parameter_set: ParameterSet) -> str:
         if p.standard_deviation is not None:
             entry["standard_deviation"] = p.standard_deviation
         parameters[name] = entry
-    document = {
+    document: dict[str, Any] = {
         "model": parameter_set.model_name,
         "name": parameter_set.name,
         "source": parameter_set.source,
         "parameters": parameters,
     }
+    if parameter_set.effects.sizes:
+        document["effects"] = {
+            effect: {
+                p.name: {"value": sizes[p.name], "unit": p.unit} for p in LIBRARY[effect].parameters if p.name in sizes
+            }
+            for effect, sizes in parameter_set.effects.sizes.items()
+        }
     return yaml.safe_dump(document, sort_keys=False, width=1000, allow_unicode=True)
 
 

@@ -63,7 +63,8 @@ class Effect:
         hooks: by stage of the plant, functions of that stage's arguments.
         samples: what it does to the throttle's samples, to a sensor's samples or to stamps, outside the integration;
             None where it acts in the plant.
-        channel: the signal whose sensor or log it concerns, "" where it concerns none or any.
+        channel: the signals whose sensor or log it concerns, separated by spaces; "" where it concerns none or any.
+        order: place in the chain of its block, for effects on samples.
         twins: effects that no data can tell from this one.
     """
 
@@ -75,6 +76,7 @@ class Effect:
     hooks: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     samples: Callable[..., Any] | None = None
     channel: str = ""
+    order: int = 0
     twins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

@@ -28,28 +28,31 @@ def _discovered() -> dict[str, Effect]:
 LIBRARY: dict[str, Effect] = _discovered()
 """All effects of the thruster by identifier."""
 
-_FIELDS = {effect.field_of(p.name): p.neutral for effect in LIBRARY.values() for p in effect.parameters}
-EffectValues: Any = namedtuple("EffectValues", _FIELDS, defaults=_FIELDS.values(), module=__name__)
+_IN_PLANT = [effect for effect in LIBRARY.values() if effect.hooks]
+_FIELDS = {effect.field_of(p.name): p.neutral for effect in _IN_PLANT for p in effect.parameters}
+EffectValues: Any = namedtuple("EffectValues", tuple(_FIELDS), defaults=list(_FIELDS.values()), module=__name__)  # type: ignore[misc]
 NoEffects: Any = namedtuple("NoEffects", ("nothing",), module=__name__)
 NEUTRAL = EffectValues()
 NO_EFFECTS = NoEffects(0.0)
 
 
 def effect_values(sizes: Mapping[str, Mapping[str, float]]) -> Any:
-    """Return the values for effects by identifier and parameter; what is not named is neutral.
+    """Return the values for effects in the plant, by identifier and parameter; what is not named is neutral.
+
+    Effects that act on samples are passed over: see `effects.active`.
 
     Raises:
         KeyError: an effect or a parameter that the library does not have.
     """
     given = {}
     for name, parameters in sizes.items():
-        if name not in LIBRARY:
-            raise KeyError(f"effect '{name}': expected one of {', '.join(LIBRARY)}")
-        known = {p.name for p in LIBRARY[name].parameters}
+        effect = LIBRARY[name]
+        known = {p.name for p in effect.parameters}
         for parameter, value in parameters.items():
             if parameter not in known:
-                raise KeyError(f"effect '{name}': expected parameters {', '.join(sorted(known))}; found '{parameter}'")
-            given[LIBRARY[name].field_of(parameter)] = float(value)
+                raise KeyError(f"{name}.{parameter}")
+            if effect.hooks:
+                given[effect.field_of(parameter)] = float(value)
     return EffectValues(**given)
 
 

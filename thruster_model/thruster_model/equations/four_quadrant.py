@@ -1,8 +1,8 @@
 r"""Open-water propeller in four quadrants: coefficients over the advance angle instead of the advance ratio.
 
-K_T(J) = T / (rho n^2 D^4) is singular at n = 0. Over the advance angle beta = atan2(v_a, 0.7 pi n_rev D) the four-quadrant
-coefficients C_T* and C_Q* (van Lammeren, van Manen and Oosterveld 1969, "The Wageningen B-screw series", Transactions
-SNAME 77; Oosterveld 1970) are smooth and periodic:
+K_T(J) = T / (rho n^2 D^4) is singular at n = 0. Over the advance angle beta = atan2(v_a, 0.7 pi n_rev D) the four-
+quadrant coefficients C_T* and C_Q* (van Lammeren, van Manen and Oosterveld 1969, "The Wageningen B-screw series",
+Transactions SNAME 77; Oosterveld 1970) are smooth and periodic:
 
     T = 0.5 rho (v_a^2 + w^2) A C_T*(beta),   Q = 0.5 rho (v_a^2 + w^2) A D C_Q*(beta),   w = 0.7 R n   (n in rad/s)
 

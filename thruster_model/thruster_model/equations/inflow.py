@@ -7,11 +7,11 @@ Engineering 33, 566-586; thesis 6.2): v is a linear combination of ambient flow 
 
        v = k_s U cos(a) + k_r n
 
-with a the angle of the ambient flow to the thruster's axis: only the axial part of U takes part. Put into the thrust map
-(4.14) this is their thrust over the advance ratio J = v / (n D), K_T(J) n|n| with K_T quadratic in J, multiplied out, and
-so without a singularity at n = 0. The loss of thrust against still water, c_nv |n| (v - k_r n) + ..., shrinks with cos(a),
-vanishes across the axis and turns into a gain in flow from behind. Their further correction near critical angles is a
-table for their propeller, which is not reproduced here.
+with a the angle of the ambient flow to the thruster's axis: only the axial part of U takes part. Put into the thrust
+map (4.14) this is their thrust over the advance ratio J = v / (n D), K_T(J) n|n| with K_T quadratic in J, multiplied
+out, and so without a singularity at n = 0. The loss of thrust against still water, c_nv |n| (v - k_r n) + ...,
+shrinks with cos(a), vanishes across the axis and turns into a gain in flow from behind. Their further correction near
+critical angles is a table for their propeller, which is not reproduced here.
 """
 
 import numpy as np

@@ -2,10 +2,10 @@ r"""Ambient flow at the thrusters of a vehicle.
 
 (4.20), (4.21)   U = K_t^T (nu - nu_c)                     [m/s], one entry per thruster
 
-with nu = [u v w p q r] the body's velocity [m/s, rad/s], nu_c that of the water in body axes, and K_t (6, N) the thruster
-configuration: column i is [e_i; r_i x e_i], the wrench of one newton along the axis e_i at the position r_i [m]. The same
-matrix gives the body wrench tau = K_t T; that its transpose gives the inflow is the principle of virtual power. U is
-positive where the thruster advances in the direction of its forward thrust.
+with nu = [u v w p q r] the body's velocity [m/s, rad/s], nu_c that of the water in body axes, and K_t (6, N) the
+thruster configuration: column i is [e_i; r_i x e_i], the wrench of one newton along the axis e_i at the position r_i
+[m]. The same matrix gives the body wrench tau = K_t T; that its transpose gives the inflow is the principle of
+virtual power. U is positive where the thruster advances in the direction of its forward thrust.
 """
 
 import numpy as np

@@ -100,6 +100,7 @@ def _problem(parameter_set: ParameterSet, experiments: Sequence[Experiment], noi
         centre=parameter_set.values,
         noise=noise,
         signals=tuple(name for name in parameter_set.model.signals if name in noise),
+        effects=parameter_set.effects,
     )
 
 

@@ -135,6 +135,7 @@ def fit(
         noise=noise,
         signals=tuple(name for name in start.model.signals if name in noise),
         prior_width=options.prior_width,
+        effects=start.effects,
     )
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
         return _fit(problem, start, options, progress)

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.compilation import compiled
+from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.equations.thruster import ThrusterCoefficients
 from thruster_model.flow_tank import simulate
 from thruster_model.identification.experiment import SIGNALS, Experiment
@@ -27,15 +28,24 @@ class Shifts:
 NO_SHIFTS = Shifts()
 
 
-def predict(experiment: Experiment, coefficients: ThrusterCoefficients, shifts: Shifts = NO_SHIFTS) -> dict[str, Array]:
+def predict(
+    experiment: Experiment,
+    coefficients: ThrusterCoefficients,
+    shifts: Shifts = NO_SHIFTS,
+    effects: ActiveEffects = NOTHING,
+) -> dict[str, Array]:
     """Return the predicted cell means of every measured signal, each of the shape of its measurement.
+
+    `effects` act on the throttle, in the plant and on the readings; those that scatter are left out.
 
     The plant starts at rest and does not depend on time, so a later throttle is the same as later outputs.
     """
-    trajectory = simulate(coefficients, experiment.throttle, experiment.dt, largest_step=experiment.dt)
+    throttle = effects.command(experiment.throttle, experiment.dt)
+    trajectory = simulate(coefficients, throttle, experiment.dt, largest_step=experiment.dt, effects=effects.plant)
+    outputs = {name: getattr(trajectory, signal.plant_output) for name, signal in SIGNALS.items()}
     predictions = {}
     for name, measurement in experiment.measurements.items():
-        output = getattr(trajectory, SIGNALS[name].plant_output)
+        output = effects.reading(name, outputs, experiment.dt, None)
         late = shifts.throttle + shifts.signals.get(name, 0.0)
         first_edges = measurement.time - 0.5 * measurement.width - late
         predictions[name] = _cell_means(output, experiment.dt, first_edges, measurement.width)

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.identification.experiment import SIGNALS, Experiment
 from thruster_model.identification.prediction import Shifts, predict
 from thruster_model.models import Model
@@ -48,6 +49,7 @@ class Problem:
             can be achieved in it, as in maximum likelihood with unknown variances.
         memory: over how many cells residuals are correlated (1: white).
         signals: the signals that count.
+        effects: switched on in every prediction, not fitted.
         steady_after: where given, only cells whose throttle has been constant for that long [s] count.
     """
 
@@ -62,6 +64,7 @@ class Problem:
     signals: tuple[str, ...] = tuple(SIGNALS)
     steady_after: float | None = None
     prior_width: float = 1.0
+    effects: ActiveEffects = NOTHING
 
     @cached_property
     def scales(self) -> Array:
@@ -146,7 +149,7 @@ class Problem:
     def _experiment_residuals(self, index: int, unknowns: Array) -> Array:
         coefficients = self.model.coefficients(self.values(unknowns))
         experiment = self.experiments[index]
-        predicted = predict(experiment, coefficients, self.shifts(unknowns)[index])
+        predicted = predict(experiment, coefficients, self.shifts(unknowns)[index], self.effects)
         pieces = [
             (experiment.measurements[row.signal].values[row.cells] - predicted[row.signal][row.cells])
             / self.sigma(row.signal)

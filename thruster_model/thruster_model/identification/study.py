@@ -162,6 +162,6 @@ def _predictions(
 ) -> dict[tuple[int, str], Array]:
     found = {}
     for index, late in enumerate(shifts_of(parameter_set, experiments, shifts)):
-        predicted = predict(experiments[index], parameter_set.coefficients, late)
+        predicted = predict(experiments[index], parameter_set.coefficients, late, parameter_set.effects)
         found.update({(index, signal): values for signal, values in predicted.items()})
     return found

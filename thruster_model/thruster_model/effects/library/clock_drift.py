@@ -1,0 +1,24 @@
+"""The sensors' clock runs fast or slow against the commands'."""
+
+from thruster_model.effects.effect import Effect, EffectParameter
+
+
+def logged(signal, time, values, rng, rate):  # type: ignore[no-untyped-def]
+    """Return (stamps [s], values) of a clock that gains `rate` seconds a second."""
+    return time * (1.0 + rate), values
+
+
+EFFECT = Effect(
+    id="clock_drift",
+    title="drift of the sensors' clock",
+    block="log",
+    equation="stamp (1 + s)",
+    parameters=(
+        EffectParameter(
+            name="rate", unit="s/s", meaning="by which the clock gains", lower=0.0, upper=0.01, both_signs=True
+        ),
+    ),
+    samples=logged,
+    channel="speed axial ambient thrust torque",
+    order=2,
+)

@@ -1,0 +1,28 @@
+"""A tachometer behind a smoothing filter."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from thruster_model.effects.effect import Effect, EffectParameter
+
+
+def read(values, outputs, dt, rng, time):  # type: ignore[no-untyped-def]
+    """Return rotor speeds (N,) every `dt` [s] behind a first-order lag of `time` [s] (trapezoidal rule)."""
+    if time == 0.0:
+        return values
+    a = dt / (2.0 * time)
+    gain = a / (1.0 + a)
+    settled = np.array([values[0] * (1.0 - gain)])
+    return lfilter([gain, gain], [1.0, 2.0 * gain - 1.0], values, zi=settled)[0]
+
+
+EFFECT = Effect(
+    id="tach_lag",
+    title="lag of the tachometer",
+    block="sensor",
+    equation="dy/dt = (n - y) / s",
+    parameters=(EffectParameter(name="time", unit="s", meaning="constant of the lag", lower=0.0, upper=0.4),),
+    samples=read,
+    channel="speed",
+    order=1,
+)

@@ -1,0 +1,63 @@
+"""How good a measured table of forces is: where it is not monotone, and how far it misses a supply between its own."""
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from thruster_model.force_table import ForceTable
+
+__all__ = ["Drop", "LeftOut", "drops", "left_out", "monotone"]
+
+
+class Drop(NamedTuple):
+    """Two neighbouring commands of which the larger gives less force [N]."""
+
+    supply: float
+    command: float
+    next_command: float
+    force: float
+    next_force: float
+
+
+class LeftOut(NamedTuple):
+    """How far interpolation between its neighbours misses a measured supply [V]: errors [N], the worst at `command`."""
+
+    supply: float
+    rmse: float
+    largest: float
+    command: float
+
+
+def drops(table: ForceTable) -> tuple[Drop, ...]:
+    """Return where the force falls though the command rises."""
+    F, V, c = table.force, table.supply, table.command
+    found = np.argwhere(np.diff(F, axis=1) < 0.0)
+    return tuple(Drop(*map(float, (V[m], c[k], c[k + 1], F[m, k], F[m, k + 1]))) for m, k in found)
+
+
+def monotone(table: ForceTable) -> ForceTable:
+    """Return the nearest table (least squares, each voltage and direction by itself) whose force never falls."""
+    from sklearn.isotonic import isotonic_regression  # a second to import
+
+    force, stop = table.force.copy(), int(np.flatnonzero(table.command == table.stop)[0])
+    for row in force:
+        if stop + 1 < row.size:
+            row[stop + 1 :] = isotonic_regression(row[stop + 1 :], y_min=0.0)
+        if stop > 0:
+            row[:stop] = isotonic_regression(row[:stop], y_max=0.0)
+    return replace(table, force=force, source=f"{table.source}; made monotone by isotonic regression")
+
+
+def left_out(table: ForceTable) -> tuple[LeftOut, ...]:
+    """Return, for each supply voltage with one on either side, how well those two predict its forces."""
+    found = []
+    for m in range(1, table.supply.size - 1):
+        sides = [m - 1, m + 1]
+        rows = {name: getattr(table, name)[sides] for name in table.quantities}
+        error = replace(table, supply=table.supply[sides], **rows).force_at(table.command, table.supply[m])
+        error -= table.force[m]
+        k = int(np.argmax(np.abs(error)))
+        rmse = float(np.sqrt(np.mean(error**2)))
+        found.append(LeftOut(float(table.supply[m]), rmse, float(error[k]), float(table.command[k])))
+    return tuple(found)
