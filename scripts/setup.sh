@@ -4,7 +4,8 @@
 # usage: scripts/setup.sh            PYTHON=/path/to/python3 scripts/setup.sh chooses the Python of a new .venv
 #
 # With a ROS 2 Jazzy that is sourced or in /opt/ros/jazzy, .venv adds the libraries to it; otherwise ROS 2 itself comes
-# from PyPI too. Nothing outside this folder is changed. To start afresh: rm -r .venv build install log.
+# from PyPI too. Nothing outside this folder is changed but the cache of compiled code in ~/.cache/thruster_model. To start
+# afresh: rm -r .venv build install log.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root"

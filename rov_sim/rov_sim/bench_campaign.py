@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -76,7 +77,7 @@ def _record(
     moment = LoadCell(noise=0.02, rest=float(rng.normal(0.0, 0.005)), frequency=8.5)
     seen_at, seen = Velocimeter().read(seen_true[flow], dt, rng)
     speed = np.where(trajectory.n < 0.0, -1.0, 1.0) * Tachometer().read(seen_true["speed"], rng)
-    recorded = {
+    recorded: dict[str, tuple[Any, Any]] = {
         "throttle": (period * np.arange(commands.size), commands),
         "speed": (time, speed),
         "thrust": (time, force.read(seen_true["thrust"], dt, rng)),

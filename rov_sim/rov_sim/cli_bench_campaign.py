@@ -32,6 +32,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         if given.out.exists() and any(given.out.iterdir()):
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        if given.seed < 0 or given.spread < 0.0:
+            raise ValueError(f"expected --seed and --spread >= 0; found {given.seed} and {given.spread:g}")
         rng = np.random.default_rng(given.seed)
         truth = altered(load_parameter_set(given.parameters), given.spread, rng)
         truth = replace(truth, effects=_with_effects(truth, given.effect))
@@ -43,6 +45,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("interrupted: the runs written so far are complete", file=sys.stderr)
+        return 130
     return 0
 
 

@@ -169,7 +169,10 @@ def test_effects_are_recorded_and_written_with_the_truth(tmp_path):
     at_speed = (plain.time(name) > 6) & (plain.time(name) < 9)
     loss = np.mean(plain[name].values[at_speed]) - np.mean(slowed[name].values[at_speed])
     assert 5 < loss < 200 / truth.values["k_n"] + 1
-    assert plain["thruster_0/throttle.commanded"].values.tolist() == slowed["thruster_0/throttle.commanded"].values.tolist()
+    assert (
+        plain["thruster_0/throttle.commanded"].values.tolist()
+        == slowed["thruster_0/throttle.commanded"].values.tolist()
+    )
 
 
 @pytest.mark.parametrize(

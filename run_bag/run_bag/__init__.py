@@ -1,6 +1,7 @@
 """Runs: record, read and import them (MCAP in rosbag2 directories)."""
 
 from .errors import (
+    CannotWriteError,
     EmptyRunError,
     InvalidRunError,
     MissingChannelError,
@@ -19,6 +20,7 @@ from .topic import Topic
 from .writer import write_run
 
 __all__ = [
+    "CannotWriteError",
     "Channel",
     "EmptyRunError",
     "InvalidRunError",

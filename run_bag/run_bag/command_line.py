@@ -1,10 +1,14 @@
-"""What the executables share: their arguments without those meant for ROS."""
+"""What the executables share: their arguments without those meant for ROS, and how they fail."""
 
 from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+
+from .errors import RunError
+
+INTERRUPTED = 130  # 128 + SIGINT, as shells have it
 
 
 def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
@@ -17,3 +21,18 @@ def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
     except ImportError:
         return given
     return list(utilities.remove_ros_args(args=["program", *given]))[1:]
+
+
+def exit_status(program: str, work: Callable[[], int]) -> int:
+    """Return what `work` returns; 1 or, interrupted, 130 with one sentence on standard error where it fails."""
+    try:
+        return work()
+    except KeyboardInterrupt:
+        sys.stderr.write(f"{program}: interrupted; what is there is whole, no half-written run was left\n")
+        return INTERRUPTED
+    except RunError as error:
+        sys.stderr.write(f"{error}\n")
+    except OSError as error:
+        where = "" if error.filename is None else f"{error.filename}: "
+        sys.stderr.write(f"{program}: {where}{error.strerror or error}\n")
+    return 1

@@ -97,5 +97,9 @@ class RunExistsError(RunError):
     """The target exists already; nothing is ever overwritten."""
 
 
+class CannotWriteError(RunError):
+    """The target cannot be written: no permission, no space, or something in the way."""
+
+
 class RecordingError(RunError):
     """A recording that is to be imported is malformed or of another format."""

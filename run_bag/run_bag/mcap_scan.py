@@ -2,7 +2,9 @@
 
 The file is walked from its start and needs neither footer nor index, so a recording that was killed is read
 the same way as a finished one: up to the last whole message, also inside a compressed chunk as far as it can
-be decompressed. Sizes in the file are never trusted beyond the caps below.
+be decompressed. A record that is whole but makes no sense is left out, and the next one is read. Only the
+channels of a chunk that was left out are looked up in the summary behind the data, which repeats them. Sizes
+in the file are never trusted beyond the caps below.
 """
 
 from __future__ import annotations
@@ -11,76 +13,26 @@ import mmap
 import struct
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
 
-import lz4.frame
 import zstandard
 
 from .errors import NotARunError, TooLargeError
+from .mcap_content import RawTopic, Scan, Schema
+from .mcap_fields import decompress, mapping, prefixed, string
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 1, 2, 3, 4, 5, 6
-METADATA, DATA_END, LAST_OPCODE = 12, 15, 15
+METADATA, DATA_END, LAST_OPCODE, FIRST_PRIVATE = 12, 15, 15, 0x80
 MAX_CHUNK_BYTES = 256 << 20
 MAX_RECORD_BYTES = 64 << 20
 MAX_CHANNELS = 10_000
+MAX_PROBLEMS = 20
 
 _RECORD = struct.Struct("<BQ")
 _MESSAGE = struct.Struct("<BQHIQQ")
 _CHUNK = struct.Struct("<QQQI")
-
-
-@dataclass(frozen=True)
-class Schema:
-    """A message definition in the file."""
-
-    name: str
-    encoding: str
-    data: bytes
-
-
-@dataclass
-class RawTopic:
-    """A channel of the file with its messages, in the order of the file."""
-
-    topic: str
-    encoding: str
-    schema: Schema | None
-    extra: dict[str, str]
-    log_times: list[int] = field(default_factory=list)
-    payloads: list[bytes] = field(default_factory=list)
-    count: int = 0
-
-
-@dataclass
-class Scan:
-    """Everything found in one file.
-
-    Attributes:
-        path: the file.
-        size: its size in bytes.
-        topics: channel id -> channel; payloads only of the wanted topics, `count` of all.
-        metadata: MCAP metadata records by name.
-        complete: the end mark of the data was reached.
-        end: offset behind the last byte that could be read.
-        last_log_time: latest log time of any message [ns], None without messages.
-        problems: damage, one sentence each.
-    """
-
-    path: Path
-    size: int
-    topics: dict[int, RawTopic] = field(default_factory=dict)
-    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
-    complete: bool = False
-    end: int = 0
-    last_log_time: int | None = None
-    problems: list[str] = field(default_factory=list)
-
-    @property
-    def message_count(self) -> int:
-        """Messages found, those of unwanted topics included."""
-        return sum(t.count for t in self.topics.values())
+_FOOTER = struct.Struct("<QQI")
 
 
 class _Cut(Exception):
@@ -120,6 +72,9 @@ class _Scanner:
     def __init__(self, result: Scan, data: mmap.mmap, wanted: Callable[[str], bool]) -> None:
         self.result, self.data, self.wanted = result, data, wanted
         self.schemas: dict[int, Schema] = {}
+        self.asked_summary = False
+        self.left_out = 0
+        self.orphans: list[int] = []  # log times of messages whose channel is unknown
 
     def run(self) -> Scan:
         try:
@@ -130,7 +85,21 @@ class _Scanner:
         except _Cut as cut:
             lost = self.result.size - self.result.end
             self.result.problems.append(f"{cut}; the last {lost} of {self.result.size} bytes could not be read")
+        if self.left_out > MAX_PROBLEMS:
+            self.result.problems.append(f"{self.left_out - MAX_PROBLEMS} more damaged records were left out")
+        if self.orphans:
+            text = f"{len(self.orphans)} messages of channels that the file does not describe were left out"
+            self.result.problems.append(text)
+            self.result.holes.append((min(self.orphans), max(self.orphans)))
         return self.result
+
+    def leave_out(self, data: mmap.mmap | bytes, end: int, problem: str) -> None:
+        """Note damage and go on behind the record, if what follows at `end` looks like one; else stop."""
+        if not _in_step(data, end):
+            raise _Cut(problem)
+        self.left_out += 1
+        if self.left_out <= MAX_PROBLEMS:
+            self.result.problems.append(f"{problem}; left out")
 
     def records(self, data: mmap.mmap | bytes, position: int, *, top: bool) -> None:
         """Walk records; `top` is the file itself, else the inside of a chunk."""
@@ -150,24 +119,35 @@ class _Scanner:
                     raise _Cut(f"cut off inside the record at byte {position}")
                 if opcode == MESSAGE:
                     if length < 22:
-                        raise _Cut(f"damaged: a message of {length} bytes at byte {position}")
+                        self.leave_out(data, end, f"damaged: a message of {length} bytes at byte {position}")
+                        position = end
+                        continue
                     _, _, channel, _, log_time, _ = unpack_message(data, position)
                     if channel not in topics:
+                        self.summary()
+                        wanted = self.wanted_ids()
+                    if channel in topics:
+                        topic = topics[channel]
+                        topic.count += 1
+                        if log_time > latest:
+                            latest = log_time
+                        if channel in wanted:
+                            topic.log_times.append(log_time)
+                            topic.payloads.append(data[begin + 22 : end])
+                    elif _in_step(data, end):
+                        self.orphans.append(log_time)
+                    else:
                         raise _Cut(f"damaged: message of unknown channel {channel} at byte {position}")
-                    topic = topics[channel]
-                    topic.count += 1
-                    if log_time > latest:
-                        latest = log_time
-                    if channel in wanted:
-                        topic.log_times.append(log_time)
-                        topic.payloads.append(data[begin + 22 : end])
                 elif opcode == DATA_END and top:
                     result.complete, result.end = True, end
                     return
                 else:
                     self.refuse_nonsense(opcode, length, position)
                     if opcode in (SCHEMA, CHANNEL, METADATA, CHUNK):
-                        self.other(opcode, data[begin:end], position, top=top)
+                        try:
+                            self.other(opcode, data[begin:end], position, top=top)
+                        except _Cut as damage:
+                            self.leave_out(data, end, str(damage))
                         wanted = self.wanted_ids()
                 position = end
                 if top:
@@ -195,81 +175,83 @@ class _Scanner:
             return
         try:
             if opcode == SCHEMA:
-                name, rest = _string(body[2:])
-                encoding, rest = _string(rest)
-                self.schemas[int.from_bytes(body[:2], "little")] = Schema(name, encoding, _prefixed(rest)[0])
+                name, rest = string(body[2:])
+                encoding, rest = string(rest)
+                self.schemas[int.from_bytes(body[:2], "little")] = Schema(name, encoding, prefixed(rest)[0])
             elif opcode == CHANNEL:
                 self.channel(body, position)
             elif opcode == METADATA:
-                name, rest = _string(body)
-                self.result.metadata[name] = _map(rest)
+                name, rest = string(body)
+                self.result.metadata[name] = mapping(rest)
         except (UnicodeDecodeError, ValueError) as error:
             raise _Cut(f"damaged: the record of kind {opcode} at byte {position}: {error}") from error
 
     def channel(self, body: bytes, position: int) -> None:
         number, schema = int.from_bytes(body[:2], "little"), int.from_bytes(body[2:4], "little")
-        topic, rest = _string(body[4:])
-        encoding, rest = _string(rest)
+        topic, rest = string(body[4:])
+        encoding, rest = string(rest)
         if number in self.result.topics:
             return
+        if schema and schema not in self.schemas:
+            self.summary()
         if len(self.result.topics) >= MAX_CHANNELS:
             text = f"{self.result.path}: more than {MAX_CHANNELS} channels at byte {position}"
             raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHANNELS)
-        self.result.topics[number] = RawTopic(topic, encoding, self.schemas.get(schema), _map(rest))
+        self.result.topics[number] = RawTopic(topic, encoding, self.schemas.get(schema), mapping(rest))
+
+    def summary(self) -> None:
+        """Take the schemas and channels that the summary behind the data repeats, once; a cut file has none."""
+        data, size = self.data, self.result.size
+        footer = size - len(MAGIC) - _FOOTER.size - _RECORD.size
+        if self.asked_summary or footer < len(MAGIC) or data[size - len(MAGIC) : size] != MAGIC:
+            return
+        self.asked_summary = True
+        position = int(_FOOTER.unpack_from(data, footer + _RECORD.size)[0])
+        while len(MAGIC) <= position < footer:
+            opcode, length = _RECORD.unpack_from(data, position)
+            begin, end = position + _RECORD.size, position + _RECORD.size + length
+            if end > footer:
+                return
+            if opcode in (SCHEMA, CHANNEL):
+                try:
+                    self.other(opcode, data[begin:end], position, top=True)
+                except _Cut:
+                    return
+            position = end
 
     def chunk(self, body: bytes, position: int, *, cut: bool) -> None:
         if len(body) < _CHUNK.size + 4:
             raise _Cut(f"cut off inside the chunk at byte {position}")
-        _, _, size, crc = _CHUNK.unpack_from(body)
+        first, last, size, crc = _CHUNK.unpack_from(body)
         if size > MAX_CHUNK_BYTES:
             where = f"{self.result.path}: a chunk of {size} bytes at byte {position}"
             text = f"{where}, at most {MAX_CHUNK_BYTES} are read"
             raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHUNK_BYTES, found=size)
+        where = f"the chunk at byte {position} (log times {first / 1e9:.3f} s to {last / 1e9:.3f} s)"
         try:
-            compression, rest = _string(body[_CHUNK.size :])
-            data = _decompress(compression, rest[8:], size)
+            compression, rest = string(body[_CHUNK.size :])
+            data = decompress(compression, rest[8:], size)
+            if not cut and len(data) != size:
+                raise ValueError(f"expected {size} bytes, found {len(data)}")
+            if not cut and crc and zlib.crc32(data) != crc:
+                raise ValueError("its checksum is wrong")
         except (UnicodeDecodeError, ValueError, RuntimeError, zstandard.ZstdError) as error:
-            raise _Cut(f"the chunk at byte {position} cannot be decompressed: {error}") from error
-        whole = len(data) == size and (crc == 0 or zlib.crc32(data) == crc)
-        if not whole and not cut:
-            self.result.problems.append(
-                f"the chunk at byte {position} is damaged (length or checksum is wrong) and was left out"
-            )
-            return
+            if not cut:
+                self.result.holes.append((first, last))
+            raise _Cut(f"{where} is damaged: {error}") from error
         try:
             self.records(data, 0, top=False)
         except _Cut as inner:
-            raise _Cut(f"inside the chunk at byte {position}: {inner}") from inner
+            if not cut:
+                self.result.holes.append((max(first, self.result.last_log_time or 0), last))
+            raise _Cut(f"inside {where}: {inner}") from inner
 
 
-def _prefixed(data: bytes) -> tuple[bytes, bytes]:
-    length = int.from_bytes(data[:4], "little")
-    if len(data) < 4 + length or len(data) < 4:
-        raise ValueError(f"a length of {length} beyond the record")
-    return data[4 : 4 + length], data[4 + length :]
-
-
-def _string(data: bytes) -> tuple[str, bytes]:
-    text, rest = _prefixed(data)
-    return text.decode("utf-8"), rest
-
-
-def _map(data: bytes) -> dict[str, str]:
-    rest, _ = _prefixed(data)
-    result = {}
-    while rest:
-        key, rest = _string(rest)
-        result[key], rest = _string(rest)
-    return result
-
-
-def _decompress(compression: str, data: bytes, size: int) -> bytes:
-    """Decompress at most `size` bytes (+ 1, to notice more); of cut data what can be had."""
-    if compression == "":
-        return data[: size + 1]
-    if compression == "zstd":
-        with zstandard.ZstdDecompressor().stream_reader(data) as reader:
-            return reader.read(size + 1)
-    if compression == "lz4":
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, max_length=size + 1))
-    raise ValueError(f"compression {compression!r}; known are zstd, lz4 and none")
+def _in_step(data: mmap.mmap | bytes, position: int) -> bool:
+    """Say whether a record that fits, or nothing, begins here."""
+    if position == len(data):
+        return True
+    if position + _RECORD.size > len(data):
+        return False
+    opcode, length = _RECORD.unpack_from(data, position)
+    return (0 < opcode <= LAST_OPCODE or opcode >= FIRST_PRIVATE) and position + _RECORD.size + length <= len(data)

@@ -3,26 +3,23 @@
 from __future__ import annotations
 
 import json
-import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 
+from .bag_folder import bag_files, losses
 from .decode import Columns, decode
 from .definitions import full_name, parse_schema
-from .errors import EmptyRunError, MissingTopicError, NotARunError, RunError, SchemaError, StampOrderError
-from .mcap_scan import RawTopic, Scan, scan
+from .errors import EmptyRunError, MissingTopicError, RunError, SchemaError, StampOrderError
+from .mcap_content import RawTopic, Scan
+from .mcap_scan import scan
 from .rosbag2 import BAG_RECORD, RUN_RECORD
 from .run import Channel, Run
 from .units import unit_of
-
-MAX_METADATA_BYTES = 16 << 20
-SECOND = 1e9
 
 
 @dataclass(frozen=True)
@@ -105,10 +102,10 @@ def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recordin
         NotARunError, TooLargeError: as read_run.
     """
     path = Path(path)
-    files, description = _files(path)
+    files, description, unclear = bag_files(path)
     scans = tuple(scan(f, lambda topic: wanted is None or topic.strip("/") in wanted) for f in files)
     metadata: dict[str, Any] = {}
-    warnings = [f"{s.path.name}: {problem}" for s in scans for problem in s.problems]
+    warnings = unclear + [f"{s.path.name}: {problem}" for s in scans for problem in s.problems]
     for one in scans:
         for name, content in one.metadata.items():
             if name == RUN_RECORD and "json" in content:
@@ -119,60 +116,8 @@ def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recordin
                     warnings.append(f"{one.path.name}: the run's metadata is no JSON: {error}")
             elif name != BAG_RECORD:
                 metadata.setdefault("mcap", {})[name] = content
-    warnings += _losses(description, scans)
+    warnings += losses(description, scans)
     return Recording(path, path.stem if path.is_file() else path.resolve().name, scans, metadata, tuple(warnings))
-
-
-def _files(path: Path) -> tuple[list[Path], dict[str, Any]]:
-    """Return the MCAP files of a run in order, and what metadata.yaml says ({} without one)."""
-    if path.is_file():
-        return [path], {}
-    if not path.is_dir():
-        raise NotARunError(f"{path}: no such file or directory", path=path)
-    description = _description(path / "metadata.yaml")
-    storage = description.get("storage_identifier", "mcap")
-    if storage != "mcap":
-        text = f"{path}: expected storage mcap, found {storage}; `ros2 bag convert` makes one of the other"
-        raise NotARunError(text, path=path, expected="mcap", found=storage)
-    found = sorted(
-        path.glob("*.mcap"), key=lambda p: [int(x) if x.isdigit() else x for x in re.split(r"(\d+)", p.name)]
-    )
-    listed = [path / Path(str(name)).name for name in description.get("relative_file_paths") or []]
-    files = [f for f in listed if f.is_file()]
-    files += [f for f in found if f not in files]
-    if not files:
-        here = ", ".join(sorted(p.name for p in path.iterdir())[:10]) or "nothing"
-        raise NotARunError(f"{path}: expected an .mcap file in it, found {here}", path=path, found=here)
-    return files, {**description, "absent": [f.name for f in listed if f not in files]}
-
-
-def _description(file: Path) -> dict[str, Any]:
-    if not file.is_file() or file.stat().st_size > MAX_METADATA_BYTES:
-        return {}
-    try:
-        loaded = yaml.safe_load(file.read_text(encoding="utf-8"))
-        content = loaded["rosbag2_bagfile_information"]
-        return content if isinstance(content, dict) else {}
-    except (yaml.YAMLError, UnicodeDecodeError, KeyError, TypeError):
-        return {}
-
-
-def _losses(description: Mapping[str, Any], scans: tuple[Scan, ...]) -> list[str]:
-    """Compare what was found with what metadata.yaml promises."""
-    sentences = [f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])]
-    promised = description.get("message_count")
-    found = sum(s.message_count for s in scans)
-    if isinstance(promised, int) and promised > found:
-        lost = f"{promised - found} of {promised} messages that metadata.yaml counts are lost"
-        try:
-            start = int(description["starting_time"]["nanoseconds_since_epoch"])
-            end = start + int(description["duration"]["nanoseconds"])
-            last = max((s.last_log_time for s in scans if s.last_log_time is not None), default=start)
-            lost += f", the last {max(0, end - last) / SECOND:.3f} s"
-        except (KeyError, TypeError, ValueError):
-            pass
-        sentences.append(lost)
-    return sentences
 
 
 def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]) -> dict[str, Channel]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import secrets
 import shutil
-import tempfile
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from mcap.writer import CompressionType, Writer
 
-from .errors import InvalidRunError, RunError, RunExistsError
+from .errors import CannotWriteError, InvalidRunError, RunError, RunExistsError
 from .rosbag2 import (
     LIBRARY,
     TopicRecord,
@@ -48,20 +48,24 @@ def write_run(directory: Path | str, topics: Iterable[Topic], metadata: Mapping[
         RunExistsError: the target exists. Nothing is overwritten.
         InvalidRunError: all that is wrong with the topics or the metadata.
         SchemaError: a message type is unknown.
+        CannotWriteError: the file system refuses.
     """
     target = Path(directory)
     refuse_existing(target)
     columns = _check(list(topics), metadata or {}, target)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}.", suffix=".part", dir=target.parent))
+    # named before it is made, so that an interrupt at any time finds what to remove
+    temporary = target.parent / f".{target.name}.{secrets.token_hex(8)}.part"
     try:
-        temporary.chmod(0o777 & ~_umask())
+        target.parent.mkdir(parents=True, exist_ok=True)
+        temporary.mkdir()
         _write_bag(temporary, f"{target.name}_0.mcap", columns, metadata or {})
         refuse_existing(target)
         temporary.rename(target)
-    except BaseException:
-        shutil.rmtree(temporary, ignore_errors=True)
-        raise
+    except OSError as error:
+        text = f"{target}: cannot be written: {error.strerror or error}"
+        raise CannotWriteError(text, path=target) from error
+    finally:
+        shutil.rmtree(temporary, ignore_errors=True)  # gone already where all went well
     return target
 
 
@@ -69,12 +73,6 @@ def refuse_existing(target: Path) -> None:
     """Raise RunExistsError if there is anything at the target."""
     if os.path.lexists(target):
         raise RunExistsError(f"{target} exists; nothing is overwritten", path=target)
-
-
-def _umask() -> int:
-    mask = os.umask(0o077)
-    os.umask(mask)
-    return mask
 
 
 def _check(topics: list[Topic], metadata: Mapping[str, Any], target: Path) -> list[Columns]:

@@ -99,6 +99,21 @@ def test_a_damaged_chunk_is_left_out_and_the_rest_is_read(tmp_path):
     assert any("damaged" in w or "decompressed" in w for w in run.warnings)
 
 
+def test_messages_whose_channel_nothing_describes_are_counted_and_the_others_are_read(tmp_path):
+    file = tmp_path / "x.mcap"
+    journal(file, chunked=False)
+    data = bytearray(file.read_bytes())
+    at, message = 8, []
+    while data[at] != 15:
+        message += [at] if data[at] == 5 else []
+        at += 9 + struct.unpack_from("<Q", data, at + 1)[0]
+    struct.pack_into("<H", data, message[100] + 9, 77)
+    file.write_bytes(bytes(data))
+    run = read_run(file)
+    assert len(run["thruster_0/state.n"]) + len(run["thruster_0/throttle.commanded"]) == 2 * COUNT - 1
+    assert "1 messages of channels that the file does not describe were left out" in run.warnings[0]
+
+
 def test_random_bytes_never_raise_anything_but_a_run_error(tmp_path):
     whole = tmp_path / "whole.mcap"
     journal(whole, chunked=False)
@@ -221,7 +236,11 @@ def test_a_chunk_that_claims_to_be_huge_is_refused_before_it_is_unpacked(tmp_pat
 
 def test_metadata_that_is_broken_does_not_hide_the_messages(tmp_path):
     folder = write_run(tmp_path / "a", bench_topics(3))
-    (folder / "metadata.yaml").write_text("{ this is: [no yaml")
-    assert len(read_run(folder)["thruster_0/state.n"]) == 3
+    for text in ("{ this is: [no yaml", "", "a: 2001-99-99", "[" * 5000, "rosbag2_bagfile_information: 3"):
+        (folder / "metadata.yaml").write_text(text)
+        run = read_run(folder)
+        assert len(run["thruster_0/state.n"]) == 3
+        assert len(run.warnings) == 1 and "metadata.yaml cannot be used" in run.warnings[0]
+        assert "\n" not in run.warnings[0]
     shutil.move(folder / "a_0.mcap", tmp_path / "alone.mcap")
     assert read_run(tmp_path / "alone.mcap").name == "alone"

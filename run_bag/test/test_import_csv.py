@@ -13,6 +13,11 @@ thruster_0/state.n: {column: rpm, time_column: t, unit: rad/s, scale: 0.10471975
 thruster_0/throttle.commanded: {column: 3, time_column: 1, unit: V, offset: 1}
 thruster_0/load.wrench.force.x: {column: force, time_column: t2, unit: N}
 """
+STATE = "{column: 2, time_column: 1, unit: rad/s}"
+MAP_TWO = """
+thruster_0/state.n: {column: n, time_column: t, unit: rad/s}
+thruster_0/load.wrench.force.x: {column: f, time_column: t2, unit: N}
+"""
 
 
 def files(tmp_path, text=CSV, columns=MAP):
@@ -28,8 +33,9 @@ def test_columns_become_channels_with_their_own_stamps_and_units(tmp_path, capsy
     assert run["thruster_0/throttle.commanded"].values.tolist() == [1.5, 1.6, 1.7]
     force = run["thruster_0/load.wrench.force.x"]
     np.testing.assert_equal(force.values, [1, np.nan, 3])
-    assert force.stamps.tolist() == [50_000_000, 150_000_000, 250_000_000] and force.unit == "N"
-    assert len(run.metadata["import"]["decisions"]) == 3
+    assert force.stamps.tolist() == [1_050_000_000, 1_150_000_000, 1_250_000_000] and force.unit == "N"
+    decisions = run.metadata["import"]["decisions"]
+    assert [d["what"] for d in decisions[3:]] == ["shift of the clock", "thruster_0/state.sign_source"]
     assert main(files(tmp_path)) == 1
     assert "nothing is overwritten" in capsys.readouterr().err
     assert info([str(tmp_path / "out")]) == 0
@@ -39,10 +45,36 @@ def test_columns_become_channels_with_their_own_stamps_and_units(tmp_path, capsy
     assert info([str(tmp_path / "none")]) == 1
 
 
-def test_negative_times_are_moved_to_the_start_of_the_clock(tmp_path):
-    columns = "thruster_0/state.n: {column: 2, time_column: 1, unit: rad/s}"
-    assert main(files(tmp_path, "-5,1\n-4,2\n", columns)) == 0
-    assert read_run(tmp_path / "out")["thruster_0/state.n"].stamps.tolist() == [10**9, 2 * 10**9]
+@pytest.mark.parametrize("first", [-5, 0, 12.5, 1.7e9 + 0.25])
+def test_the_clock_starts_at_one_second_and_the_metadata_say_so(tmp_path, first):
+    assert main(files(tmp_path, f"{first!r},1\n{first + 1!r},2\n", "thruster_0/state.n: " + STATE)) == 0
+    run = read_run(tmp_path / "out")
+    assert run["thruster_0/state.n"].stamps.tolist() == [10**9, 2 * 10**9]
+    (shift,) = [d for d in run.metadata["import"]["decisions"] if d["what"] == "shift of the clock"]
+    assert shift["unit"] == "s" and shift["how"].startswith(f"{1.0 - first!r} s was added to all times")
+
+
+def test_a_constant_fills_every_message_of_its_topic(tmp_path, capsys):
+    columns = f"thruster_0/state.n: {STATE}\nthruster_0/state.sign_source: {{value: 2}}\n"
+    columns += "thruster_0/state.supply_voltage: {value: 14.8, unit: V}"
+    assert main(files(tmp_path, "0,1\n1,2\n", columns)) == 0
+    run = read_run(tmp_path / "out")
+    assert run["thruster_0/state.sign_source"].values.tolist() == [2, 2]
+    assert run["thruster_0/state.supply_voltage"].values.tolist() == [14.8, 14.8]
+    assert capsys.readouterr().err == ""
+    assert run.metadata["import"]["decisions"][-1]["value"] == 14.8
+
+
+@pytest.mark.parametrize(("speed", "source", "said"), [(-2, 1, False), (2, 0, True)])
+def test_a_sign_source_that_is_not_told_follows_from_the_speed(tmp_path, capsys, speed, source, said):
+    assert main(files(tmp_path, f"0,1\n1,{speed}\n", "thruster_0/state.n: " + STATE)) == 0
+    assert read_run(tmp_path / "out")["thruster_0/state.sign_source"].values.tolist() == [source] * 2
+    assert ("SIGN_UNKNOWN is written, n counts as a magnitude" in capsys.readouterr().err) == said
+
+
+def test_rows_without_time_and_value_are_not_measured(tmp_path):
+    assert main(files(tmp_path, "t,n,t2,f\n0,1,0,5\n1,2,,\n", MAP_TWO)) == 0
+    assert read_run(tmp_path / "out")["thruster_0/load.wrench.force.x"].values.tolist() == [5]
 
 
 @pytest.mark.parametrize(
@@ -57,13 +89,32 @@ def test_negative_times_are_moved_to_the_start_of_the_clock(tmp_path):
             "expected column 'speed', found t, rpm, u, t2, force",
         ),
         (CSV, MAP.replace("column: 3", "column: 9"), "expected column 9, found 5 columns"),
-        (CSV, MAP.replace(", nan: [bad]", ""), "line 4, column 2: expected a number, found 'bad'"),
+        (CSV, MAP.replace(", nan: [bad]", ""), "line 4, column 2: expected a finite number, or this text in"),
         (CSV, MAP.replace("offset: 1", "ofset: 1"), "unknown key 'ofset'"),
         (CSV, MAP.replace(", unit: V", ""), "key 'unit' is missing"),
         (CSV, MAP.replace("offset: 1", "offset: one"), "offset: expected a number, found 'one'"),
         (CSV, "", "expected entries"),
         (CSV, "[: x", "cannot be read as YAML"),
         (CSV.replace("0.2,bad", "0.05,bad"), MAP, "line 4: rows out of order: 0.05 s after 0.1 s"),
+        (CSV.replace("0.6,0.15,", "0.6,0.15"), MAP, "x.csv, line 3: expected 5 columns as in line 1, found 4"),
+        (CSV.replace("0.6,0.15,", "0.6,0.15,1,2"), MAP, "x.csv, line 3: expected 5 columns as in line 1, found 6"),
+        (CSV.replace("0.6", "inf"), MAP, "x.csv, line 3, column 3: expected a finite number"),
+        (CSV.replace("0.6", "1e400"), MAP, "the map's `nan`, found '1e400'"),
+        (CSV.replace("0.6", "nan"), MAP, "the map's `nan`, found 'nan'"),
+        (CSV.replace("0.6", "1e308"), MAP.replace("offset: 1", "scale: 100"), "line 3, column 3: expected a finite"),
+        (CSV.replace("\n0.1,", "\nnan,"), MAP, "x.csv, line 3, column 1: expected a finite number"),
+        (CSV.replace("\n0.1,", "\n-inf,"), MAP, "x.csv, line 3, column 1: expected a finite number"),
+        (CSV.replace("\n0.1,", "\n,"), MAP, "line 3, column 1: expected the time of the value in column 2, found ''"),
+        (CSV.replace("\n0.2,", "\n1e300,"), MAP, "line 4, column 1: expected a time at most 2.14748e+09 s after"),
+        (CSV, MAP + MAP.splitlines()[1], "line 5: expected each key once, found 'thruster_0/state.n' again"),
+        (CSV, MAP.replace("column: 3", "column: 3, column: 4"), "line 3: expected each key once, found 'column' again"),
+        (CSV, MAP + "/thruster_0/state.n: {value: 1}", "each channel once, found it as thruster_0/state.n too"),
+        (CSV, MAP + "thruster_1/state.sign_source: {value: 1}", "expected a column of the same topic"),
+        (CSV, MAP + "thruster_0/state.sign_source: {value: .inf}", "value: expected a number, found inf"),
+        (CSV, MAP + "thruster_0/state.sign_source: {value: 1.5}", "expected whole numbers from 0 to 255"),
+        (CSV, MAP + "thruster_0/state.current: {value: 1, column: 2}", "unknown key 'column' beside value"),
+        (CSV, MAP.replace("unit: V", "unit: V, time_scale: 0"), "time_scale: expected a positive number, found 0"),
+        (CSV, MAP.replace("offset: 1", "offset: 1" + "0" * 400), "offset: expected a number"),
         ("t,rpm,u,t2,force\n", MAP, "expected rows of numbers, found none"),
     ],
 )

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.stages import LIBRARY, NO_EFFECTS
 from thruster_model.errors import ParameterSetError

@@ -238,10 +238,10 @@ def test_all_that_is_wrong_with_any_run_is_said_at_once(bench, tmp_path):
     assert [e.name for e in read_experiments([good])] == ["good"]
 
 
-def test_a_truncated_recording_is_read_as_far_as_it_goes_and_the_notes_say_so(bench, tmp_path):
+def test_a_truncated_recording_is_read_as_far_as_it_goes_and_the_warnings_say_so(bench, tmp_path):
     path = bench.write(tmp_path / "cut")
     file = next(path.glob("*.mcap"))
     file.write_bytes(file.read_bytes()[: int(0.5 * file.stat().st_size)])
     experiment = prepare(read_run(path))
     assert 1.0 < experiment.duration < DURATION
-    assert any("cut_0.mcap" in note for note in experiment.notes)
+    assert any("cut_0.mcap" in text for text in experiment.warnings)

@@ -1,6 +1,8 @@
 """The command line from runs to results: files, report, and a sentence instead of a traceback."""
 
 import json
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -17,8 +19,8 @@ def sweep(amplitude, slow):
 
 
 @pytest.fixture(scope="module")
-def runs(recorded_run, tmp_path_factory):
-    """Two short runs of a thruster whose input gains are 8 % above the published ones."""
+def recordings(recorded_run, tmp_path_factory):
+    """Three short runs of a thruster whose input gains are 8 % above the published ones."""
     published = load_parameter_set("hl")
     gains = {name: 1.08 * published.values[name] for name in ("c_u1", "c_u2")}
     truth = published.with_values(gains, source="truth").values
@@ -27,14 +29,21 @@ def runs(recorded_run, tmp_path_factory):
     return [
         str(recorded_run(folder / "axial", sweep(2.8, 1.1), 8.0, truth, rng, flow="axial")),
         str(recorded_run(folder / "ambient", sweep(-2.5, 1.9), 8.0, truth, rng, flow="ambient")),
+        str(recorded_run(folder / "other", sweep(2.2, 1.5), 8.0, truth, rng, flow="axial")),
     ]
 
 
 @pytest.fixture(scope="module")
-def outcome(runs, tmp_path_factory):
+def runs(recordings):
+    """The two that are fitted."""
+    return recordings[:2]
+
+
+@pytest.fixture(scope="module")
+def outcome(runs, recordings, tmp_path_factory):
     """Exit status and folder of a fit of two models, with a third run to predict only."""
     out = tmp_path_factory.mktemp("fit") / "out"
-    status = cli_fit.main([*runs, "--model", "simplified", "hl", "--out", str(out), "--validate", runs[0]])
+    status = cli_fit.main([*runs, "--model", "simplified", "hl", "--out", str(out), "--validate", recordings[2]])
     return status, out
 
 
@@ -58,7 +67,7 @@ def test_the_summary_says_what_was_fitted_to_what_and_how_well(outcome):
     summary = json.loads((out / "fit.json").read_text("utf-8"))
     provenance = summary["provenance"]
     assert provenance["runs"] == ["axial", "ambient"]
-    assert provenance["runs predicted only"] == ["axial"]
+    assert provenance["runs predicted only"] == ["other"]
     assert provenance["method"] == "least-squares"
     assert set(provenance["start"]) == {"simplified", "hl"}
     simplified, hl = summary["models"]
@@ -122,7 +131,7 @@ def test_a_start_that_does_not_exist_is_refused_with_what_is_known(runs, tmp_pat
     refused(
         [*runs, "--start", "none", "--out", tmp_path / "out"],
         capsys,
-        "known sets (hl, hl_bench, hq, simplified)",
+        "hl, hl_bench, hq, kim_chung",
     )
 
 
@@ -184,3 +193,25 @@ def test_a_run_that_the_model_predicts_nothing_of_is_refused_as_validation(runs,
         tmp_path / "out",
     ]
     refused(words, capsys, "flow: nothing to predict: expected one of speed, thrust, torque; found axial")
+
+
+def test_a_run_given_twice_or_to_be_fitted_and_predicted_is_refused(runs, tmp_path, capsys):
+    refused([*runs, runs[0], "--out", tmp_path / "out"], capsys, "given twice; the same data would count twice")
+    both = [*runs, "--validate", runs[1], "--out", tmp_path / "out"]
+    refused(both, capsys, "to be fitted and to be predicted only; expected one of the two")
+
+
+def test_an_interrupted_fit_says_so_in_one_sentence_and_leaves_nothing(runs, tmp_path):
+    """Not as an exception: raised inside compiled code, it would bring the process down."""
+    code = f"""
+import os, signal, threading
+from thruster_model import cli_fit
+threading.Timer(4.0, os.kill, (os.getpid(), signal.SIGINT)).start()
+import sys
+sys.argv = ["fit", *{runs!r}, "--model", "hq", "airfoil", "table", "--hold-out", "--out", {str(tmp_path / "out")!r}]
+cli_fit.main()
+"""
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 130
+    assert done.stderr == "interrupted: nothing was written\n"
+    assert list(tmp_path.iterdir()) == []

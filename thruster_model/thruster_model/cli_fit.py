@@ -3,11 +3,15 @@
 import argparse
 import json
 import os
+import shutil
+import signal
 import sys
+import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import NoReturn
 
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
@@ -15,9 +19,10 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
-from thruster_model.identification.experiment_io import read_experiments
+from thruster_model.identification.experiment_io import PreparationOptions, read_experiments
 from thruster_model.identification.fit import FitOptions
 from thruster_model.identification.fit_report import build_report
+from thruster_model.identification.flow_quality import FlowLimits
 from thruster_model.identification.study import FittedModel, Study, run_study
 from thruster_model.models import MODELS
 from thruster_model.parameter_set import ParameterSet
@@ -27,12 +32,14 @@ from thruster_model.parameter_set_io import load_parameter_set, write_parameter_
 def main(arguments: Sequence[str] | None = None) -> int:
     """Fit, write the sets, the summary and the report; return the exit status."""
     given = _parser().parse_args(user_arguments(arguments))
+    if arguments is None:
+        signal.signal(signal.SIGINT, _stop)
     try:
+        _check_runs(given)
         starts = _starts(given)
         if given.out.exists() and any(given.out.iterdir()):
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
-        study = _study(given, starts)
-        _write(study, given)
+        _write(_study(given, starts), given)
     except (ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
@@ -50,8 +57,28 @@ def _parser() -> argparse.ArgumentParser:
     stages = "joint: all at once after the stages; thesis: the stages alone"
     parser.add_argument("--stages", default="joint", choices=("joint", "thesis"), help=stages)
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs to predict only")
+    limit = "largest credible flow [m/s], beyond which a velocimeter wraps (default %(default)s: a Vectrino's range)"
+    parser.add_argument("--largest-flow", type=float, default=FlowLimits().velocity, metavar="SPEED", help=limit)
     parser.add_argument("--hold-out", action="store_true", help="repeat each fit with each run left out")
     return parser
+
+
+def _stop(number: int, frame: object) -> NoReturn:
+    """End at once: an exception raised inside compiled code would bring the process down without a word."""
+    show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
+    sys.stderr.write(f"{show_cursor}interrupted: nothing was written\n")
+    sys.stderr.flush()
+    os._exit(130)
+
+
+def _check_runs(given: argparse.Namespace) -> None:
+    fitted = [path.resolve() for path in given.runs]
+    twice = sorted({str(path) for path in fitted if fitted.count(path) > 1})
+    both = sorted({str(path) for path in fitted} & {str(path.resolve()) for path in given.validate})
+    problems = [f"{path}: given twice; the same data would count twice" for path in twice]
+    problems += [f"{path}: given to be fitted and to be predicted only; expected one of the two" for path in both]
+    if problems:
+        raise UnfitDataError(problems)
 
 
 def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]]:
@@ -69,16 +96,17 @@ def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]
 def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, ParameterSet]]) -> Study:
     console = Console(stderr=True)
     columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True) as progress:
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("reading", total=None)
 
         def tell(text: str) -> None:
             progress.update(task, description=text)
 
+        preparation = PreparationOptions(flow=FlowLimits(velocity=given.largest_flow))
         return run_study(
             starts,
-            read_experiments(given.runs, progress=tell),
-            validation=read_experiments(given.validate, progress=tell),
+            read_experiments(given.runs, preparation, tell),
+            validation=read_experiments(given.validate, preparation, tell),
             hold_out=given.hold_out,
             options=FitOptions(method=given.method, stages=given.stages),
             progress=tell,
@@ -86,9 +114,29 @@ def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, Parameter
 
 
 def _write(study: Study, given: argparse.Namespace) -> None:
-    given.out.mkdir(parents=True, exist_ok=True)
+    given.out.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f".{given.out.name}.", dir=given.out.parent))
+    try:
+        _write_into(partial, study, given)
+        partial.chmod(0o755)
+        partial.replace(given.out)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
     for model in study.models:
-        write_parameter_set(model.result.parameter_set, given.out / f"{model.name}.yaml")
+        print(_line(model, _reference_name(given)))
+    print((given.out / "report.html").resolve())
+
+
+def _reference_name(given: argparse.Namespace) -> str:
+    if given.reference:
+        return "reference"
+    return "start" if given.start else "published"
+
+
+def _write_into(folder: Path, study: Study, given: argparse.Namespace) -> None:
+    for model in study.models:
+        write_parameter_set(model.result.parameter_set, folder / f"{model.name}.yaml")
     provenance = {
         "runs": [e.name for e in study.experiments],
         "runs predicted only": [e.name for e in study.validation],
@@ -99,14 +147,9 @@ def _write(study: Study, given: argparse.Namespace) -> None:
         "version": _version(),
     }
     summary = {"provenance": provenance, "models": [_summary(model) for model in study.models]}
-    partial = given.out / f".fit.json.{os.getpid()}"
-    partial.write_text(json.dumps(summary, indent=1), "utf-8")
-    partial.rename(given.out / "fit.json")
-    name = "reference" if given.reference else "published"
-    report = build_report(study, provenance=provenance, reference_name=name).write(given.out / "report.html")
-    for model in study.models:
-        print(_line(model))
-    print(report.resolve())
+    (folder / "fit.json").write_text(json.dumps(summary, indent=1), "utf-8")
+    report = build_report(study, provenance=provenance, reference_name=_reference_name(given))
+    report.write(folder / "report.html")
 
 
 def _version() -> str:
@@ -129,10 +172,10 @@ def _summary(model: FittedModel) -> dict[str, object]:
     }
 
 
-def _line(model: FittedModel) -> str:
+def _line(model: FittedModel, reference: str) -> str:
     total = next(c for c in model.comparison if c.signal == "total")
     open_ = [f"{d.name} ({d.status})" for d in model.result.determinations if d.status != "determined"]
-    text = f"{model.name}: noise-weighted error {total.reference:.2f} before, {total.error:.2f} fitted"
+    text = f"{model.name}: noise-weighted error {total.error:.2f} fitted, {total.reference:.2f} {reference}"
     if model.held_out:
         text += f", {model.held_out[1][-1].error:.2f} on runs left out"
     return f"{text}; not determined: {', '.join(open_) or 'none'}"

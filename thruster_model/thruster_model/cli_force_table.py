@@ -62,7 +62,8 @@ def summary(table: ForceTable) -> list[str]:
     """Return what the terminal says of a table as it was read."""
     unit = table.command_unit
     kinds = ", ".join(table.quantities)
-    lines = [f"{table.name}: {table.supply.size} supply voltages, {table.command.size} commands, {kinds}"]
+    count = "one supply voltage" if table.supply.size == 1 else f"{table.supply.size} supply voltages"
+    lines = [f"{table.name}: {count}, {table.command.size} commands, {kinds}"]
     bands, forces = table.zero_band(table.supply), table.largest_forces(table.supply)
     for v, low, high, reverse, forward in zip(table.supply, *bands, *forces, strict=True):
         lines.append(f"{v:g} V: no force from {low:g} to {high:g} {unit}; largest {forward:+.1f} / {reverse:+.1f} N")

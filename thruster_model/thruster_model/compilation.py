@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 import numba
 from numba.extending import register_jitable
 
-__all__ = ["cache_folder", "compiled", "equation"]
+__all__ = ["cache_folder", "compiled", "equation", "inlined"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -26,6 +26,11 @@ _cache_folders: dict[Path, Path] = {}
 def equation(function: Function) -> Function:
     """Mark a function as an equation: plain Python when called from Python, compiled when called from a kernel."""
     return register_jitable(function)  # type: ignore[no-any-return]
+
+
+def inlined(function: Function) -> Function:
+    """Mark an equation that is laid into the code of its caller: many coefficients then stay where they are."""
+    return register_jitable(forceinline=True)(function)  # type: ignore[no-any-return]
 
 
 def compiled(function: Function) -> Function:

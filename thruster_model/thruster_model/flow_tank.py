@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from thruster_model.compilation import compiled, equation
+from thruster_model.compilation import compiled, inlined
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.equations.thruster import ThrusterCoefficients
@@ -42,7 +42,7 @@ class Trajectory(NamedTuple):
     torque: NDArray[np.float64]
 
 
-@equation
+@inlined
 def plant_step(state, u_commanded, dt, past, gate, p, e):  # type: ignore[no-untyped-def]
     """Return the state after `dt` [s] under the commanded throttle [V], held over the step.
 
@@ -56,12 +56,12 @@ def plant_step(state, u_commanded, dt, past, gate, p, e):  # type: ignore[no-unt
     return _rk4(state, ramp_limited(state.u, u_commanded, p.u_dot_max, dt), dt, past, gate, p, e)
 
 
-@equation
+@inlined
 def _rates(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyped-def]
     return pipeline(n, v, ambient, u, heat, past, gate, p, e)[:3]
 
 
-@equation
+@inlined
 def _rk4(state, u_end, dt, past, gate, p, e):  # type: ignore[no-untyped-def]
     """Return the state after one RK4 step of `dt` [s], the acting throttle going straight to `u_end` [V]."""
     u_middle = 0.5 * (state.u + u_end)

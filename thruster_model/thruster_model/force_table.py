@@ -202,11 +202,10 @@ def _locate(nodes: Array, x: ArrayLike, outside: Outside) -> tuple[NDArray[np.in
 
 
 def _first_reached(F: Array, curves: Array, command: Array, outside: Outside) -> Array:
-    """Return where along curves (..., k) from the stop outwards, rising on the whole, the force F is first reached."""
-    highest = np.maximum.accumulate(curves, axis=-1)
+    """Return where along curves (..., k) from the stop outwards the force F is first reached: F_k-1 < F <= F_k."""
     if outside == "clamp":
-        F = np.minimum(F, highest[..., -1])
-    reached = highest >= F[..., None]
+        F = np.minimum(F, curves.max(axis=-1))
+    reached = curves >= F[..., None]
     k = np.argmax(reached, axis=-1)
     before = np.maximum(k - 1, 0)
     f, f1 = (np.take_along_axis(curves, i[..., None], axis=-1)[..., 0] for i in (before, k))

@@ -1,6 +1,6 @@
 """From state and acting throttle to rates and outputs: the equations of a class, with the effects where they enter."""
 
-from thruster_model.compilation import equation
+from thruster_model.compilation import equation, inlined
 from thruster_model.effects.stages import NO_EFFECTS, stage
 from thruster_model.equations.classes import axial_flow, axial_rate, loads, rotor_rate, rotor_speed
 from thruster_model.equations.dead_zone import dead_zone
@@ -11,6 +11,7 @@ __all__ = ["derivative", "heat_after", "memory_length", "outputs", "pipeline"]
 _edges = stage("edges")
 _drive = stage("drive")
 _inflow = stage("inflow")
+_approach = stage("approach")
 _loads = stage("loads")
 _rotor = stage("rotor")
 _thrust_dynamics = stage("thrust_dynamics")
@@ -20,7 +21,7 @@ heat_after = stage("heat")
 memory_length = stage("memory")
 
 
-@equation
+@inlined
 def pipeline(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyped-def]
     """Return (dn/dt, dv/dt, dU/dt, rotor speed, axial flow, ambient flow, thrust, torque), SI units.
 
@@ -31,11 +32,12 @@ def pipeline(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyp
     drive = _drive(dead_zone(u, p.c_u1, lower, p.c_u2, upper), n, heat, p, e)
     speed = rotor_speed(n, drive, u, p)
     water = _inflow(ambient, p, e)
-    axial = axial_flow(speed, v, water, p)
-    force, moment = _loads(loads(speed, axial, u, p), speed, axial, water, gate, p, e)
+    met = _approach(water, p, e)
+    axial = axial_flow(speed, v, met, p)
+    force, moment = _loads(loads(speed, axial, u, p), speed, axial, met, gate, p, e)
     n_dot = _rotor(rotor_rate(n, moment, drive, p), n, drive, p, e)
     force = _thrust_dynamics(force, n_dot, p, e)
-    v_dot = _axial(axial_rate(v, water, force, p), v, water, force, p, e)
+    v_dot = _axial(axial_rate(v, met, force, p), v, met, force, p, e)
     u_dot = _ambient(ambient_acceleration(ambient, force, p), ambient, past, p, e)
     return n_dot, v_dot, u_dot, speed, axial, water, force, moment
 

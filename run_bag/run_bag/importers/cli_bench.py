@@ -10,8 +10,8 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from ..command_line import user_arguments
-from ..errors import RunError
+from ..command_line import exit_status, user_arguments
+from ..errors import CannotWriteError, RunError
 from .bench import Group, Imported, find, import_recording
 from .options import BenchOptions
 
@@ -57,7 +57,7 @@ def line(run: Imported) -> str:
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Import; return 0 if every recording became a run, else 1 (2: wrong usage)."""
+    """Import; return 0 if every recording became a run, else 1 (2: wrong usage, 130: interrupted)."""
     options = parser().parse_args(user_arguments(argv))
     lo, hi = options.dead_zone_edge
     if not lo < 0 < hi:
@@ -68,14 +68,14 @@ def main(argv: Sequence[str] | None = None) -> int:
         load_cell=options.load_cell, dead_zone_edge=(lo, hi),
         water=None if options.water is None else options.water == "yes",
     )  # fmt: skip
-    try:
-        plan = find(options.paths)
-    except RunError as error:
-        print(error, file=sys.stderr)
-        return 1
+    return exit_status("import_bench", lambda: _run(options.paths, options.out, chosen))
+
+
+def _run(paths: list[Path], out: Path, options: BenchOptions) -> int:
+    plan = find(paths)
     for path, reason in plan.skipped:
         print(f"skipped {path}: {reason}")
-    failed = _import_all(plan.groups, options.out, chosen)
+    failed = _import_all(plan.groups, out, options)
     done = len(plan.groups) - len(failed)
     print(f"{done} imported, {len(failed)} failed, {len(plan.skipped)} files skipped")
     for sentence in failed:
@@ -92,6 +92,8 @@ def _import_all(groups: list[Group], out: Path, options: BenchOptions) -> list[s
             progress.update(task, description=group.stem)
             try:
                 print(line(import_recording(group, out, options)), flush=True)
+            except CannotWriteError:
+                raise  # the others would fail in the same way
             except RunError as error:
                 failed.append(str(error))
             progress.advance(task)

@@ -12,6 +12,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "edges": ("edges", "n", "p", "e"),
     "drive": ("drive", "n", "heat", "p", "e"),
     "inflow": ("ambient", "p", "e"),
+    "approach": ("water", "p", "e"),
     "loads": ("loads", "n", "v", "ambient", "gate", "p", "e"),
     "rotor": ("n_dot", "n", "drive", "p", "e"),
     "thrust_dynamics": ("force", "n_dot", "p", "e"),
@@ -25,6 +26,7 @@ STAGES: dict[str, tuple[str, ...]] = {
 edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s]
 drive            gamma(u) [rad/s^2]; heat: of the motor, 0 to 1
 inflow           ambient flow that reaches thruster and instrument [m/s]
+approach         the part of that flow which the propeller meets [m/s]; the instrument still measures all of it
 loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1
 rotor            dn/dt [rad/s^2]
 thrust_dynamics  thrust [N], once dn/dt is known
@@ -64,7 +66,7 @@ class Effect:
         samples: what it does to the throttle's samples, to a sensor's samples or to stamps, outside the integration;
             None where it acts in the plant.
         channel: the signals whose sensor or log it concerns, separated by spaces; "" where it concerns none or any.
-        order: place in the chain of its block, for effects on samples.
+        order: place in the chain of its block or stage; the lower first, by identifier where equal.
         twins: effects that no data can tell from this one.
     """
 

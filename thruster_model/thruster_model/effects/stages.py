@@ -57,16 +57,30 @@ def effect_values(sizes: Mapping[str, Mapping[str, float]]) -> Any:
 
 
 def stage(name: str) -> Callable[..., Any]:
-    """Return the function of a stage, for Python and for kernels, as `STAGES` declares it."""
+    """Return the function of a stage, for Python and for kernels, as `STAGES` declares it.
+
+    A kernel asks once whether any effect of the stage is on, then of each, so that those which are not cost nothing;
+    in Python, where a field may be an array, all hooks are called.
+    """
     arguments = ", ".join(STAGES[name])
     first = STAGES[name][0]
-    hooks = {f"hook_{e.id}": e.hooks[name] for e in LIBRARY.values() if name in e.hooks}
-    chained = _define(f"def chained({arguments}):", [f"{first} = {h}({arguments})" for h in hooks], first, hooks)
+    here = [effect for effect in sorted(_IN_PLANT, key=lambda effect: effect.order) if name in effect.hooks]
+    hooks = {f"hook_{effect.id}": effect.hooks[name] for effect in here}
+    calls = [f"{first} = hook_{effect.id}({arguments})" for effect in here]
+    on = [f"(e.{effect.field_of(d.name)} != {d.neutral!r})" for effect in here for d in effect.parameters[:1]]
+    guarded = [f"    if {each}: {call}" for each, call in zip(on, calls, strict=True)]
     plain = _define(f"def plain({arguments}):", [], first, {})
-    choice = {"chosen": lambda kind: plain if kind is NoEffects else chained}
-    python = _define(f"def {name}({arguments}):", [], f"chosen(type(e))({arguments})", choice)
-    compiled = ["function = chosen(e.instance_class)", f"implementation = lambda {arguments}: function({arguments})"]
-    overload(python)(_define(f"def compiled({arguments}):", compiled, "implementation", choice))
+    chained = _define(f"def chained({arguments}):", calls, first, hooks)
+    chosen = _define(f"def chosen({arguments}):", [f"if {' | '.join(on)}:", *guarded] if on else [], first, hooks)
+    python = _define(
+        f"def {name}({arguments}):",
+        [f"if type(e) is NoEffects: return {first}"],
+        f"chained({arguments})",
+        {"NoEffects": NoEffects, "chained": chained},
+    )
+    kernels = {"equations": lambda kind: plain if kind is NoEffects else chosen}
+    compiled = ["function = equations(e.instance_class)", f"implementation = lambda {arguments}: function({arguments})"]
+    overload(python)(_define(f"def compiled({arguments}):", compiled, "implementation", kernels))
     return python
 
 
@@ -74,4 +88,4 @@ def _define(head: str, lines: list[str], result: str, names: Mapping[str, Any]) 
     namespace = dict(names)
     exec("\n    ".join([head, *lines, f"return {result}"]), namespace)
     function = namespace[head.split()[1].split("(")[0]]
-    return equation(function) if not names or head.startswith("def chained") else function
+    return equation(function) if head.startswith(("def plain", "def chosen")) else function

@@ -10,6 +10,7 @@ from scipy.optimize import least_squares
 from thruster_model.identification.experiment import SIGNALS, Experiment
 from thruster_model.identification.prediction import Shifts
 from thruster_model.identification.problem import Problem
+from thruster_model.identification.weights import RobustLoss, weighted
 from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["Comparison", "Evaluation", "bootstrap_errors", "compare", "evaluate", "fit_shifts"]
@@ -57,11 +58,11 @@ def fit_shifts(parameter_set: ParameterSet, experiments: Sequence[Experiment], n
     problem = _problem(parameter_set, experiments, noise)
     if not problem.start.size:
         return problem.start
-    # The error of a model dwarfs the noise: the prior on the clocks keeps its say through the excess.
-    residuals = problem.residuals(problem.start)[: -problem.start.size]
-    excess = float(np.sqrt(np.mean(np.minimum(residuals**2, 64 * np.median(residuals**2)))))
-    problem = _problem(parameter_set, experiments, {name: value * excess for name, value in noise.items()})
-    solution = least_squares(problem.residuals, problem.start, jac=problem.jacobian, loss="soft_l1", max_nfev=15)
+    # The error of a model dwarfs the noise and remembers: weighted so, the priors on clocks and rest values count.
+    problem = weighted(problem, problem.start)
+    loss = RobustLoss(knee=2.0 / np.sqrt(problem.memory), priors=problem.start.size)
+    start, bounds = problem.start, problem.bounds
+    solution = least_squares(problem.residuals, start, jac=problem.jacobian, bounds=bounds, loss=loss, max_nfev=15)
     return np.asarray(solution.x)
 
 

@@ -42,6 +42,7 @@ class Measurement:
         values: cell means in the signal's unit, shape (M,), NaN = masked or not measured.
         width: width of the cells [s].
         noise: standard deviation of a cell mean, from the data alone (see `preparation.noise_level`).
+        offset_std: how far the rest value that was taken off may be off, in the signal's unit.
         shift_std: how far the clock of this signal may be off [s]; 0 where it shares the throttle's clock.
         notes: what was done to the data, one sentence each.
     """
@@ -52,6 +53,7 @@ class Measurement:
     width: float
     noise: float
     shift_std: float = 0.0
+    offset_std: float = 0.0
     notes: tuple[str, ...] = ()
 
     @property
@@ -71,6 +73,7 @@ class Experiment:
         measurements: by signal name.
         throttle_shift_std: how far the throttle's clock may be off [s]; 0 where the throttle was recorded.
         notes: what was done to the data, one sentence each.
+        warnings: what the reader of the recording had to leave out or could not trust, one sentence each.
     """
 
     name: str
@@ -79,6 +82,7 @@ class Experiment:
     measurements: Mapping[str, Measurement]
     throttle_shift_std: float = 0.0
     notes: tuple[str, ...] = field(default=())
+    warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = set(self.measurements) - set(SIGNALS)

@@ -90,7 +90,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     grid = np.arange(0.0, run.duration, options.dt)
     throttle = _held(run.time(throttle_name), run[throttle_name].values, grid)
     rest = rest_window(grid, throttle)
-    notes = list(run.warnings)
+    notes = []
     if rest[1] - rest[0] < 0.2:
         notes.append("no rest before the throttle: nothing was tared")
     else:
@@ -108,6 +108,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
         measurements={m.signal: m for m in kept},
         throttle_shift_std=_stated_deviation(run, "throttle"),
         notes=tuple(notes),
+        warnings=run.warnings,
     )
 
 
@@ -143,7 +144,7 @@ class _Preparation:
         time, values = self.run.time(name), self.run[name].values
         sign = name.replace("state.n", "state.sign_source")
         unsigned = sign in self.run and bool(np.any(self.run[sign].values == _SIGN_INFERRED))
-        values, offset = (tare_unsigned_speed if unsigned else tare)(time, values, self.rest)
+        values, offset, offset_std = (tare_unsigned_speed if unsigned else tare)(time, values, self.rest)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
             first = float(time[0]) - 0.5 * float(np.median(np.diff(time)))
@@ -157,7 +158,7 @@ class _Preparation:
         notes = [f"rest value {offset:.2f} rad/s taken off"]
         if np.any(glitches):
             notes.append(f"{100 * glitches.mean():.1f} % masked as glitches of the tachometer")
-        return self._measurement("speed", time, np.where(glitches, np.nan, values), notes)
+        return self._measurement("speed", time, np.where(glitches, np.nan, values), notes, offset_std=offset_std)
 
     def loads(self) -> list[Measurement]:
         result = []
@@ -166,7 +167,7 @@ class _Preparation:
             if name not in self.run:
                 continue
             time = self.run.time(name)
-            values, offset = tare(time, self.run[name].values, self.rest)
+            values, offset, offset_std = tare(time, self.run[name].values, self.rest)
             ringing = ringing_mask(
                 time,
                 self.grid,
@@ -178,7 +179,9 @@ class _Preparation:
             notes = [f"rest value {offset:.3g} {SIGNALS[signal].unit} taken off"]
             if np.any(ringing):
                 notes.append(f"{100 * ringing.mean():.0f} % masked: the load cell rings after jumps of the throttle")
-            result.append(self._measurement(signal, time, np.where(ringing, np.nan, values), notes))
+            result.append(
+                self._measurement(signal, time, np.where(ringing, np.nan, values), notes, offset_std=offset_std)
+            )
         return result
 
     def flows(self) -> list[Measurement]:
@@ -199,7 +202,14 @@ class _Preparation:
         return result
 
     def _measurement(
-        self, signal: str, time: Array, values: Array, notes: list[str], shift_std: float = 0.0
+        self,
+        signal: str,
+        time: Array,
+        values: Array,
+        notes: list[str],
+        *,
+        shift_std: float = 0.0,
+        offset_std: float = 0.0,
     ) -> Measurement:
         """Average into cells; samples that come no faster than the cells keep their own instants.
 
@@ -218,5 +228,6 @@ class _Preparation:
             width=width,
             noise=noise_level(means),
             shift_std=shift_std,
+            offset_std=offset_std,
             notes=tuple(notes),
         )

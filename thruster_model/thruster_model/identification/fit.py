@@ -13,7 +13,8 @@ from thruster_model.identification.experiment import Experiment
 from thruster_model.identification.identifiability import Determination, determinations
 from thruster_model.identification.prediction import Shifts
 from thruster_model.identification.problem import Problem
-from thruster_model.identification.uncertainty import autocorrelation_time, sandwich_covariance
+from thruster_model.identification.uncertainty import sandwich_covariance
+from thruster_model.identification.weights import RobustLoss, weighted
 from thruster_model.models import Model
 from thruster_model.parameter_set import ParameterSet
 
@@ -21,7 +22,6 @@ __all__ = ["FitOptions", "FitResult", "Stage", "fit", "noise_of", "thesis_stages
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
-_FAR = 8.0  # residuals beyond this multiple of the median one count as this multiple: spikes that were not masked
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -152,7 +152,7 @@ def _fit(problem: Problem, start: ParameterSet, options: FitOptions, progress: P
     if options.stages == "joint":
         for number in range(options.passes):
             progress(f"joint fit, pass {number + 1} of {options.passes}")
-            problem = _weighted(problem, unknowns)
+            problem = weighted(problem, unknowns)
             unknowns, message = _solve(problem, unknowns, options)
     return _result(problem, unknowns, start, options, message)
 
@@ -182,7 +182,7 @@ def _solve_stage(problem: Problem, stage: Stage, options: FitOptions) -> tuple[P
     if not signals or not free or not any(row.cells.size for row in staged.rows):
         return problem, f"stage '{stage.title}' skipped: nothing measured for it"
     unknowns = np.clip(staged.start, *staged.bounds)
-    unknowns, message = _solve(_weighted(staged, unknowns), unknowns, options)
+    unknowns, message = _solve(weighted(staged, unknowns), unknowns, options)
     return replace(problem, fixed=staged.values(unknowns)), message
 
 
@@ -211,41 +211,6 @@ def _solve(problem: Problem, unknowns: Array, options: FitOptions) -> tuple[Arra
         max_nfev=40,
     )
     return solution.x, str(solution.message)
-
-
-@dataclass(frozen=True, kw_only=True)
-class RobustLoss:
-    """Soft-L1 for the data's residuals, linear from `knee` on, and plain squares for the last `priors` ones."""
-
-    knee: float
-    priors: int
-
-    def __call__(self, z: Array) -> Array:
-        """Return (rho, rho', rho'') of the squared residuals z, shape (3, R), as scipy's `least_squares` wants."""
-        root = np.sqrt(1.0 + z / self.knee**2)
-        rho = np.stack((2.0 * self.knee**2 * (root - 1.0), 1.0 / root, -0.5 / (self.knee**2 * root**3)))
-        rho[:, -self.priors :] = np.stack((z, np.ones_like(z), np.zeros_like(z)))[:, -self.priors :]
-        return np.asarray(rho)
-
-
-def _weighted(problem: Problem, unknowns: Array) -> Problem:
-    """Return the problem with the excess and the memory that its residuals at `unknowns` have."""
-    residuals = problem.residuals(unknowns)
-    squares: dict[str, list[Array]] = {}
-    times: list[float] = []
-    first = 0
-    for row in problem.rows:
-        piece = residuals[first : first + row.cells.size] * (problem.sigma(row.signal) / problem.noise[row.signal])
-        first += row.cells.size
-        if row.cells.size:
-            series = np.full(problem.experiments[row.experiment].measurements[row.signal].values.size, np.nan)
-            series[row.cells] = piece
-            squares.setdefault(row.signal, []).append(np.minimum(piece**2, _FAR**2 * np.median(piece**2)))
-            times.append(autocorrelation_time(series))
-    if not squares:
-        return problem
-    excess = {name: max(1.0, float(np.sqrt(np.mean(np.concatenate(s))))) for name, s in squares.items()}
-    return replace(problem, excess={**problem.excess, **excess}, memory=float(np.mean(times)))
 
 
 def _result(problem: Problem, unknowns: Array, start: ParameterSet, options: FitOptions, message: str) -> FitResult:

@@ -54,7 +54,7 @@ def build_report(study: Study, *, provenance: Mapping[str, object], reference_na
 
 def warnings_of(study: Study) -> list[str]:
     """Return what a reader must know first, one sentence each."""
-    found = []
+    found = [f"{e.name}: {text}" for e in (*study.experiments, *study.validation) for text in e.warnings]
     measured = {signal for e in study.experiments for signal in e.measurements}
     predicted = {signal for m in study.models for signal in m.result.parameter_set.model.signals}
     for signal in SIGNALS:
@@ -75,7 +75,13 @@ def warnings_of(study: Study) -> list[str]:
         for status in ("not excited", "at a bound", "flat", "traded off"):
             if status in kinds:
                 found.append(f"{_title(model)}: {status}: {', '.join(kinds[status])} (see its parameters).")
-        found += [f"{_title(model)}: {_sentence(c)}" for c in model.comparison if c.worse]
+        left_out = model.held_out[1] if model.held_out else ()
+        for where, compared in (
+            ("", model.comparison),
+            (" on runs left out", left_out),
+            (" on other runs", model.validation),
+        ):
+            found += [f"{_title(model)}: {_sentence(c, where)}" for c in compared if c.worse]
     return found
 
 
@@ -83,11 +89,11 @@ def _title(model: FittedModel) -> str:
     return _NAMES.get(model.name, model.name)
 
 
-def _sentence(comparison: Comparison) -> str:
+def _sentence(comparison: Comparison, where: str) -> str:
     name = "the total error" if comparison.signal == "total" else SIGNALS[comparison.signal].title.lower()
     return (
-        f"{name} is described worse than by the reference, {comparison.error:.3g} against {comparison.reference:.3g} "
-        f"(standard error of the difference {comparison.difference_error:.2g})."
+        f"{name} is described worse than by the reference{where}, {comparison.error:.3g} against "
+        f"{comparison.reference:.3g} (standard error of the difference {comparison.difference_error:.2g})."
     )
 
 

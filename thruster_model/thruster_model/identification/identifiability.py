@@ -60,7 +60,7 @@ def determinations(
         partners = tuple(names[int(j)] for j in np.flatnonzero(np.abs(correlation[k]) > strong_correlation) if j != k)
         unit = "" if definition.unit == "1" else f" {definition.unit}"
         stated = f"{values[k]:.4g} ± {deviations[k]:.2g}{unit}"
-        bound = definition.lower if definition.lower == 0.0 else definition.upper
+        bound = min((definition.lower, definition.upper), key=lambda limit: abs(values[k] - limit))
         from_bound = abs(values[k] - bound)
         if influence[k] < least_influence:
             status, sentence = "not excited", f"the data do not respond to it; it stays at {values[k]:.4g}{unit}"

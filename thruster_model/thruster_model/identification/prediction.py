@@ -19,10 +19,18 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Shifts:
-    """By how much clocks are late [s]: the throttle's (so that everything happens later), and that of signals."""
+    """What is uncertain about one recording beside the thruster.
+
+    Attributes:
+        throttle: by how much the throttle's clock is late [s], so that everything happens later.
+        signals: by how much the clocks of signals are late [s].
+        offsets: by how much rest values were misjudged, in the signals' units; an unsigned tachometer's counts with the
+            sign of the speed.
+    """
 
     throttle: float = 0.0
     signals: Mapping[str, float] = field(default_factory=dict)
+    offsets: Mapping[str, float] = field(default_factory=dict)
 
 
 NO_SHIFTS = Shifts()
@@ -49,6 +57,10 @@ def predict(
         late = shifts.throttle + shifts.signals.get(name, 0.0)
         first_edges = measurement.time - 0.5 * measurement.width - late
         predictions[name] = _cell_means(output, experiment.dt, first_edges, measurement.width)
+        offset = shifts.offsets.get(name, 0.0)
+        if offset:
+            # By the predicted sign: that of a measured speed near zero is its noise's.
+            predictions[name] += offset * (np.clip(predictions[name], -1.0, 1.0) if name == "speed" else 1.0)
     return predictions
 
 

@@ -1,10 +1,15 @@
 """From raw samples to cell means that a fit can use: rest window, tare, masks and noise, from the data alone."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import label, median_filter
 
+from thruster_model.identification.uncertainty import autocorrelation_time
+
 __all__ = [
+    "Tared",
     "cell_means",
     "glitch_mask",
     "noise_level",
@@ -28,23 +33,40 @@ def rest_window(time: Array, throttle: Array, *, margin: float = 0.25) -> tuple[
     return float(time[0]), float(max(time[0], end - margin))
 
 
-def tare(time: Array, values: Array, window: tuple[float, float], *, least_samples: int = 20) -> tuple[Array, float]:
-    """Return `values` less their median over the rest window, and that median; unchanged where it is too short."""
+class Tared(NamedTuple):
+    """Values less their rest value, that value, and how uncertain it is (infinite: there was no rest to tare on)."""
+
+    values: Array
+    offset: float
+    offset_std: float
+
+
+def tare(time: Array, values: Array, window: tuple[float, float], *, least_samples: int = 20) -> Tared:
+    """Take the mean over the rest window off `values`; unchanged where the window is too short.
+
+    The mean leaves out what lies beyond four robust standard deviations; its deviation allows for correlated noise.
+    """
     rest = values[(time >= window[0]) & (time <= window[1])]
     rest = rest[np.isfinite(rest)]
     if rest.size < least_samples:
-        return values, 0.0
-    offset = float(np.median(rest))
-    return values - offset, offset
+        return Tared(values, 0.0, 0.0)
+    spread = 1.4826 * float(np.median(np.abs(rest - np.median(rest))))
+    kept = rest[np.abs(rest - np.median(rest)) <= 4.0 * spread]
+    offset = float(np.mean(kept))
+    error = float(np.std(kept) * np.sqrt(autocorrelation_time(kept) / kept.size))
+    return Tared(values - offset, offset, error)
 
 
-def tare_unsigned_speed(time: Array, speed: Array, window: tuple[float, float]) -> tuple[Array, float]:
-    """Return the signed speed [rad/s] with the rest value of its magnitude taken off the magnitude, and that value.
+def tare_unsigned_speed(time: Array, speed: Array, window: tuple[float, float], *, memory: float = 0.05) -> Tared:
+    """Take the rest value of an unsigned tachometer off its magnitude; `speed` [rad/s] had its sign put on afterwards.
 
-    An unsigned tachometer's offset adds to |n|; the sign was put on afterwards.
+    The sign is that of the running median over `memory` [s]: the noise of a single sample has none of its own.
     """
-    magnitude, offset = tare(time, np.abs(speed), window)
-    return np.sign(speed) * magnitude, offset
+    _, signed, error = tare(time, speed, window)
+    period = float(np.median(np.diff(time))) if time.size > 1 else memory
+    half = max(1, round(0.5 * memory / period))
+    direction = np.sign(median_filter(np.nan_to_num(speed), 2 * half + 1, mode="nearest"))
+    return Tared(speed - direction * abs(signed), abs(signed), error)
 
 
 def glitch_mask(values: Array, *, half_width: int, peak: float, foot: float) -> Mask:
@@ -103,10 +125,12 @@ def noise_level(values: Array) -> float:
     """Return the standard deviation of white noise in evenly spaced `values`, from third differences.
 
     Third differences of a smooth signal vanish; of white noise they have the variance 20 sigma^2. The median makes
-    the estimate deaf to steps and spikes. NaN where fewer than ten differences are left.
+    the estimate deaf to steps and spikes. Never below a millionth of the signal's range: samples without noise would
+    otherwise weigh infinitely. NaN where fewer than ten differences are left.
     """
     differences = np.diff(values, 3)
     differences = differences[np.isfinite(differences)]
     if differences.size < 10:
         return float("nan")
-    return float(np.median(np.abs(differences)) / 0.6744897501960817 / np.sqrt(20.0))
+    found = float(np.median(np.abs(differences)) / 0.6744897501960817 / np.sqrt(20.0))
+    return max(found, 1e-6 * float(np.nanmax(values) - np.nanmin(values)))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,14 +28,23 @@ class Row:
     cells: NDArray[np.int64]
 
 
+class ShiftSlot(NamedTuple):
+    """One shift: its experiment, whether it is a "throttle" or other "clock" [s] or an "offset", signal, deviation."""
+
+    experiment: int
+    kind: str
+    signal: str
+    deviation: float
+
+
 @dataclass(frozen=True, kw_only=True)
 class Problem:
     """Residuals as a function of a vector of unknowns of order one.
 
     The unknowns are the free parameters over their prior standard deviations, then one shift per experiment with an
-    uncertain throttle clock, then one per measurement with an uncertain clock, both over their standard deviations.
-    All unknowns have a prior of standard deviation one, whose residuals come last: it is wide, and decides only
-    what the data leave open.
+    uncertain throttle clock, one per measurement with an uncertain clock, one per measurement with an uncertain
+    rest value, all over their standard deviations. All unknowns have a prior of standard deviation one, whose
+    residuals come last: it is wide, and decides only what the data leave open.
 
     Attributes:
         model: whose parameters are fitted.
@@ -73,15 +83,17 @@ class Problem:
         return self.prior_width * np.array(sizes)
 
     @cached_property
-    def shift_slots(self) -> list[tuple[int, str | None, float]]:
-        """(experiment, signal or None for the throttle, standard deviation [s]) of each shift, shape (S,)."""
-        slots: list[tuple[int, str | None, float]] = []
+    def shift_slots(self) -> list[ShiftSlot]:
+        """What each shift is, shape (S,)."""
+        slots = []
         for index, experiment in enumerate(self.experiments):
             if experiment.throttle_shift_std > 0:
-                slots.append((index, None, experiment.throttle_shift_std))
+                slots.append(ShiftSlot(index, "throttle", "", experiment.throttle_shift_std))
             for name, measurement in experiment.measurements.items():
                 if measurement.shift_std > 0 and name in self.signals:
-                    slots.append((index, name, measurement.shift_std))
+                    slots.append(ShiftSlot(index, "clock", name, measurement.shift_std))
+                if measurement.offset_std > 0 and name in self.signals:
+                    slots.append(ShiftSlot(index, "offset", name, measurement.offset_std))
         return slots
 
     @property
@@ -94,7 +106,7 @@ class Problem:
     def bounds(self) -> tuple[Array, Array]:
         """Bounds of the unknowns, each of shape (P + S,)."""
         definitions = [self.model.definition(name) for name in self.free]
-        far = np.full(len(self.shift_slots), 10.0)
+        far = np.full(len(self.shift_slots), 5.0)
         lower = np.concatenate((np.array([d.lower for d in definitions]) / self.scales, -far))
         upper = np.concatenate((np.array([d.upper for d in definitions]) / self.scales, far))
         return lower, upper
@@ -109,14 +121,17 @@ class Problem:
         return {**self.fixed, **{name: float(v) for name, v in zip(self.free, fitted, strict=True)}}
 
     def shifts(self, unknowns: Array) -> list[Shifts]:
-        """Return the clock shifts of each experiment."""
+        """Return the shifts of each experiment."""
         result = [Shifts() for _ in self.experiments]
-        for (index, signal, std), value in zip(self.shift_slots, unknowns[len(self.free) :], strict=True):
-            late = float(value) * std
-            if signal is None:
-                result[index] = replace(result[index], throttle=late)
+        for slot, value in zip(self.shift_slots, unknowns[len(self.free) :], strict=True):
+            found, size = result[slot.experiment], float(value) * slot.deviation
+            if slot.kind == "throttle":
+                found = replace(found, throttle=size)
+            elif slot.kind == "clock":
+                found = replace(found, signals={**found.signals, slot.signal: size})
             else:
-                result[index] = replace(result[index], signals={**result[index].signals, signal: late})
+                found = replace(found, offsets={**found.offsets, slot.signal: size})
+            result[slot.experiment] = found
         return result
 
     @cached_property
@@ -171,7 +186,7 @@ class Problem:
             size = step * max(1.0, abs(unknowns[k]))
             moved = unknowns.copy()
             moved[k] += size if unknowns[k] + size <= upper[k] else -size
-            touched = range(len(sizes)) if k < len(self.free) else [self.shift_slots[k - len(self.free)][0]]
+            touched = range(len(sizes)) if k < len(self.free) else [self.shift_slots[k - len(self.free)].experiment]
             for i in touched:
                 difference = self._experiment_residuals(i, moved) - here[i]
                 jacobian[first[i] : first[i + 1], k] = difference / (moved[k] - unknowns[k])

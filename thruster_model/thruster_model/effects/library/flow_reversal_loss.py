@@ -1,0 +1,26 @@
+"""Thrust lost while the propeller works against the flow through its duct, as after each reversal: n v < 0.
+
+The blades then meet the water far from the angle that they are made for, and stall.
+"""
+
+from thruster_model.compilation import equation
+from thruster_model.effects.effect import Effect, EffectParameter
+
+
+@equation
+def loads(loads, n, v, ambient, gate, p, e):  # type: ignore[no-untyped-def]
+    """Return thrust times (1 - s) while n v < 0, torque as it is."""
+    force, moment = loads
+    return force * (1.0 - e.flow_reversal_loss_share * (n * v < 0.0)), moment
+
+
+EFFECT = Effect(
+    id="flow_reversal_loss",
+    title="loss of thrust against the flow",
+    block="thrust",
+    equation="T (1 - s) while n v < 0",
+    parameters=(
+        EffectParameter(name="share", unit="1", meaning="of the thrust lost against the flow", lower=0.0, upper=0.9),
+    ),
+    hooks={"loads": loads},
+)

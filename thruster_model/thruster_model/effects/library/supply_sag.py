@@ -1,0 +1,47 @@
+"""A supply whose voltage falls with the current drawn from it: V = V_0 - R i, with i in proportion to |gamma||n|.
+
+s is the share of the drive lost at full speed and throttle: gamma (1 - s |gamma||n| / (gamma_full n_full)), the bracket
+never below zero, with gamma_full = gamma at +-5 V (the end towards which it drives) and n_full the speed without load,
+k_n n_full + k_2 n_full^2 = gamma_full times the gain of the drive; for k_2 = 0 and gain 1 that is gamma_full / k_n.
+A rotor without inertia has no speed as a state, so it knows no sag. On a vehicle all thrusters share one supply; here
+each has its own.
+"""
+
+import numpy as np
+
+from thruster_model.compilation import equation
+from thruster_model.effects.effect import Effect, EffectParameter
+
+FULL_THROTTLE = 5.0
+TINY = 1e-9
+
+
+@equation
+def drive(drive, n, heat, p, e):  # type: ignore[no-untyped-def]
+    """Return gamma(u) less what the supply sags; the full drive's reciprocals do not change within a run."""
+    forward = _per_full_power(p.c_u2 * (FULL_THROTTLE - p.delta_u2), p)
+    backward = _per_full_power(p.c_u1 * (FULL_THROTTLE + p.delta_u1), p)
+    used = np.maximum(drive * forward, -drive * backward) * np.abs(n)
+    return drive * np.maximum(1.0 - e.supply_sag_share * used, 0.0)
+
+
+@equation
+def _per_full_power(full, p):  # type: ignore[no-untyped-def]
+    """Return 1 / (gamma_full n_full) [s^3/rad^2], gamma_full > 0; 0 where nothing holds the rotor back."""
+    gained = np.maximum(p.drive_gain * full, TINY)
+    return (p.k_n + np.sqrt(p.k_n * p.k_n + 4.0 * p.k_2 * gained)) / (2.0 * gained * np.maximum(full, TINY))
+
+
+EFFECT = Effect(
+    id="supply_sag",
+    title="sag of the supply voltage under load",
+    block="command",
+    equation="gamma (1 - s |gamma||n| / (gamma_full n_full))",
+    parameters=(
+        EffectParameter(
+            name="share", unit="1", meaning="of the drive lost at full throttle and speed", lower=0.0, upper=0.5
+        ),
+    ),
+    hooks={"drive": drive},
+    order=1,
+)
