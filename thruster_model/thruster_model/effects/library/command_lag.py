@@ -1,13 +1,14 @@
 """A first-order lag between command and motor: a filter in the driver."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
 def lagged(commands, dt, time):  # type: ignore[no-untyped-def]
     """Return commands (N,) behind a first-order lag of `time` [s], exactly for commands held for `dt` [s]; means."""
+    from scipy.signal import lfilter  # a quarter of a second to import
+
     if time == 0.0:
         return commands
     keep = np.exp(-dt / time)

@@ -1,13 +1,14 @@
 """The structure between thruster and load cell is springy: it rings after jumps."""
 
 import numpy as np
-from scipy.signal import cont2discrete, lfilter
 
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
 def read(values, outputs, dt, rng, frequency, damping):  # type: ignore[no-untyped-def]
     """Return readings (N,) of a mode at `frequency` [Hz] with `damping` of the critical one; from rest."""
+    from scipy.signal import cont2discrete, lfilter  # a quarter of a second to import
+
     if frequency == float("inf"):
         return values
     omega = 2.0 * np.pi * frequency

@@ -1,13 +1,14 @@
 """A tachometer behind a smoothing filter."""
 
 import numpy as np
-from scipy.signal import lfilter
 
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
 def read(values, outputs, dt, rng, time):  # type: ignore[no-untyped-def]
     """Return rotor speeds (N,) every `dt` [s] behind a first-order lag of `time` [s] (trapezoidal rule)."""
+    from scipy.signal import lfilter  # a quarter of a second to import
+
     if time == 0.0:
         return values
     a = dt / (2.0 * time)
