@@ -1,0 +1,41 @@
+"""The errors of this package, with the facts as attributes."""
+
+
+class BenchDriverError(Exception):
+    """Base of all errors that this package raises on purpose."""
+
+
+class ThrottleRefused(BenchDriverError, ValueError):
+    """A throttle that is not sent.
+
+    Attributes:
+        value: throttle asked for [V].
+        limit: largest magnitude allowed [V].
+    """
+
+    def __init__(self, value: float, limit: float) -> None:
+        super().__init__(f"throttle {value!r} V: expected a magnitude of at most {limit!r} V")
+        self.value = value
+        self.limit = limit
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.value, self.limit)
+
+
+class OutOfRange(BenchDriverError, ValueError):
+    """A number that the protocol cannot carry.
+
+    Attributes:
+        what: name and unit of the number.
+        expected: what is allowed.
+        found: what was given.
+    """
+
+    def __init__(self, what: str, expected: str, found: object) -> None:
+        super().__init__(f"{what}: expected {expected}, got {found!r}")
+        self.what = what
+        self.expected = expected
+        self.found = found
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.what, self.expected, self.found)

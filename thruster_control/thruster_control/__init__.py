@@ -1,0 +1,1 @@
+"""Set points of thrust and feedback control of one thruster's speed."""

@@ -1,0 +1,1 @@
+"""Estimators of the states of a thruster."""
