@@ -2,10 +2,11 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from run_bag.command_line import user_arguments
 from thruster_model.models import MODELS, Model
+from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 
 _STATE = {True: "n [rad/s], v [m/s], U [m/s]", False: "n [rad/s]"}
@@ -26,10 +27,11 @@ def reference() -> str:
         "throttle u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
         'model has them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
     )
-    return head + "".join(_model(model) for model in MODELS.values())
+    sets = {name: load_parameter_set(name) for name in available_sets()}
+    return head + "".join(_model(model, sets) for model in MODELS.values())
 
 
-def _model(model: Model) -> str:
+def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
     static = model.name.startswith("static") or model.knots
     lines = [
         f"\n## `{model.name}`: {model.title}\n",
@@ -37,18 +39,18 @@ def _model(model: Model) -> str:
         f"State: {'none' if static else _STATE[model.has_flow]}.  ",
         f"Cannot: {model.cannot}\n",
     ]
-    sets = [s for s in (load_parameter_set(name) for name in available_sets()) if s.model_name == model.name]
-    names = [name for name in available_sets() if load_parameter_set(name).model_name == model.name]
-    heads = ["parameter", "meaning", "unit", "fitted", *(f"`{name}`" for name in names)]
-    lines += [f"| {' | '.join(heads)} |", "|" + "---|" * len(heads)]
+    own = {name: s for name, s in sets.items() if s.model_name == model.name}
+    heads = ["parameter", "meaning", "unit", "fitted", *(f"`{name}`" for name in own)]
+    lines += [_row(heads), "|" + "---|" * len(heads)]
     for d in model.parameters:
-        values = [f"{s.parameters[d.name].value:.6g} ({s.parameters[d.name].source})" for s in sets]
-        fitted = "no" if d.role == "given" else "yes"
-        lines.append(
-            f"| {d.name} | {d.meaning} | {d.unit} | {fitted} | {' | '.join(values)} |".replace("n|n|", "n\\|n\\|")
-        )
-    lines += [f"\nSet `{n}`: {s.name}; {s.source}." for n, s in zip(names, sets, strict=True)]
-    return "\n".join(lines).replace("v|v|", "v\\|v\\|").replace("|n| v", "\\|n\\| v") + "\n"
+        values = [f"{s.parameters[d.name].value:.6g} ({s.parameters[d.name].source})" for s in own.values()]
+        lines.append(_row([d.name, d.meaning, d.unit, "no" if d.role == "given" else "yes", *values]))
+    lines += [f"\nSet `{name}`: {s.name}; {s.source}." for name, s in own.items()]
+    return "\n".join(lines) + "\n"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
 
 
 if __name__ == "__main__":

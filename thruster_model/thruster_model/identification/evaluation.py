@@ -9,7 +9,7 @@ from scipy.optimize import least_squares
 
 from thruster_model.identification.experiment import SIGNALS, Experiment
 from thruster_model.identification.prediction import Shifts
-from thruster_model.identification.problem import Problem
+from thruster_model.identification.problem import problem_of
 from thruster_model.identification.weights import RobustLoss, weighted
 from thruster_model.parameter_set import ParameterSet
 
@@ -55,7 +55,7 @@ def fit_shifts(parameter_set: ParameterSet, experiments: Sequence[Experiment], n
 
     Where clocks are uncertain, each set is judged with the shifts that suit it, so that no set gains by the clocks.
     """
-    problem = _problem(parameter_set, experiments, noise)
+    problem = problem_of(parameter_set, experiments, noise)
     if not problem.start.size:
         return problem.start
     # The error of a model dwarfs the noise and remembers: weighted so, the priors on clocks and rest values count.
@@ -73,7 +73,7 @@ def evaluate(
     shifts: Array | None = None,
 ) -> Evaluation:
     """Return the errors of a parameter set on experiments; `shifts` as of `fit_shifts`, which is the default."""
-    problem = _problem(parameter_set, experiments, noise)
+    problem = problem_of(parameter_set, experiments, noise)
     unknowns = fit_shifts(parameter_set, experiments, noise) if shifts is None else shifts
     stacked = problem.residuals(unknowns)
     residuals = {}
@@ -89,20 +89,7 @@ def evaluate(
 def shifts_of(parameter_set: ParameterSet, experiments: Sequence[Experiment], unknowns: Array) -> list[Shifts]:
     """Return the shifts that `fit_shifts` found as clock shifts of each experiment."""
     noise = dict.fromkeys(SIGNALS, 1.0)
-    return _problem(parameter_set, experiments, noise).shifts(unknowns)
-
-
-def _problem(parameter_set: ParameterSet, experiments: Sequence[Experiment], noise: Mapping[str, float]) -> Problem:
-    return Problem(
-        model=parameter_set.model,
-        experiments=tuple(experiments),
-        free=(),
-        fixed=parameter_set.values,
-        centre=parameter_set.values,
-        noise=noise,
-        signals=tuple(name for name in parameter_set.model.signals if name in noise),
-        effects=parameter_set.effects,
-    )
+    return problem_of(parameter_set, experiments, noise).shifts(unknowns)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,7 +12,7 @@ from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import Experiment
 from thruster_model.identification.identifiability import Determination, determinations
 from thruster_model.identification.prediction import Shifts
-from thruster_model.identification.problem import Problem
+from thruster_model.identification.problem import Problem, problem_of
 from thruster_model.identification.uncertainty import sandwich_covariance
 from thruster_model.identification.weights import RobustLoss, weighted
 from thruster_model.models import Model
@@ -126,17 +126,7 @@ def fit(
     options = options or FitOptions()
     noise = noise_of(experiments)
     _check(experiments, noise)
-    problem = Problem(
-        model=start.model,
-        experiments=tuple(experiments),
-        free=(),
-        fixed=start.values,
-        centre=start.values,
-        noise=noise,
-        signals=tuple(name for name in start.model.signals if name in noise),
-        prior_width=options.prior_width,
-        effects=start.effects,
-    )
+    problem = problem_of(start, experiments, noise, options.prior_width)
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
         return _fit(problem, start, options, progress)
 

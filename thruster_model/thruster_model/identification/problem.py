@@ -12,8 +12,9 @@ from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.identification.experiment import SIGNALS, Experiment
 from thruster_model.identification.prediction import Shifts, predict
 from thruster_model.models import Model
+from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["Problem", "Row"]
+__all__ = ["Problem", "Row", "problem_of"]
 
 Array = NDArray[np.float64]
 _DIVERGED = 1e6
@@ -191,3 +192,23 @@ class Problem:
                 difference = self._experiment_residuals(i, moved) - here[i]
                 jacobian[first[i] : first[i + 1], k] = difference / (moved[k] - unknowns[k])
         return jacobian
+
+
+def problem_of(
+    parameter_set: ParameterSet,
+    experiments: Sequence[Experiment],
+    noise: Mapping[str, float],
+    prior_width: float = 1.0,
+) -> Problem:
+    """Return the problem that a parameter set poses on experiments, with all of its parameters fixed."""
+    return Problem(
+        model=parameter_set.model,
+        experiments=tuple(experiments),
+        free=(),
+        fixed=parameter_set.values,
+        centre=parameter_set.values,
+        noise=noise,
+        signals=tuple(name for name in parameter_set.model.signals if name in noise),
+        prior_width=prior_width,
+        effects=parameter_set.effects,
+    )
