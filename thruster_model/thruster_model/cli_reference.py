@@ -5,11 +5,22 @@ import sys
 from collections.abc import Mapping, Sequence
 
 from run_bag.command_line import user_arguments
+from thruster_model.equations.classes import (
+    AmbientInflowCoefficients,
+    StaticCoefficients,
+    SteadyFlowCoefficients,
+    TableCoefficients,
+)
 from thruster_model.models import MODELS, Model
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 
-_STATE = {True: "n [rad/s], v [m/s], U [m/s]", False: "n [rad/s]"}
+_STATES = {  # where axial flow or rotor speed follow at once, they are no states
+    SteadyFlowCoefficients: "n [rad/s], U [m/s]",
+    AmbientInflowCoefficients: "n [rad/s], U [m/s]",
+    StaticCoefficients: "none",
+    TableCoefficients: "none",
+}
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -32,11 +43,11 @@ def reference() -> str:
 
 
 def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
-    static = model.name.startswith("static") or model.knots
+    state = _STATES.get(model.kind, "n [rad/s], v [m/s], U [m/s]" if model.has_flow else "n [rad/s]")
     lines = [
         f"\n## `{model.name}`: {model.title}\n",
         f"Equations: {model.equations}.  ",
-        f"State: {'none' if static else _STATE[model.has_flow]}.  ",
+        f"State: {state}.  ",
         f"Cannot: {model.cannot}\n",
     ]
     own = {name: s for name, s in sets.items() if s.model_name == model.name}
