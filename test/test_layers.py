@@ -46,6 +46,8 @@ MAY_IMPORT = {
     "thruster_model/compilation.py": {"os", "pathlib"},
     # Errors name files.
     "run_bag/errors.py": {"pathlib"},
+    # The number of threads of linear algebra is read from the environment when NumPy is loaded.
+    "gap_diagnosis/__init__.py": {"os"},
 }
 
 

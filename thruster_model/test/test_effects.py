@@ -37,7 +37,7 @@ def test_a_definition_is_complete(effect):
     assert set(effect.twins) <= set(LIBRARY)
     for d in effect.parameters:
         assert d.name.isidentifier() and d.unit and d.meaning
-        assert d.lower < d.upper and (d.lower >= 0.0 or not d.both_signs)
+        assert d.lower <= d.upper and (d.lower >= 0.0 or not d.both_signs)
     for stage, hook in effect.hooks.items():
         assert hook.__code__.co_varnames[: hook.__code__.co_argcount] == STAGES[stage]
 

@@ -12,7 +12,7 @@ from thruster_model.equations.thruster import ThrusterCoefficients
 from thruster_model.flow_tank import simulate
 from thruster_model.identification.experiment import SIGNALS, Experiment
 
-__all__ = ["NO_SHIFTS", "Shifts", "predict"]
+__all__ = ["NO_SHIFTS", "Shifts", "predict", "seen"]
 
 Array = NDArray[np.float64]
 
@@ -55,13 +55,34 @@ def predict(
     for name, measurement in experiment.measurements.items():
         output = effects.reading(name, outputs, experiment.dt, None)
         late = shifts.throttle + shifts.signals.get(name, 0.0)
-        first_edges = measurement.time - 0.5 * measurement.width - late
-        predictions[name] = _cell_means(output, experiment.dt, first_edges, measurement.width)
+        predictions[name] = seen(output, experiment.dt, measurement.time - late, measurement.width)
         offset = shifts.offsets.get(name, 0.0)
         if offset:
             # By the predicted sign: that of a measured speed near zero is its noise's.
             predictions[name] += offset * (np.clip(predictions[name], -1.0, 1.0) if name == "speed" else 1.0)
     return predictions
+
+
+def seen(output: Array, dt: float, time: Array, width: float) -> Array:
+    """Return means over cells of `width` [s] around `time` [s] of `output`, piecewise linear with knots every `dt` [s].
+
+    A width of zero is the value at that instant. Before the first and after the last knot the output is held.
+    """
+    if width == 0.0:
+        return np.asarray(_at_instants(output, dt, time))
+    return np.asarray(_cell_means(output, dt, time - 0.5 * width, width))
+
+
+@compiled
+def _at_instants(output, dt, time):  # type: ignore[no-untyped-def]
+    """Return the piecewise-linear `output` at instants; outside, its end values."""
+    last = output.size - 1
+    values = np.empty(time.size)
+    for i in range(time.size):
+        place = min(max(time[i] / dt, 0.0), float(last))
+        k = min(int(place), last - 1) if last > 0 else 0
+        values[i] = output[k] + (place - k) * (output[min(k + 1, last)] - output[k])
+    return values
 
 
 @compiled

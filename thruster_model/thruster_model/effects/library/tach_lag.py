@@ -6,15 +6,15 @@ from thruster_model.effects.effect import Effect, EffectParameter
 
 
 def read(values, outputs, dt, rng, time):  # type: ignore[no-untyped-def]
-    """Return rotor speeds (N,) every `dt` [s] behind a first-order lag of `time` [s] (trapezoidal rule)."""
+    """Return rotor speeds (N,) `dt` [s] apart behind a first-order lag of `time` [s]; exact for lines between them."""
     from scipy.signal import lfilter  # a quarter of a second to import
 
     if time == 0.0:
         return values
-    a = dt / (2.0 * time)
-    gain = a / (1.0 + a)
-    settled = np.array([values[0] * (1.0 - gain)])
-    return lfilter([gain, gain], [1.0, 2.0 * gain - 1.0], values, zi=settled)[0]
+    keep = np.exp(-dt / time)
+    ahead = 1.0 - (1.0 - keep) * time / dt
+    settled = np.array([values[0] * (1.0 - ahead)])
+    return lfilter([ahead, 1.0 - keep - ahead], [1.0, -keep], values, zi=settled)[0]
 
 
 EFFECT = Effect(

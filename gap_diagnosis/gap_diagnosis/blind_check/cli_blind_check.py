@@ -1,0 +1,96 @@
+"""Command line: cases with sealed keys, diagnosed from their recordings alone, then opened and scored."""
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from gap_diagnosis.blind_check.cases import KINDS, MODELS, plan
+from gap_diagnosis.blind_check.docs_io import summary_rows, write_page
+from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases, pool
+from gap_diagnosis.blind_check.scoring import score
+from gap_diagnosis.blind_check.sealing import BrokenSealError
+from gap_diagnosis.blind_check.store_io import Store
+from run_bag.command_line import user_arguments
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Seal, diagnose, open, score; return the exit status."""
+    given = _parser().parse_args(user_arguments(arguments))
+    console = Console()
+    try:
+        return _run(given, console)
+    except (BrokenSealError, ValueError, OSError) as error:
+        print(f"blind_check: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="blind_check", description=__doc__)
+    parser.add_argument("--cases", type=int, required=True, metavar="N", help="number of cases")
+    parser.add_argument("--seed", type=int, required=True, metavar="S", help="of all that is drawn")
+    parser.add_argument(
+        "--out", type=Path, required=True, metavar="DIR", help="folder of the check; resumed if it is there"
+    )
+    parser.add_argument("--kinds", nargs="+", default=[], choices=list(KINDS), help="kinds of case; default: all")
+    parser.add_argument("--effects", nargs="+", default=[], metavar="ID", help="effects to play with; default: all")
+    parser.add_argument("--model", choices=list(MODELS), help="one thruster model for all; default: drawn")
+    parser.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
+    parser.add_argument("--keep-runs", action="store_true", help="keep the recordings of finished cases")
+    parser.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the figures, pictures beside it")
+    return parser
+
+
+def _run(given: argparse.Namespace, console: Console) -> int:
+    if given.cases < 1 or given.processes < 1:
+        raise ValueError(f"--cases and --processes: expected 1 or more, found {given.cases} and {given.processes}")
+    plans = plan(given.cases, given.seed, kinds=given.kinds, effects=given.effects, model=given.model)
+    store = Store(given.out, given.seed)
+    for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")  # the processes share the cores; inherited by those started below
+    with _progress(console) as progress:
+        task = progress.add_task("sealing", total=len(plans))
+        published = store.publish(plans, lambda _: progress.advance(task))
+    console.print(
+        f"{len(plans)} keys sealed, hashes in {given.out / 'hashes.txt'}; hash of all: [bold]{published}[/bold]"
+    )
+    with _progress(console) as progress, pool(given.processes) as executor:
+        done = sum(store.finished(each.name) for each in plans)
+        task = progress.add_task("diagnosing", total=len(plans), completed=done)
+        failed = diagnose_all(
+            store, plans, executor, keep_runs=given.keep_runs, progress=lambda *_: progress.advance(task)
+        )
+    for name, reason in list(failed.items())[:5]:
+        print(f"{name}: {reason}", file=sys.stderr)
+    if failed:
+        print(f"{len(failed)} of {len(plans)} diagnoses failed; they count as wrong, and are tried again on resuming")
+    cases = opened_cases(store, plans, failed)
+    scores = score(cases, np.random.default_rng([given.seed, 4]))
+    table = Table("figure", "value", "target", title=f"Blind check, {len(cases)} cases, seed {given.seed}")
+    for row in summary_rows(scores):
+        table.add_row(*row)
+    console.print(table)
+    if given.docs is not None:
+        provenance = (
+            f"{len(cases)} cases, seed {given.seed}, kinds {', '.join(dict.fromkeys(p.kind for p in plans))}; "
+            f"hash of all sealed keys `{published}`. Made by `blind_check`."
+        )
+        console.print("written: " + ", ".join(str(file) for file in write_page(scores, given.docs, provenance)))
+    return 1 if failed else 0
+
+
+def _progress(console: Console) -> Progress:
+    shown = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    return Progress(*shown, console=console)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,221 @@
+"""The folder of a blind check: sealed keys, published hashes, cases with their runs, diagnoses.
+
+hashes.txt                    SHA-256 of each seal, complete before any diagnosis starts
+sealed/<case>.json, .npz      what is hidden; noise-free channels
+cases/<case>/model.yaml       the parameter set that the simulator uses
+cases/<case>/library.json     effects that are taken out of the diagnosis' library
+cases/<case>/runs/<name>/     the recordings
+cases/<case>/predictions.npz  predicted channels, if the diagnosis gives them
+cases/<case>/diagnosis.json   written last: a case that has it is finished
+"""
+
+import hashlib
+import io
+import json
+import os
+import secrets
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.blind_check.cases import MODELS, Case, Plan, draw, recordings
+from gap_diagnosis.blind_check.generator import GeneratedRun
+from gap_diagnosis.blind_check.sealing import BrokenSealError, Seal, seal, unseal
+from run_bag import Topic, write_run
+from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_set
+
+__all__ = ["Store", "nominal_parameters", "write_case", "write_generated_run"]
+
+Array = NDArray[np.float64]
+Diagnose = Callable[..., Mapping[str, Any]]
+
+_EPOCH_NS = 1_000_000_000  # the first stamp: zero means "no stamp" to some tools
+_SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
+_FRAME = "thruster_0"
+
+
+def nominal_parameters() -> dict[str, dict[str, float]]:
+    """Return the parameters of the sets that the simulator uses, by model and name."""
+    return {model: dict(load_parameter_set(model).values) for model in MODELS}
+
+
+def write_generated_run(run: GeneratedRun, folder: Path, channels: Sequence[str]) -> Path:
+    """Write the recording to the new directory `folder`/<name>, the throttle and these channels; return that."""
+    throttle, n = run.recorded["throttle"], run.recorded["n"]
+    topics = [_topic("throttle", "thruster_msgs/msg/Throttle", throttle.time, {"commanded": throttle.values})]
+    sign = np.full(n.values.size, _SIGN_MEASURED)
+    topics.append(_topic("state", "thruster_msgs/msg/ThrusterState", n.time, {"n": n.values, "sign_source": sign}))
+    if "ambient" in channels:
+        flow = run.recorded["ambient"]
+        topics.append(_topic("flow", "thruster_msgs/msg/FlowVelocity", flow.time, {"ambient": flow.values}))
+    loads = {"thrust": "wrench.force.x", "torque": "wrench.torque.x"}
+    fields = {path: run.recorded[name].values for name, path in loads.items() if name in channels}
+    if fields:
+        topics.append(_topic("load", "geometry_msgs/msg/WrenchStamped", run.recorded["thrust"].time, fields))
+    return write_run(folder / run.name, topics, {"run": run.name})
+
+
+def _topic(name: str, kind: str, time: Array, fields: Mapping[str, Any]) -> Topic:
+    stamps = _EPOCH_NS + np.round(time * 1e9).astype(np.int64)
+    return Topic(name=f"thruster_0/{name}", type=kind, stamps=stamps, fields=dict(fields), frame=_FRAME)
+
+
+def write_case(folder: Path, case: Case, runs: Sequence[GeneratedRun]) -> list[Path]:
+    """Write what the diagnosis may see to a case's folder; return the paths of the runs."""
+    folder.mkdir(parents=True, exist_ok=True)
+    _replace(folder / "model.yaml", dump_parameter_set(load_parameter_set(case.model)).encode())
+    _replace(folder / "library.json", json.dumps(list(case.excluded)).encode())
+    shutil.rmtree(folder / "runs", ignore_errors=True)
+    return [write_generated_run(run, folder / "runs", case.channels) for run in runs]
+
+
+class Store:
+    """The folder of one check."""
+
+    def __init__(self, folder: Path, seed: int) -> None:
+        """Open the folder of the check with this seed."""
+        self.folder, self.seed = folder, seed
+        self._nominal = nominal_parameters()
+
+    def case_folder(self, name: str) -> Path:
+        """Return the folder of a case."""
+        return self.folder / "cases" / name
+
+    def publish(self, plans: Sequence[Plan], progress: Callable[[Plan], None] = lambda _: None) -> str:
+        """Seal the cases that are not yet, write hashes.txt; return the hash of all hashes, in the order of plans.
+
+        Raises:
+            BrokenSealError: a seal that is there does not have its published hash.
+            ValueError: the folder holds a check of another seed, or other cases under the same names.
+        """
+        published = self.hashes()
+        for each in plans:
+            if each.name in published:
+                key = unseal(each.name, self._read_seal(each.name), published[each.name])
+                self._same(each, key)
+            else:
+                published[each.name] = self._seal(each).hash
+            progress(each)
+        lines = "".join(f"{value}  {name}\n" for name, value in sorted(published.items()))
+        _replace(self.folder / "hashes.txt", lines.encode())
+        return hashlib.sha256("".join(published[each.name] for each in plans).encode()).hexdigest()
+
+    def hashes(self) -> dict[str, str]:
+        """Return the published hashes by case."""
+        file = self.folder / "hashes.txt"
+        lines = file.read_text("utf-8").splitlines() if file.exists() else []
+        return {name: value for value, name in (line.split() for line in lines)}
+
+    def finished(self, name: str) -> bool:
+        """Return whether the case has its diagnosis."""
+        return (self.case_folder(name) / "diagnosis.json").is_file()
+
+    def diagnose(self, plan: Plan, diagnose: Diagnose, *, keep_runs: bool = False) -> None:
+        """Write the runs of a case, diagnose them, save the diagnosis; a finished case is left as it is.
+
+        The diagnosis is given paths and the list of excluded effects, nothing else.
+
+        Raises:
+            BrokenSealError: nothing is diagnosed whose hash has not been published, or that the generator, changed
+                since, would no longer record as it was sealed.
+        """
+        if self.finished(plan.name):
+            return
+        key = self.key(plan.name)
+        case = draw(plan, self.seed, self._nominal)
+        runs = recordings(case, self._nominal)
+        if key["recordings"] != _fingerprint(runs):
+            raise BrokenSealError(plan.name, key["recordings"], _fingerprint(runs))
+        folder = self.case_folder(plan.name)
+        paths = write_case(folder, case, runs)
+        found = diagnose(paths, folder / "model.yaml", excluded=case.excluded, seed=self.seed)
+        if not keep_runs:
+            shutil.rmtree(folder / "runs")
+        found = dict(found)
+        arrays = {
+            f"{kind}/{name}/{channel}": np.asarray(values, dtype=np.float32)
+            for kind, by_run in found.pop("predictions", {}).items()
+            for name, channels in by_run.items()
+            for channel, values in channels.items()
+        }
+        _replace(folder / "predictions.npz", _compressed(arrays))
+        _replace(folder / "diagnosis.json", json.dumps(found, indent=1).encode())
+
+    def key(self, name: str) -> dict[str, Any]:
+        """Open the seal of a case.
+
+        Raises:
+            BrokenSealError: the seal does not have its published hash.
+        """
+        return unseal(name, self._read_seal(name), self.hashes().get(name))
+
+    def opened(self, name: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Array]]]:
+        """Open the seal of a finished case: (key, diagnosis, clean channels by run).
+
+        Raises:
+            BrokenSealError: the seal does not have its published hash.
+        """
+        key, sealed = self.key(name), self._read_seal(name)
+        found = json.loads((self.case_folder(name) / "diagnosis.json").read_text("utf-8"))
+        clean: dict[str, dict[str, Array]] = {}
+        with np.load(io.BytesIO(sealed.channels)) as file:
+            for entry in file.files:
+                run, channel = entry.split("/")
+                clean.setdefault(run, {})[channel] = file[entry]
+        with np.load(self.case_folder(name) / "predictions.npz") as file:
+            for entry in file.files:
+                kind, run, channel = entry.split("/")
+                predicted = found.setdefault("predictions", {}).setdefault(kind, {})
+                predicted.setdefault(run, {})[channel] = file[entry]
+        return key, found, clean
+
+    def _seal(self, plan: Plan) -> Seal:
+        case = draw(plan, self.seed, self._nominal)
+        runs = recordings(case, self._nominal)
+        arrays = {f"{r.name}/{c}": values.astype(np.float32) for r in runs for c, values in r.clean.items()}
+        key = {**case.described(), "recordings": _fingerprint(runs)}
+        sealed = seal(key, _compressed(arrays), secrets.token_hex(32))
+        _replace(self.folder / "sealed" / f"{plan.name}.npz", sealed.channels)
+        _replace(self.folder / "sealed" / f"{plan.name}.json", sealed.key)
+        return sealed
+
+    def _same(self, plan: Plan, key: Mapping[str, Any]) -> None:
+        expected = draw(plan, self.seed, self._nominal).described()
+        if any(key[name] != json.loads(json.dumps(value)) for name, value in expected.items()):
+            raise ValueError(f"{self.folder}: {plan.name} was sealed for another seed or another choice of cases")
+
+    def _read_seal(self, name: str) -> Seal:
+        folder = self.folder / "sealed"
+        parts = [folder / f"{name}{end}" for end in (".json", ".npz")]
+        missing = [str(part) for part in parts if not part.is_file()]
+        if missing:
+            raise BrokenSealError(name, self.hashes().get(name), f"no file {', '.join(missing)}")
+        return Seal(parts[0].read_bytes(), parts[1].read_bytes())
+
+
+def _fingerprint(runs: Sequence[GeneratedRun]) -> str:
+    digest = hashlib.sha256()
+    for run in runs:
+        for name, samples in run.recorded.items():
+            digest.update(f"{run.name}/{name}".encode())
+            digest.update(np.round(samples.time, 9).tobytes())
+            digest.update(np.round(samples.values, 9).tobytes())
+    return digest.hexdigest()
+
+
+def _compressed(arrays: Mapping[str, NDArray[np.floating]]) -> bytes:
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
+    return buffer.getvalue()
+
+
+def _replace(file: Path, content: bytes) -> None:
+    """Write a file complete or not at all."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    temporary = file.with_name(f".{file.name}.{os.getpid()}.part")
+    temporary.write_bytes(content)
+    temporary.replace(file)

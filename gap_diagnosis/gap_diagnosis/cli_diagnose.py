@@ -1,0 +1,107 @@
+"""Command line: why recordings of a thruster and the simulator's parameter set disagree."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap_diagnosis.diagnose_io import package_version, write_diagnosis
+from gap_diagnosis.diagnosis import Diagnosis, Unfit, diagnose
+from gap_diagnosis.diagnosis_json import as_json
+from gap_diagnosis.experiment_design import NextExperiment
+from gap_diagnosis.experiment_inputs import Limits
+from gap_diagnosis.experiment_io import LARGEST, experiment_content, propose, write_experiment
+from gap_diagnosis.recording import Recording
+from gap_diagnosis.recording_io import read_recordings
+from gap_diagnosis.report import diagnosis_report
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+from thruster_model.effects.stages import LIBRARY
+from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set_io import available_sets, load_parameter_set
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Diagnose runs; return the exit status."""
+    parser = _parser()
+    given = parser.parse_args(user_arguments(arguments))
+    out = given.out
+    try:
+        unknown = sorted(set(given.without) - set(LIBRARY))
+        if unknown:
+            raise ValueError(f"--without {' '.join(unknown)}: expected effects of {', '.join(LIBRARY)}")
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise FileExistsError(f"{out}: expected a new or empty folder; found files in it")
+        if given.experiment:  # wrong limits are refused before anything is computed
+            largest = LARGEST if given.largest_throttle is None else given.largest_throttle
+            Limits(largest=largest, rate=1.0, duration=given.experiment_duration)
+        parameter_set = load_parameter_set(given.model)
+        recordings = read_recordings(given.runs, given.thruster, progress=_say)
+        found = diagnose(recordings, parameter_set, excluded=tuple(given.without), seed=given.seed, progress=_say)
+        proposed = _proposed(given, found, recordings)
+        content = as_json(
+            found,
+            runs=[str(path) for path in given.runs],
+            parameter_set=parameter_set.name,
+            version=package_version(),
+            seed=given.seed,
+            next_experiment=experiment_content(proposed),
+        )
+        out.mkdir(parents=True, exist_ok=True)
+        page = diagnosis_report(found, content).write(out / "report.html")
+        written = [page, *write_experiment(proposed, out), *write_diagnosis(found, content, out)]
+    except Unfit as error:
+        print("\n".join(error.problems), file=sys.stderr)
+        return 1
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: nothing was written", file=sys.stderr)
+        return 130
+    for sentence in content["warnings"]:
+        print(f"note: {sentence}", file=sys.stderr)
+    print(content["summary"])
+    if proposed is not None:
+        print(proposed.sentence)
+    for path in written:
+        print(path)
+    return 0
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="diagnose", description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one thruster")
+    sets = ", ".join(available_sets())
+    parser.add_argument("--model", required=True, help=f"parameter set of the simulator: {sets} or a YAML file")
+    parser.add_argument("--out", type=Path, default=Path("diagnosis"), help="new or empty folder (default diagnosis)")
+    parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
+    parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
+    parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default 0)")
+    group = parser.add_argument_group("the next experiment")
+    text = "write the throttle programme that best tells apart what these runs cannot"
+    group.add_argument("--experiment", action="store_true", help=text)
+    text = "that the rig may be given [V] (default: as much as in the runs)"
+    group.add_argument("--largest-throttle", type=float, metavar="VOLT", help=text)
+    group.add_argument("--experiment-duration", type=float, default=30.0, metavar="SECONDS", help="(default 30)")
+    return parser
+
+
+def _proposed(given: argparse.Namespace, found: Diagnosis, recordings: list[Recording]) -> NextExperiment | None:
+    if not given.experiment:
+        return None
+    _say("next experiment")
+    proposed = propose(
+        found, recordings, largest=given.largest_throttle, duration=given.experiment_duration, seed=given.seed
+    )
+    if proposed is None:
+        print("note: no next experiment: too little is known to tell hypotheses apart", file=sys.stderr)
+    return proposed
+
+
+def _say(stage: str) -> None:
+    print(f"  {stage}", file=sys.stderr, flush=True)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,268 @@
+"""The diagnosis of recordings against a parameter set: from arrays to a verdict and all that a report needs."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
+from gap_diagnosis.investigation import Investigation, investigate
+from gap_diagnosis.noise import white_noise
+from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
+from gap_diagnosis.posterior import Posterior, posterior_of
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.recording import Recording
+from gap_diagnosis.scatter import Scatter, found_in_logs, jitter_of, masks_of, scattered_before_sorting
+from gap_diagnosis.suspects import suspects
+from gap_diagnosis.verdict import Verdict, verdict_of
+from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
+from thruster_model.identification.experiment import SIGNALS
+from thruster_model.parameter_set import ParameterSet
+
+__all__ = ["Diagnosis", "Unfit", "diagnose"]
+
+Array = NDArray[np.float64]
+_JITTER_ODDS = 8.0
+
+
+class Unfit(ValueError):
+    """Recordings that contradict the parameter set in a way that no effect explains; one sentence each."""
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        """Keep the sentences."""
+        self.problems = list(problems)
+        super().__init__("\n".join(self.problems))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosis:
+    """Everything that was found.
+
+    Attributes:
+        verdict: and its claims.
+        parameter_set: of the simulator.
+        warnings: what was left out of the recordings and why.
+        reasons: why there is not enough data, where that is the verdict.
+        investigation, posterior: all hypotheses; None where there is not enough data.
+        problem: recordings and parameters, without effects.
+        errors: the four numbers; None where there is not enough data.
+        shrink: of the claimed effects together; None where nothing with a trace in the predictions is claimed.
+        shrinks: of each claimed effect, in the order of the claims.
+        where: blocks and their shares of the gap.
+        regime: in which the re-tuned model is worst.
+        by_regime: excess over the noise by regime and signal.
+        checks: single blocks fed with measurements.
+        predictions: as stated, re-tuned (held out), with effects (held out, None where none is claimed), (R,) each.
+        scatters: what the logs show.
+    """
+
+    verdict: Verdict
+    parameter_set: ParameterSet
+    warnings: tuple[str, ...] = ()
+    reasons: tuple[str, ...] = ()
+    investigation: Investigation | None = None
+    posterior: Posterior | None = None
+    problem: Problem | None = None
+    errors: Errors | None = None
+    shrink: Shrink | None = None
+    shrinks: tuple[Shrink, ...] = ()
+    where: tuple[tuple[str, float], ...] = ()
+    regime: str = ""
+    by_regime: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    checks: tuple[BlockCheck, ...] = ()
+    predictions: Mapping[str, Array] = field(default_factory=dict)
+    scatters: tuple[Scatter, ...] = ()
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    parameter_set: ParameterSet,
+    *,
+    excluded: tuple[str, ...] = (),
+    seed: int = 0,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Diagnosis:
+    """Return the diagnosis.
+
+    Args:
+        recordings: of one thruster.
+        parameter_set: that the simulator uses.
+        excluded: effects of the library that are not considered.
+        seed: of the bootstrap.
+        progress: is told of each stage.
+
+    Raises:
+        Unfit: readings look like another unit or sign.
+    """
+    progress("log")
+    usable, warnings, reasons = checked(recordings)
+    if not reasons:
+        problem = Problem(
+            recordings=tuple(usable),
+            parameter_set=parameter_set,
+            deviations=deviations_of(parameter_set),
+            masks=masks_of(usable),
+        )
+        if not problem.series:
+            reasons = [f"model {parameter_set.model_name} predicts none of the channels in the recordings"]
+        else:
+            reasons = excitation_problems(problem)
+    if reasons:
+        nothing = Verdict(verdict="not_enough_data", claims=(), chosen=None, probabilities={}, none=0.0, unknown=0.0)
+        return Diagnosis(verdict=nothing, parameter_set=parameter_set, warnings=tuple(warnings), reasons=tuple(reasons))
+    problem, stamps = _with_better_stamps(problem, checked([r.regular or r for r in recordings]).recordings)
+    wrong = unit_problems(problem)
+    if wrong:
+        raise Unfit(wrong)
+    in_logs = [*found_in_logs(usable), *stamps]
+    scatters = [s for s in in_logs if s.effect not in excluded]
+    foreign = [s for s in in_logs if s.effect in excluded]
+    signals = {each.signal for each in problem.series}
+    # What a converter cuts off depends on the reading: so do the residuals that are left.
+    problem = replace(problem, opaque=tuple({s.signal for s in scatters if s.effect.startswith("tach_")}))
+    known = {s.effect for s in scatters}
+    if "tach_quantization" in known:
+        known.add("tach_dropout")  # a coarse converter reads zero at low speed too
+    listed = suspects(signals, (*excluded, *known))
+    air = "ventilation" not in excluded
+    found = investigate(problem, listed, with_ventilation=air, progress=progress)
+    if "timestamp_jitter" not in excluded and not stamps:
+        scatters += _jitter(found)
+    progress("verdict")
+    posterior = posterior_of(found)
+    verdict = verdict_of(found, posterior, scatters, foreign)
+    progress("held-out data")
+    return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), seed)
+
+
+def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple[Problem, list[Scatter]]:
+    """Return the problem on regular stamps, where these fit better than scattered ones, and what that says."""
+    if all(recording.regular is None for recording in problem.recordings):
+        return problem, []
+    other = replace(problem, recordings=tuple(regular))
+    noise = white_noise({each.signal: _noise_of(problem, each.signal) for each in problem.series})
+    gain = fit(problem, noise, problem.start()).cost - fit(other, noise, other.start()).cost
+    if gain < 2.0 * _JITTER_ODDS:
+        return problem, []
+    found = []
+    for recording in problem.recordings:
+        for signal, size in recording.log.scatter.items():
+            m = recording.experiment.measurements.get(signal)
+            period = float(np.median(np.diff(m.time))) if m is not None else 0.04
+            found.append(scattered_before_sorting(size, period))
+    size = float(np.sqrt(np.mean(np.square(found))))
+    sentence = f"stamps scatter by {1000 * size:.1f} ms; regular ones fit better"
+    deviation = size / np.sqrt(2.0 * sum(m.values.size for r in regular for m in r.experiment.measurements.values()))
+    jitter = Scatter(
+        effect="timestamp_jitter",
+        signal="",
+        parameter="deviation",
+        size=size,
+        deviation=float(deviation),
+        log_odds=0.5 * gain,
+        sentence=sentence,
+    )
+    return other, [jitter]
+
+
+def _noise_of(problem: Problem, signal: str) -> float:
+    levels = [
+        r.experiment.measurements[signal].noise for r in problem.recordings if signal in r.experiment.measurements
+    ]
+    return float(np.median(levels))
+
+
+def _jitter(found: Investigation) -> list[Scatter]:
+    leading = found.candidates[0] if found.candidates and found.candidates[0].evidence > 5.0 else found.none
+    size, deviation, odds = jitter_of(leading.fitted)
+    if odds < _JITTER_ODDS:
+        return []
+    sentence = f"residuals grow with the slope of the signals as if stamps scattered by {1000 * size:.1f} ms"
+    return [
+        Scatter(
+            effect="timestamp_jitter",
+            signal="",
+            parameter="deviation",
+            size=size,
+            deviation=deviation,
+            log_odds=odds,
+            sentence=sentence,
+        )
+    ]
+
+
+def _complete(
+    found: Investigation,
+    posterior: Posterior,
+    verdict: Verdict,
+    problem: Problem,
+    warnings: tuple[str, ...],
+    scatters: tuple[Scatter, ...],
+    seed: int,
+) -> Diagnosis:
+    none = found.none.fitted
+    stated = none.x.copy()
+    stated[: len(problem.names)] = 0.0
+    predictions = {"as_is": problem.predicted(stated), "retuned": held_out(none, found.noise)}
+    shrinks: list[Shrink] = []
+    whole: Shrink | None = None
+    if verdict.chosen is not None and verdict.verdict == "effect":
+        predictions["with_effect"] = held_out(verdict.chosen.fitted, found.noise)
+        whole = shrink_of(problem, found.noise, predictions["retuned"], predictions["with_effect"], seed)
+        physical = [c for c in verdict.claims if not c.scatters]
+        for claim in verdict.claims:
+            if claim.scatters or claim.kind == "parametric":
+                shrinks.append(Shrink(value=None, interval=None))
+            elif len(physical) == 1:
+                shrinks.append(whole)
+            else:
+                shrinks.append(_of_one(found, verdict, claim.effect, problem, predictions, seed))
+    else:
+        shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
+    units = {name: signal.unit for name, signal in SIGNALS.items()}
+    errors = errors_of(
+        problem, found.noise, predictions["as_is"], predictions["retuned"], predictions.get("with_effect"), units
+    )
+    by_regime = excess_by_regime(problem, found.noise, none)
+    excess = {
+        s: max(
+            float(np.nanmean(none.white[np.concatenate([np.r_[e.rows] for e in problem.series if e.signal == s])] ** 2))
+            - 1.0,
+            0.0,
+        )
+        for s in dict.fromkeys(e.signal for e in problem.series)
+    }
+    marginal = dict(posterior.marginal) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
+    for claim in verdict.claims:
+        if claim.scatters:
+            marginal[claim.effect] = max(marginal.get(claim.effect, 0.0), claim.probability)
+    shares = block_shares(marginal, posterior.unknown if marginal else 0.0, excess)
+    return Diagnosis(
+        verdict=verdict,
+        parameter_set=problem.parameter_set,
+        warnings=warnings,
+        investigation=found,
+        posterior=posterior,
+        problem=problem,
+        errors=errors,
+        shrink=whole,
+        shrinks=tuple(shrinks),
+        where=tuple(shares),
+        regime=worst_regime(by_regime),
+        by_regime=by_regime,
+        checks=tuple(block_checks(none, found.noise)),
+        predictions=predictions,
+        scatters=scatters,
+    )
+
+
+def _of_one(
+    found: Investigation, verdict: Verdict, effect: str, problem: Problem, predictions: Mapping[str, Array], seed: int
+) -> Shrink:
+    """Return how far one of two effects alone shrinks the gap."""
+    alone = next((c for c in found.candidates if len(c.suspects) == 1 and c.suspects[0].effect == effect), None)
+    if alone is None:
+        return Shrink(value=None, interval=None)
+    return shrink_of(problem, found.noise, predictions["retuned"], held_out(alone.fitted, found.noise), seed)

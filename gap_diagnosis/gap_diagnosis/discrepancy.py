@@ -1,0 +1,226 @@
+"""What no known effect explains: residuals regressed on a flexible basis of states, inputs, their past and time.
+
+A few features are chosen greedily out of some hundred. Each pays for having been chosen (the logarithm of how many
+there are) and for its size (half the logarithm of its gain), so that the sum is a logarithm of evidence like that of
+an effect. Nuisances are re-tuned to first order beside every feature.
+"""
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import lfilter
+
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.noise import NoiseModel, Series
+from gap_diagnosis.prediction import true_time
+
+__all__ = ["Discrepancy", "Feature", "discrepancy"]
+
+Array = NDArray[np.float64]
+MOST_FEATURES = 6
+
+
+class Feature(NamedTuple):
+    """One function that residuals of a signal depend on, and how much cost it takes off."""
+
+    signal: str
+    name: str
+    gain: float
+
+
+class Discrepancy(NamedTuple):
+    """Chosen features, the logarithm of evidence for them, and what they explain of the raw residuals, shape (R,)."""
+
+    features: tuple[Feature, ...]
+    evidence: float
+    explained: Array
+
+
+def discrepancy(
+    fitted: Fitted, noise: NoiseModel, most: int = MOST_FEATURES, more: Sequence[Array] = ()
+) -> Discrepancy:
+    """Return what the residuals of a fit depend on; `more`: further columns to choose from, each (R,)."""
+    names, blocks, labels = _features(fitted)
+    problem = fitted.problem
+    rows = problem.series[-1].last
+    columns = sum(block.shape[1] for _, block in blocks) + len(more)
+    white = np.zeros((columns, rows))
+    raw = np.zeros((columns, rows))
+    spans: list[tuple[list[slice], slice]] = []
+    first = 0
+    for pieces, block in blocks:
+        place = slice(first, first + block.shape[1])
+        start = 0
+        for rows_of in pieces:
+            raw[place, rows_of] = block[start : start + rows_of.stop - rows_of.start].T
+            start += rows_of.stop - rows_of.start
+        spans.append((pieces, place))
+        first = place.stop
+    if more:
+        raw[first:] = np.array(more)
+        names, labels = [*names, *["an effect"] * len(more)], [*labels, *["all"] * len(more)]
+        spans.append(([each.rows for each in problem.series], slice(first, columns)))
+    for pieces, place in spans:
+        for rows_of in pieces:
+            known = np.where(problem.known[rows_of, None], raw[place, rows_of].T, np.nan)
+            series = next(s for s in problem.series if s.first == rows_of.start)
+            white[place, rows_of] = noise.whiten([Series(0, series.signal, 0, known.shape[0])], known).T
+    information = fitted.jacobian.T @ fitted.jacobian
+    information[np.arange(problem.nuisances), np.arange(problem.nuisances)] += 1.0
+    information += 1e-9 * np.eye(information.shape[0])
+    cross = np.zeros((information.shape[0], columns))
+    gram = np.zeros((columns, columns))
+    slope = np.zeros(columns)
+    for k, (pieces, place) in enumerate(spans):
+        for rows_of in pieces:
+            here = white[place, rows_of]
+            cross[:, place] += fitted.jacobian[rows_of].T @ here.T
+            slope[place] += here @ fitted.white[rows_of]
+            gram[place, place] += here @ here.T
+            if k == len(spans) - 1 and more:
+                for other_pieces, other in spans[:-1]:
+                    if rows_of in other_pieces:
+                        product = here @ white[other, rows_of].T
+                        gram[place, other] += product
+                        gram[other, place] += product.T
+    power = np.diag(gram).copy()
+    gram -= cross.T @ np.linalg.solve(information, cross)
+    remaining = fitted.jacobian.T @ fitted.white
+    remaining[: problem.nuisances] -= fitted.x[: problem.nuisances]
+    slope -= cross.T @ np.linalg.solve(information, remaining)
+    usable = np.diag(gram) > np.maximum(1e-3 * power, 1e-6)
+    chosen: list[int] = []
+    features: list[Feature] = []
+    evidence = 0.0
+    gram, slope = gram.copy(), slope.copy()
+    weights = np.zeros(columns)
+    first_gram, first_slope = gram.copy(), slope.copy()
+    occam = np.log(max(int(np.sum(usable)), 1))
+    for _ in range(most):
+        diagonal = np.where(usable, np.diag(gram), np.inf)
+        gains = np.where(usable & (diagonal > 1e-3 * np.diag(first_gram)), slope**2 / diagonal, 0.0)
+        k = int(np.argmax(gains))
+        worth = 0.5 * gains[k] - occam - 0.5 * np.log(max(gains[k], 1.0))
+        if worth <= 0.0:
+            break
+        evidence += float(worth)
+        chosen.append(k)
+        features.append(Feature(labels[k], names[k], float(gains[k])))
+        row = gram[k] / gram[k, k]
+        slope = slope - row * slope[k]
+        gram = gram - np.outer(gram[:, k], row)
+        usable[k] = False
+    if chosen:
+        weights[chosen] = np.linalg.lstsq(first_gram[np.ix_(chosen, chosen)], first_slope[chosen], rcond=None)[0]
+    return Discrepancy(tuple(features), evidence, weights @ raw)
+
+
+def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
+    """Return names, for each signal its rows and the basis there (rows, K), and the signal of each column."""
+    problem = fitted.problem
+    sizes = problem.sizes(fitted.x)
+    signals = [s for s in dict.fromkeys(each.signal for each in problem.series) if s not in problem.opaque]
+    found: dict[str, tuple[list[slice], list[Array]]] = {signal: ([], []) for signal in signals}
+    names: list[str] = []
+    for index, happened in enumerate(problem.happened(fitted.x)):
+        recording = problem.recordings[index]
+        shifts = problem.situation(fitted.x, index).shifts
+        names, basis = _basis(happened.outputs, happened.throttle, recording.experiment.dt)
+        position = 1.0 / recording.experiment.dt
+        for each in problem.series:
+            if each.recording == index and each.signal in found:
+                stamps = recording.experiment.measurements[each.signal].time
+                at = true_time(each.signal, stamps, sizes, shifts) * position
+                nearest = np.clip(np.round(at).astype(np.int64), 0, basis.shape[1] - 1)
+                found[each.signal][0].append(each.rows)
+                found[each.signal][1].append(basis[:, nearest].T)
+    blocks = []
+    for signal in signals:
+        columns = np.vstack(found[signal][1])
+        scale = np.sqrt(np.mean(columns**2, axis=0))
+        blocks.append((found[signal][0], columns / np.where(scale > 0.0, scale, 1.0)))
+    return names * len(signals), blocks, [signal for signal in signals for _ in names]
+
+
+def _basis(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], Array]:
+    """Return names and rows (K, N): functions of rotor speed, flows, throttle, their rates, their past and time."""
+    n, v, ambient, force = outputs["speed"], outputs["axial"], outputs["ambient"], outputs["thrust"]
+    time: Array = dt * np.arange(n.size, dtype=np.float64)
+    n_dot, u_dot = _rate(n, dt), _rate(u, dt)
+    named: dict[str, Array] = {
+        "constant": np.ones_like(n),
+        "time": time,
+        "n": n,
+        "|n|": np.abs(n),
+        "n|n|": n * np.abs(n),
+        "n^2": n**2,
+        "n^3": n**3,
+        "u": u,
+        "|u|": np.abs(u),
+        "T": force,
+        "|T|": np.abs(force),
+        "dn/dt": n_dot,
+        "|dn/dt|": np.abs(n_dot),
+        "dn/dt|dn/dt|": n_dot * np.abs(n_dot),
+        "n while |n| falls": n * (n * n_dot < 0.0),
+        "|n| dn/dt": np.abs(n) * n_dot,
+        "du/dt": u_dot,
+        "dT/dt": _rate(force, dt),
+        "U": ambient,
+        "U|U|": ambient * np.abs(ambient),
+        "|U|": np.abs(ambient),
+        "dU/dt": _rate(ambient, dt),
+        "v": v,
+        "v|v|": v * np.abs(v),
+        "|n|v": np.abs(n) * v,
+        "|n|U": np.abs(n) * ambient,
+        "T against the flow": force * (n * v < 0.0),
+        "n time": n * time,
+        "T time": force * time,
+        "sgn n": np.tanh(n / 5.0),
+        "sin n/10": np.sin(n / 10.0),
+        "sin n/5": np.sin(n / 5.0),
+    }
+    for level in (0.6, 0.8, 0.9):
+        top = level * max(float(np.max(np.abs(n))), 1.0)
+        named[f"|n| beyond {top:.0f} rad/s"] = np.sign(n) * np.maximum(np.abs(n) - top, 0.0)
+        named[f"n within {(1 - level) * top:.0f} rad/s"] = n * np.exp(-0.5 * (n / ((1 - level) * top)) ** 2)
+    for constant in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0):
+        keep = np.exp(-dt / constant)
+        for label, driver in (("u", u), ("n", n), ("T", force), ("|u|", np.abs(u)), ("U", ambient)):
+            named[f"{label} behind {constant:g} s"] = lfilter([1.0 - keep], [1.0, -keep], driver)
+    warm = lfilter([dt / 60.0], [1.0, -np.exp(-dt / 60.0)], np.abs(u))
+    named["n after warming up"] = n * warm
+    for frequency in (0.1, 0.17, 0.3, 0.6, 1.2, 2.5, 5.0):
+        for label, driver in (("u", u), ("T", force)):
+            # A mode of a tenth of critical damping, its answer and that answer's rate.
+            answer = _mode(driver, frequency, dt)
+            named[f"{label} through a mode at {frequency:g} Hz"] = answer
+            named[f"rate of {label} through a mode at {frequency:g} Hz"] = _rate(answer, dt)
+    thirds = np.linspace(0.0, time[-1], 4)
+    for start, end in pairwise(thirds):
+        during = (time >= start) & (time < end)
+        named[f"n from {start:.0f} to {end:.0f} s"] = n * during
+        named[f"T from {start:.0f} to {end:.0f} s"] = force * during
+    return list(named), np.array(list(named.values()))
+
+
+def _rate(values: Array, dt: float) -> Array:
+    """Return backward differences: in closed loop the next command knows this sample's noise."""
+    return np.asarray(np.diff(values, prepend=values[:1]) / dt)
+
+
+def _mode(driver: Array, frequency: float, dt: float) -> Array:
+    omega = 2.0 * np.pi * frequency
+    radius = np.exp(-0.1 * omega * dt)
+    turned = np.cos(omega * np.sqrt(1.0 - 0.01) * dt)
+    poles = [1.0, -2.0 * radius * turned, radius**2]
+    return np.asarray(lfilter([sum(poles)], poles, driver))
+
+
+def summary(features: Sequence[Feature]) -> str:
+    """Return in words what the residuals depend on."""
+    return "; ".join(f"{f.signal} on {f.name}" for f in features)

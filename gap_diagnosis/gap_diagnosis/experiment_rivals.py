@@ -1,0 +1,223 @@
+"""Which hypotheses the next experiment has to tell apart, and what each says would happen in it."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.diagnosis import Diagnosis
+from gap_diagnosis.experiment_inputs import Programme
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.preparing import CELL, DT, held_on_grid
+from gap_diagnosis.problem import Problem
+from gap_diagnosis.recording import Recording
+from gap_diagnosis.screening import Screened
+from gap_diagnosis.ventilation import RATE
+from gap_diagnosis.verdict import VISIBLE
+from thruster_model.effects.stages import LIBRARY
+from thruster_model.identification.experiment import Experiment, Measurement
+
+__all__ = ["NONE", "Rival", "in_experiment", "recording_of_programme", "rivals_of"]
+
+Array = NDArray[np.float64]
+NONE = "none"
+PROBABLE = 0.02
+"""Probability from which on a hypothesis is still in play."""
+MOST = 5
+_FEW = 2  # nearest rivals of a hypothesis that is alone in play
+_SURE = 2.0  # standard deviations by which a size differs from neutral
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rival:
+    """A hypothesis as it stands after the present recordings.
+
+    Attributes:
+        keys: of its suspects; empty for re-tuned parameters alone.
+        problem: of the present recordings.
+        x: unknowns there, shape (K,).
+        fitted: the fit behind it: its sensitivities to the present recordings are the rival's.
+        covariance: of parameters and sizes, shape (len(names) + len(slots),) squared.
+    """
+
+    keys: tuple[str, ...]
+    problem: Problem
+    x: Array
+    fitted: Fitted
+    covariance: Array
+
+    @property
+    def name(self) -> str:
+        """For readers."""
+        return " + ".join(self.keys) or NONE
+
+    def imitates(self, other: "Rival") -> bool:
+        """Tell whether this one can pass for another one, re-tuned; not where it holds all of the other and more."""
+        return not set(other.keys) < set(self.keys)
+
+
+def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
+    """Return the hypotheses that remain and which of them are to be told apart, by place.
+
+    A claimed effect and its look-alikes stand against each other, one without look-alikes against its nearest rivals.
+    Where none is the likeliest it stands against what else is probable and what the recordings would not show. Else
+    all that are probable stand against each other.
+    """
+    investigation, verdict = found.investigation, found.verdict
+    if investigation is None or found.posterior is None:
+        return [], []
+    leading = verdict.chosen if verdict.verdict == "effect" else None
+    if leading is not None:
+        remaining = [leading, *_lookalikes(found, leading)][:MOST]
+    else:
+        remaining = _probable(found)
+    rivals = [_rival(each) for each in remaining]
+    if leading is None and found.posterior.none > 0.5:
+        known = {rival.keys for rival in rivals}
+        hidden = [s for s in _hidden(investigation) if (s.suspect.key,) not in known]
+        rivals += [_unseen(investigation.none.fitted, each) for each in hidden[: MOST - len(rivals)]]
+    elif len(rivals) > 1:
+        return rivals, [(i, k) for i in range(len(rivals)) for k in range(i + 1, len(rivals))]
+    if len(rivals) == 1:
+        rivals += [_rival(each) for each in _nearest(investigation, remaining[0])]
+    return rivals, [(0, k) for k in range(1, len(rivals))]
+
+
+def _lookalikes(found: Diagnosis, leading: Candidate) -> list[Candidate]:
+    assert found.investigation is not None
+    by_keys = {frozenset(c.keys): c for c in found.investigation.candidates}
+    result = []
+    for claim in found.verdict.claims:
+        if claim.scatters:
+            continue
+        own = f"{claim.effect}:{claim.channel}" if claim.channel else claim.effect
+        for key in claim.alike:
+            other = by_keys.get(frozenset((set(leading.keys) - {own}) | {key}))
+            if other is not None and other not in result:
+                result.append(other)
+    return result
+
+
+def _probable(found: Diagnosis) -> list[Candidate]:
+    assert found.investigation is not None and found.posterior is not None
+    posterior = found.posterior
+    rated = [(posterior.none, found.investigation.none)]
+    for candidate in found.investigation.candidates:
+        single = len(candidate.keys) == 1
+        rated.append((posterior.singles[candidate.keys[0]] if single else posterior.pairs[candidate.keys], candidate))
+    ranked = sorted(rated, key=lambda each: -each[0])
+    probable = [candidate for probability, candidate in ranked if probability >= PROBABLE][:MOST]
+    return probable or [ranked[0][1]]
+
+
+def _nearest(investigation: Investigation, alone: Candidate) -> list[Candidate]:
+    others = [c for c in (investigation.none, *investigation.candidates) if c is not alone]
+    # What holds the lone one and more always costs less, and is no rival.
+    others = [c for c in others if not set(alone.keys) < set(c.keys) or not alone.keys]
+    return sorted(others, key=lambda c: c.fitted.cost)[:_FEW]
+
+
+def _hidden(investigation: Investigation) -> list[Screened]:
+    """Return suspects that would not have been seen at a third of their plausible size: the likeliest of each block."""
+    best: dict[str, Screened] = {}
+    for each in sorted(investigation.screened, key=lambda s: -s.visibility):
+        if each.visibility <= VISIBLE:
+            best.setdefault(each.suspect.block, each)
+    return list(best.values())[:MOST]
+
+
+def _unseen(none: Fitted, screened: Screened) -> Rival:
+    """Return a suspect at a third of its plausible size as a rival of no effect."""
+    grid, problem = screened.suspect.grid, screened.problem
+    middle = int(np.argmin(np.abs(grid[:, 0] - 0.35 * np.max(grid[:, 0]))))
+    sizes = grid[middle if len(screened.suspect.slots) == 1 else len(grid) // 2]
+    covariance = np.zeros((len(problem.names) + len(problem.slots),) * 2)
+    own = len(problem.names)
+    covariance[:own, :own] = none.covariance[:own, :own]
+    covariance[own:, own:] = np.eye(len(problem.slots)) / 12.0
+    x = np.concatenate((none.x, sizes))
+    return Rival(keys=(screened.suspect.key,), problem=problem, x=x, fitted=none, covariance=covariance)
+
+
+def _rival(candidate: Candidate) -> Rival:
+    """Return a fitted hypothesis; a size that may as well be neutral is taken as large as the recordings allow.
+
+    It is moved to two standard deviations from neutral, at most to a third of the plausible range, and what else is
+    unknown goes along as the fit's covariance says: at its neutral size an effect could not be told from none.
+    """
+    fitted, problem = candidate.fitted, candidate.fitted.problem
+    covariance, x = fitted.covariance, fitted.x.copy()
+    for place, slot in enumerate(problem.slots):
+        definition = LIBRARY[slot.effect].parameters[0]
+        if slot.parameter != definition.name and slot.effect != "log_alignment":
+            continue
+        neutral = next(p.neutral for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
+        k = problem.nuisances + place
+        if not slot.lower <= neutral <= slot.upper or slot.lower == slot.upper:
+            continue
+        deviation, away = float(np.sqrt(covariance[k, k])), float(x[k]) - neutral / slot.width
+        target = min(_SURE * deviation, slot.upper / slot.width / 3.0)
+        if abs(away) < target:
+            moved = (-target if away < 0.0 else target) - away
+            x = x + covariance[:, k] / covariance[k, k] * moved
+    kept = [*range(len(problem.names)), *range(problem.nuisances, x.size)]
+    return Rival(
+        keys=candidate.keys,
+        problem=problem,
+        x=problem.bounded(x),
+        fitted=fitted,
+        covariance=covariance[np.ix_(kept, kept)],
+    )
+
+
+def recording_of_programme(problem: Problem, programme: Programme) -> Recording:
+    """Return the experiment as a recording without readings (zeros), with the channels that the present ones have."""
+    duration = programme.period * programme.throttle.size
+    present: dict[str, list[Measurement]] = {}
+    for each in problem.series:
+        measurement = problem.recordings[each.recording].experiment.measurements[each.signal]
+        present.setdefault(each.signal, []).append(measurement)
+    measurements = {}
+    for signal, given in present.items():
+        period = float(np.median([np.median(np.diff(m.time)) if m.time.size > 1 else CELL for m in given]))
+        time = np.asarray(0.5 * given[0].width + period * np.arange(int(duration / period)), dtype=np.float64)
+        measurements[signal] = Measurement(
+            signal=signal,
+            time=time,
+            values=np.zeros(time.size),
+            width=given[0].width,
+            noise=float(np.median([m.noise for m in given])),
+            shift_std=max(m.shift_std for m in given),
+            offset_std=max(m.offset_std for m in given),
+        )
+    experiment = Experiment(
+        name="next_experiment",
+        dt=DT,
+        throttle=held_on_grid(programme.time, programme.throttle, DT, round(duration / DT)),
+        measurements=measurements,
+        throttle_shift_std=max(r.experiment.throttle_shift_std for r in problem.recordings),
+    )
+    return Recording(experiment=experiment, thruster=problem.recordings[0].thruster)
+
+
+def in_experiment(rival: Rival, recording: Recording) -> tuple[Problem, Array, Array]:
+    """Return (hypothesis in a new experiment, unknowns there (K,), a square root of their covariance (K, K))."""
+    gates = (_air(recording),) if rival.problem.gates else ()
+    problem = replace(rival.problem, recordings=(recording,), masks={}, observed=None, gates=gates)
+    names, slots = len(problem.names), len(problem.slots)
+    x = np.concatenate((rival.x[:names], np.zeros(len(problem.situations)), rival.x[rival.x.size - slots :]))
+    covariance = np.eye(x.size)
+    kept = [*range(names), *range(problem.nuisances, x.size)]
+    covariance[np.ix_(kept, kept)] = rival.covariance
+    values, vectors = np.linalg.eigh(covariance)
+    return problem, x, np.asarray(vectors * np.sqrt(np.maximum(values, 0.0)))
+
+
+def _air(recording: Recording) -> Array:
+    """Return gates of an experiment in which air is drawn now and then, the same ones for each experiment."""
+    experiment = recording.experiment
+    rng = np.random.default_rng(0)
+    changes = np.cumsum(rng.exponential(1.0 / RATE, size=4 * int(RATE * experiment.duration) + 8))
+    time = experiment.dt * np.arange(experiment.throttle.size)
+    return np.asarray(1.0 - np.searchsorted(changes, time) % 2, dtype=np.float64)

@@ -1,0 +1,148 @@
+"""Fit of a hypothesis by Levenberg and Marquardt, and its evidence by Laplace's method."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.problem import Problem
+
+__all__ = ["Fitted", "fit"]
+
+Array = NDArray[np.float64]
+_DONE = 0.2  # gain of a step, in cost, at which a fit has converged
+_BORROWED_IS_DONE = 2.0
+_TRIES = 7  # dampings tried for a step, each ten times the one before
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """A hypothesis at its most probable unknowns.
+
+    Attributes:
+        problem: the hypothesis.
+        x: unknowns, shape (K,).
+        residuals: measured less predicted in the signals' units, NaN = missing, shape (R,).
+        white: the same whitened, shape (R,).
+        sensitivities: d predicted / d unknowns in the signals' units, NaN = missing, shape (R, K).
+        jacobian: the same whitened, shape (R, K).
+        cost: sum of squares of `white` and of the nuisances over their deviations.
+        evidence: logarithm of the probability of the data, less what all hypotheses share.
+    """
+
+    problem: Problem
+    x: Array
+    residuals: Array
+    white: Array
+    sensitivities: Array
+    jacobian: Array
+    cost: float
+    evidence: float
+
+    @property
+    def covariance(self) -> Array:
+        """Of the unknowns, shape (K, K)."""
+        return np.asarray(np.linalg.inv(_information(self.jacobian, self.problem.nuisances)))
+
+
+def fit(
+    problem: Problem,
+    noise: NoiseModel,
+    x: Array,
+    *,
+    iterations: int = 8,
+    rows: NDArray[np.bool_] | None = None,
+    near: Fitted | None = None,
+    polish: bool = True,
+) -> Fitted:
+    """Return the fit from a start `x`.
+
+    Args:
+        problem: what is fitted.
+        noise: by which residuals are whitened.
+        x: unknowns to start from, shape (K,).
+        iterations: at most so many.
+        rows: those that count (all, where not given).
+        near: a fit with the same nuisances: its sensitivities to them serve until the cost no longer falls much.
+        polish: end with the fit's own sensitivities, although borrowed ones have converged.
+    """
+    counts = np.ones(problem.known.size, dtype=bool) if rows is None else rows
+    x = problem.bounded(x)
+    residuals, white, cost = _cost(problem, noise, x, counts)
+    borrowed = near is not None
+    sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
+    jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
+    damping = 1e-4
+    for _ in range(iterations):
+        information = _information(jacobian, problem.nuisances)
+        gradient = jacobian.T @ white
+        gradient[: problem.nuisances] -= x[: problem.nuisances]
+        gain = 0.0
+        for _ in range(_TRIES):
+            damped = information + damping * np.diag(np.diag(information))
+            tried = problem.bounded(x + cho_solve(cho_factor(damped), gradient))
+            at = _cost(problem, noise, tried, counts)
+            if at[2] < cost:
+                gain = cost - at[2]
+                x, (residuals, white, cost) = tried, at
+                damping = max(damping * 0.1, 1e-9)
+                break
+            damping = max(damping * 10.0, 1e-3)
+        if gain < (_BORROWED_IS_DONE if borrowed and not polish else _DONE) and not (borrowed and polish):
+            break
+        if borrowed and near is not None and (gain >= _BORROWED_IS_DONE or not polish):
+            sensitivities = _borrowed(problem, x, near)
+        else:
+            borrowed = False
+            sensitivities = problem.sensitivities(x)
+        jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
+    return Fitted(
+        problem=problem,
+        x=x,
+        residuals=residuals,
+        white=white,
+        sensitivities=sensitivities,
+        jacobian=jacobian,
+        cost=cost,
+        evidence=_evidence(problem, cost, jacobian),
+    )
+
+
+def _borrowed(problem: Problem, x: Array, near: Fitted) -> Array:
+    if near.x.size == x.size:
+        return near.sensitivities
+    own = range(problem.nuisances, x.size)
+    return np.hstack((near.sensitivities[:, : problem.nuisances], problem.sensitivities(x, own)))
+
+
+def _cost(problem: Problem, noise: NoiseModel, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:
+    residuals = problem.residuals(x)
+    white = problem.whitened(noise, residuals) * counts
+    return residuals, white, float(white @ white + x[: problem.nuisances] @ x[: problem.nuisances])
+
+
+def _information(jacobian: Array, nuisances: int) -> Array:
+    information = jacobian.T @ jacobian
+    information[np.arange(nuisances), np.arange(nuisances)] += 1.0
+    # A size without any influence is as uncertain as its range.
+    rest = np.arange(nuisances, information.shape[0])
+    information[rest, rest] += 12.0
+    return np.asarray(information)
+
+
+def _evidence(problem: Problem, cost: float, jacobian: Array) -> float:
+    """Return -cost/2 - logdet(information)/2 + sizes ln(2 pi)/2; unknown sizes are in units of their ranges."""
+    factor = np.linalg.cholesky(_information(jacobian, problem.nuisances))
+    free = len(problem.slots)
+    return float(-0.5 * cost - np.sum(np.log(np.diag(factor))) + 0.5 * free * np.log(2.0 * np.pi))
+
+
+def projector(jacobian: Array, nuisances: int) -> Array:
+    """Return an orthonormal basis (R + nuisances, K) of what the unknowns can do to whitened rows and their priors."""
+    prior = np.zeros((nuisances, jacobian.shape[1]))
+    prior[np.arange(nuisances), np.arange(nuisances)] = 1.0
+    stacked = np.vstack((jacobian, prior))
+    factor = np.linalg.cholesky(stacked.T @ stacked + 1e-9 * np.eye(stacked.shape[1]))
+    return np.asarray(solve_triangular(factor, stacked.T, lower=True).T)

@@ -1,0 +1,265 @@
+"""From recordings to weighed hypotheses: base fit, noise, screening, refits, pairs, what stays unexplained."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.discrepancy import Discrepancy, discrepancy
+from gap_diagnosis.fitting import Fitted, fit
+from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
+from gap_diagnosis.problem import Problem
+from gap_diagnosis.screening import Screened, rated, tried
+from gap_diagnosis.suspects import Suspect
+from gap_diagnosis.ventilation import RATE, ventilated
+
+__all__ = ["Candidate", "Investigation", "investigate"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[str], None]
+_SINGLES = 7
+_LOOKALIKES = 12.0  # nats behind the best screened one within which suspects are refitted
+_PAIRS = 4
+_EXAMINED = 4
+_TURNS = 3
+_SAME_NOISE = 0.04
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One hypothesis, fitted: the suspects in it (none: re-tuned parameters alone) and what they leave unexplained.
+
+    `evidence`: logarithm of the probability of the data, above that of the hypothesis without effect.
+    """
+
+    suspects: tuple[Suspect, ...]
+    fitted: Fitted
+    evidence: float
+    noise: NoiseModel
+    unexplained: Discrepancy | None = None
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of the suspects."""
+        return tuple(suspect.key for suspect in self.suspects)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Investigation:
+    """All hypotheses that were weighed, the one without effect first, and the noise they share.
+
+    Attributes:
+        none: re-tuned parameters alone.
+        candidates: single effects and pairs that were refitted, most evidence first.
+        screened: every suspect's first rating.
+        noise: frozen for all hypotheses.
+        stated: cost of the parameters as stated under that noise, and its evidence above `none`.
+    """
+
+    none: Candidate
+    candidates: tuple[Candidate, ...]
+    screened: tuple[Screened, ...]
+    noise: NoiseModel
+    stated: tuple[float, float]
+
+
+def investigate(
+    problem: Problem,
+    suspects: Sequence[Suspect],
+    *,
+    with_ventilation: bool = True,
+    progress: Progress = lambda _: None,
+) -> Investigation:
+    """Return the weighed hypotheses for a problem without effects."""
+    levels: dict[str, list[float]] = {}
+    for each in problem.series:
+        measurement = problem.recordings[each.recording].experiment.measurements[each.signal]
+        levels.setdefault(each.signal, []).append(measurement.noise)
+    noise = white_noise({name: float(np.median(found)) for name, found in levels.items()})
+    progress("base fit")
+    base = fit(problem, noise, problem.start(), iterations=12)
+    progress(f"{len(suspects)} suspects")
+    trials = tried(base, noise, suspects)
+    for _ in range(_TURNS):
+        base = fit(problem, noise, base.x, near=base)
+        screened = rated(base, noise, trials)
+        renewed = _renewed_noise(_first_best(base, noise, screened, with_ventilation), noise, screened[:25])
+        if _settled(noise, renewed):
+            break
+        noise = renewed
+    progress("refits of the most likely")
+    none = _none(problem, noise, base.x)
+    screened = rated(none.fitted, noise, trials)
+    ranked = _singles(none, screened, with_ventilation)
+    leading = _best(none, ranked)
+    if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
+        progress("pairs")
+        pairs = _pairs(none, ranked, suspects)
+        if with_ventilation and leading.suspects[0].effect != "ventilation":
+            pairs += _with_air(leading)
+        ranked = _examined([*ranked, *pairs], none.noise)
+        renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
+        if len(ranked[0].suspects) == 2 and not _settled(none.noise, renewed):
+            none, ranked = _again(none, ranked, renewed)
+    return Investigation(
+        none=none,
+        candidates=tuple(ranked),
+        screened=tuple(screened),
+        noise=none.noise,
+        stated=_as_stated(problem, none.noise, none.fitted),
+    )
+
+
+def _none(problem: Problem, noise: NoiseModel, x: Array) -> Candidate:
+    base = fit(problem, noise, x)
+    return Candidate(suspects=(), fitted=base, evidence=0.0, noise=noise, unexplained=discrepancy(base, noise))
+
+
+def _best(none: Candidate, ranked: Sequence[Candidate]) -> Candidate:
+    return ranked[0] if ranked and ranked[0].evidence > 0.0 else none
+
+
+def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> tuple[Candidate, list[Candidate]]:
+    """Return all hypotheses weighed anew by the noise that the best of them leaves."""
+    base = _none(none.fitted.problem, noise, none.fitted.x)
+    weighed = []
+    for candidate in ranked:
+        switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
+        fitted = fit(candidate.fitted.problem, noise, candidate.fitted.x, near=candidate.fitted)
+        evidence = fitted.evidence - base.fitted.evidence + switches
+        weighed.append(replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None))
+    return base, _examined(weighed, noise)
+
+
+def _settled(noise: NoiseModel, renewed: NoiseModel) -> bool:
+    """Tell whether the noise is what the fit was weighed by, to 4 % in its deviations."""
+    return all(
+        abs(np.log(renewed.signals[n].innovation / s.innovation)) < _SAME_NOISE
+        and abs(np.log(renewed.signals[n].marginal / s.marginal)) < _SAME_NOISE
+        for n, s in noise.signals.items()
+    )
+
+
+def _singles(
+    none: Candidate,
+    screened: Sequence[Screened],
+    with_ventilation: bool,
+) -> list[Candidate]:
+    """Return the most likely single effects, refitted, most evidence first."""
+    singles = [_candidate((s.suspect,), s, none) for s in _promising(screened, _SINGLES)]
+    if with_ventilation:
+        singles += _with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
+    return _examined(singles, none.noise)
+
+
+def _examined(candidates: Sequence[Candidate], noise: NoiseModel) -> list[Candidate]:
+    """Return candidates, most evidence first; what the leading ones leave unexplained is looked for."""
+    ranked = sorted(candidates, key=lambda c: -c.evidence)
+    within = [c for c in ranked[:_EXAMINED] if c.evidence > ranked[0].evidence - _LOOKALIKES]
+    looked = [
+        replace(c, unexplained=c.unexplained or discrepancy(c.fitted, noise)) if c in within else c for c in ranked
+    ]
+    return looked
+
+
+def _promising(screened: Sequence[Screened], most: int) -> list[Screened]:
+    best = screened[0].criterion if screened else 0.0
+    kept = [s for s in screened[:most] if s.criterion > -3.0]
+    more = [s for s in screened[most : 2 * most] if s.criterion > best - _LOOKALIKES and s.criterion > 0.0]
+    return [*kept, *more]
+
+
+def _candidate(
+    group: tuple[Suspect, ...],
+    screened: Screened,
+    none: Candidate,
+) -> Candidate:
+    """Return a refitted hypothesis."""
+    noise = none.noise
+    start = np.concatenate((screened.anchor.x, screened.sizes))
+    fitted = fit(screened.problem, noise, start, iterations=12, near=screened.anchor)
+    return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
+
+
+def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:
+    """Return the best of a few hypotheses, fitted in haste: to see what noise is left."""
+    best = base
+    aired = ventilated(base, noise, 0.15 * screened[0].gain) if with_ventilation else None
+    if aired is not None and aired[0].evidence + aired[1] * np.log(RATE * 0.04) > best.evidence:
+        best = aired[0]
+    for each in screened[:3]:
+        start = np.concatenate((each.anchor.x, each.sizes))
+        fitted = fit(each.problem, noise, start, near=each.anchor, iterations=10)
+        best = fitted if fitted.evidence > best.evidence else best
+    return best
+
+
+def _renewed_noise(best: Fitted, noise: NoiseModel, screened: Sequence[Screened]) -> NoiseModel:
+    """Return the noise of what is left once everything that could be explained, by any effect, has been."""
+    residuals = best.residuals
+    signatures = [s.signature for s in screened if not set(s.problem.slots) & set(best.problem.slots)]
+    unexplained = discrepancy(best, noise, most=12, more=signatures)
+    left = residuals - unexplained.explained
+    used = (len(best.x) + len(unexplained.features)) / max(int(np.sum(best.problem.known)), 1)
+    return fit_noise(best.problem.series, left, lost=min(used, 0.5))
+
+
+def _with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
+    found = ventilated(on.fitted, on.noise, least)
+    if found is None:
+        return []
+    fitted, changes = found
+    period = 0.04
+    evidence = on.evidence + fitted.evidence - on.fitted.evidence + changes * np.log(RATE * period)
+    slots = fitted.problem.slots[-2:]
+    suspect = Suspect(effect="ventilation", channel="", slots=slots, grid=np.empty((0, 2)))
+    return [Candidate(suspects=(*on.suspects, suspect), fitted=fitted, evidence=float(evidence), noise=on.noise)]
+
+
+def _pairs(
+    none: Candidate,
+    singles: Sequence[Candidate],
+    suspects: Sequence[Suspect],
+) -> list[Candidate]:
+    """Return pairs: the best second for the two best singles, then the best first for the best second."""
+    found: dict[frozenset[str], Candidate] = {}
+    noise = none.noise
+
+    def extend(single: Candidate, most: int) -> None:
+        others = [s for s in suspects if s.effect != single.suspects[0].effect]
+        screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
+        for each in screened[:most]:
+            group = (*single.suspects, each.suspect)
+            key = frozenset(s.key for s in group)
+            if each.criterion <= 0.0:
+                continue
+            candidate = _candidate(group, each, none)
+            if key not in found or candidate.evidence > found[key].evidence:
+                found[key] = candidate
+
+    usable = [s for s in singles if s.suspects[0].effect != "ventilation"]
+    for single in usable[:1]:
+        extend(single, _PAIRS)
+    if found:
+        best = max(found.values(), key=lambda c: c.evidence)
+        second = best.suspects[1]
+        alone = next((s for s in singles if s.keys == (second.key,)), None)
+        if alone is None:
+            x = np.concatenate((none.fitted.x, best.fitted.x[-len(second.slots) :]))
+            fitted = fit(none.fitted.problem.with_effects(second.slots), noise, x)
+            alone = replace(none, suspects=(second,), fitted=fitted)
+        extend(alone, _PAIRS)
+    return list(found.values())
+
+
+def _as_stated(problem: Problem, noise: NoiseModel, base: Fitted) -> tuple[float, float]:
+    """Return cost and evidence (above the re-tuned fit) of the parameters as stated; situations stay re-tuned."""
+    x = base.x.copy()
+    x[: len(problem.names)] = 0.0
+    white = problem.whitened(noise, problem.residuals(x))
+    cost = float(white @ white + x @ x)
+    situations = base.jacobian[:, len(problem.names) : problem.nuisances]
+    information = situations.T @ situations + np.eye(situations.shape[1])
+    evidence = -0.5 * cost - 0.5 * float(np.linalg.slogdet(information)[1])
+    return cost, evidence - base.evidence

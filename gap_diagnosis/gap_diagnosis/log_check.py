@@ -1,0 +1,98 @@
+"""What a log shows before any physics: repeated samples, spikes, values on a lattice, stamps that scatter."""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import median_filter
+
+from thruster_model.identification.preparation import noise_level
+
+__all__ = ["hole_around_zero", "lattice_step", "regular_stamps", "repeated_samples", "spikes"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+LONGEST_REPEAT = 25
+
+
+def lattice_step(values: Array, *, least_values: int = 4) -> float:
+    """Return the step of the lattice on which all values lie; 0 where there is none or too few different values.
+
+    The step is the smallest distance between different values; all others must be multiples of it to one part in a
+    thousand. Noisy readings of a fine converter lie on a fine lattice: whether that matters is for the caller.
+    """
+    distinct = np.unique(values[np.isfinite(values)])
+    if distinct.size < least_values:
+        return 0.0
+    gaps = np.diff(distinct)
+    step = float(np.min(gaps[gaps > 1e-9 * max(np.ptp(distinct), 1e-300)], initial=np.inf))
+    if not np.isfinite(step) or np.ptp(distinct) / step > 1e6 or distinct.size > 0.6 * np.sum(np.isfinite(values)):
+        return 0.0
+    multiples = gaps / step
+    if np.max(np.abs(multiples - np.round(multiples))) > 1e-3 * np.max(multiples):
+        return 0.0
+    return float(step * np.sum(multiples) / np.sum(np.round(multiples)))
+
+
+def hole_around_zero(values: Array, *, least: int = 5) -> float:
+    """Return the magnitude below which a noisy sensor gives exactly zero; 0 where there is no such hole.
+
+    There must be zeros, and as many readings between the hole's edge and its double as would betray readings inside.
+    """
+    known = values[np.isfinite(values)]
+    other = np.abs(known[known != 0.0])
+    if known.size - other.size < least or other.size < least:
+        return 0.0
+    edge = float(np.min(other))
+    return edge if np.sum(other < 2.0 * edge) >= least and edge > 3.0 * lattice_step(values) else 0.0
+
+
+def repeated_samples(values: Array) -> Mask:
+    """Return which samples repeat the one before them though a noisy sensor would not, shape (M,).
+
+    Stretches of zeros and long constant stretches are the sensor's, not the log's. Where values lie on a lattice,
+    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat.
+    """
+    same = np.zeros(values.size, dtype=bool)
+    same[1:] = (values[1:] == values[:-1]) & (values[1:] != 0.0)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], same, [False])).astype(np.int8)))
+    for first, last in zip(edges[::2], edges[1::2], strict=True):
+        if last - first > LONGEST_REPEAT:
+            same[first:last] = False
+    share = float(np.mean(same))
+    step = lattice_step(values[~same])
+    if step > 0.0:
+        noise = noise_level(values)
+        chance = 1.0 if not noise > 0.0 else min(1.0, step / (2.0 * np.sqrt(np.pi) * noise))
+        if share < 3.0 * chance:
+            return np.zeros(values.size, dtype=bool)
+    return same if share >= 0.003 else np.zeros(values.size, dtype=bool)
+
+
+def spikes(values: Array, noise: float, *, half_width: int = 6, limit: float = 6.0) -> Mask:
+    """Return which samples stand out of the median of their neighbours by more than `limit` deviations, shape (M,).
+
+    For slow signals (flows): the median follows what lasts longer than `half_width` samples. Groups of three and more
+    neighbours are events, not spikes.
+    """
+    known = np.isfinite(values)
+    if np.sum(known) < 4 * half_width or not noise > 0.0:
+        return np.zeros(values.size, dtype=bool)
+    filled = np.interp(np.arange(values.size), np.flatnonzero(known), values[known])
+    distance = filled - median_filter(filled, 2 * half_width + 1, mode="nearest")
+    spread = float(np.median(np.abs(distance[known])) / 0.6745)
+    return known & (np.abs(distance) > limit * max(min(noise, spread), 1e-12))
+
+
+def regular_stamps(stamps: Array) -> tuple[Array, float]:
+    """Return (regular stamps through these ones [s], standard deviation of these about them [s])."""
+    index = np.arange(stamps.size)
+    if stamps.size < 8:
+        return stamps, 0.0
+    slope, first = np.polyfit(index, stamps, 1)
+    regular = first + slope * index
+    residual = stamps - regular
+    kept = np.abs(residual) <= 4.0 * max(float(np.median(np.abs(residual))) / 0.6745, 1e-12)
+    if np.sum(kept) > 0.5 * stamps.size:
+        slope, first = np.polyfit(index[kept], stamps[kept], 1)
+        regular = first + slope * index
+    scatter = float(np.std(stamps - regular))
+    return np.asarray(regular), scatter if scatter < 3.0 * slope else 0.0

@@ -1,0 +1,134 @@
+"""The noise of each signal: an autoregression, and residuals whitened by it.
+
+Missing samples are bridged by the autoregression's own forecast, so whitening stays linear in the residuals: columns
+of a Jacobian are whitened by the same function. The first samples of a series count by the marginal deviation.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thruster_model.compilation import compiled
+
+__all__ = ["NoiseModel", "Series", "SignalNoise", "fit_noise", "white_noise"]
+
+Array = NDArray[np.float64]
+LARGEST_ORDER = 4
+
+
+class Series(NamedTuple):
+    """Where the samples of one signal of one recording stand in the vector of residuals."""
+
+    recording: int
+    signal: str
+    first: int
+    last: int
+
+    @property
+    def rows(self) -> slice:
+        """Of the vector."""
+        return slice(self.first, self.last)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SignalNoise:
+    """Noise of one signal: r_k = sum_i coefficients_i r_{k-i} + innovation e_k; deviations in the signal's unit."""
+
+    innovation: float
+    marginal: float
+    coefficients: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseModel:
+    """Noise by signal."""
+
+    signals: dict[str, SignalNoise]
+
+    def whiten(self, series: Sequence[Series], rows: Array) -> Array:
+        """Return rows (R,) or (R, K) as white ones of standard deviation 1; NaN rows become 0."""
+        flat = np.ascontiguousarray(rows.reshape(rows.shape[0], -1))
+        out = np.empty_like(flat)
+        for each in series:
+            noise = self.signals[each.signal]
+            _whiten(flat[each.rows], np.array(noise.coefficients), noise.innovation, noise.marginal, out[each.rows])
+        return out.reshape(rows.shape)
+
+    def log_scale(self, series: Sequence[Series], known: NDArray[np.bool_]) -> float:
+        """Return the sum of the logarithms of the deviations by which known rows are divided."""
+        return float(sum(np.sum(known[s.rows]) * np.log(self.signals[s.signal].innovation) for s in series))
+
+
+@compiled
+def _whiten(rows, coefficients, innovation, marginal, out):  # type: ignore[no-untyped-def]
+    order = coefficients.size
+    past = np.zeros(order + 1)
+    for column in range(rows.shape[1]):
+        past[:] = 0.0
+        for k in range(rows.shape[0]):
+            forecast = 0.0
+            for i in range(order):
+                forecast += coefficients[i] * past[i]
+            value = rows[k, column]
+            known = np.isfinite(value)
+            if not known:
+                value = forecast
+            if k < order:
+                out[k, column] = value / marginal if known else 0.0
+            else:
+                out[k, column] = (value - forecast) / innovation if known else 0.0
+            for i in range(order - 1, 0, -1):
+                past[i] = past[i - 1]
+            if order > 0:
+                past[0] = value
+
+
+def white_noise(levels: dict[str, float]) -> NoiseModel:
+    """Return white noise of these standard deviations by signal."""
+    return NoiseModel(signals={name: SignalNoise(innovation=s, marginal=s) for name, s in levels.items()})
+
+
+def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0) -> NoiseModel:
+    """Return the noise that residuals (R,), NaN = missing, have; `lost`: share of freedom that fitting has used up.
+
+    The order of each autoregression is the one of least corrected Akaike criterion up to 4; covariances are pooled
+    over recordings.
+    """
+    signals = {}
+    for name in dict.fromkeys(each.signal for each in series):
+        pieces = [residuals[each.rows] for each in series if each.signal == name]
+        covariance, count = _covariances(pieces, LARGEST_ORDER)
+        covariance = covariance / (1.0 - lost)
+        best: tuple[float, tuple[float, ...], float] = (np.inf, (), float(covariance[0]))
+        coefficients: Array = np.empty(0)
+        variance = covariance[0]
+        for order in range(LARGEST_ORDER + 1):
+            if order:
+                reflected = (covariance[order] - coefficients @ covariance[1:order][::-1]) / variance
+                reflected = float(np.clip(reflected, -0.98, 0.98))
+                coefficients = np.concatenate((coefficients - reflected * coefficients[::-1], [reflected]))
+                variance = variance * (1.0 - reflected**2)
+            criterion = count * np.log(variance) + 6.0 * order
+            if criterion < best[0]:
+                best = (float(criterion), tuple(float(c) for c in coefficients), float(variance))
+        signals[name] = SignalNoise(
+            innovation=float(np.sqrt(best[2])), marginal=float(np.sqrt(covariance[0])), coefficients=best[1]
+        )
+    return NoiseModel(signals=signals)
+
+
+def _covariances(pieces: Sequence[Array], order: int) -> tuple[Array, int]:
+    """Return autocovariances (order + 1,) of pieces about zero, and how many samples there are."""
+    sums, counts = np.zeros(order + 1), np.zeros(order + 1)
+    for piece in pieces:
+        known = np.isfinite(piece)
+        filled = np.where(known, piece, 0.0)
+        for lag in range(min(order + 1, piece.size)):
+            sums[lag] += float(filled[lag:] @ filled[: piece.size - lag])
+            counts[lag] += float(np.sum(known[lag:] & known[: piece.size - lag]))
+    covariance = sums / np.maximum(counts, 1.0)
+    covariance[0] = max(covariance[0], 1e-300)
+    return covariance, int(counts[0])

@@ -1,0 +1,132 @@
+"""What a simulator with suspected effects predicts for a recording, at the recording's own stamps.
+
+Delays and misaligned stamps move the instants at which outputs are read: the plant does not depend on time, so
+nothing is simulated anew for them. What scatters (jitter, spikes, lost samples) has no place in a prediction.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.recording import Recording
+from thruster_model.effects.stages import LIBRARY, NO_EFFECTS, effect_values
+from thruster_model.flow_tank import PlantState, simulate
+from thruster_model.identification.experiment import SIGNALS
+from thruster_model.identification.prediction import Shifts, seen
+
+__all__ = [
+    "LOG_CHANNELS",
+    "NO_GATES",
+    "Simulated",
+    "Situation",
+    "Sizes",
+    "acts_in_plant",
+    "predict",
+    "simulated",
+    "true_time",
+]
+
+Array = NDArray[np.float64]
+Sizes = Mapping[str, Mapping[str, float]]
+NO_GATES = np.empty(0)
+_TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
+LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
+"""Parameter of `log_alignment` that concerns a signal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Situation:
+    """What is particular to one recording: the state at its start, its clocks and its rest values."""
+
+    start: PlantState
+    shifts: Shifts = field(default_factory=Shifts)
+    gates: Array = field(default_factory=lambda: NO_GATES)
+
+
+class Simulated(NamedTuple):
+    """Plant outputs by signal, every `dt` [s], each (N + 1,), and the acting throttle [V]."""
+
+    outputs: dict[str, Array]
+    throttle: Array
+
+
+def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
+    """Return what happens in the plant."""
+    experiment = recording.experiment
+    commands = experiment.throttle
+    for effect in _of("command", sizes):
+        if effect.id == "throttle_rate_limit":
+            # The plant's own ramp limit says the same without steps in the ramp.
+            slowest = min(coefficients.u_dot_max, sizes[effect.id].get("rate", np.inf))
+            coefficients = coefficients._replace(u_dot_max=slowest)
+        elif effect.id != "command_delay":
+            commands = np.asarray(effect.samples(commands, experiment.dt, **_sized(effect, sizes)))
+    in_plant = {name: sizes[name] for name in sizes if LIBRARY[name].hooks}
+    finest = _TINY_STEP if "coulomb_friction" in in_plant else experiment.dt
+    trajectory = simulate(
+        coefficients,
+        commands,
+        experiment.dt,
+        initial=situation.start,
+        largest_step=finest,
+        effects=effect_values(in_plant) if in_plant else NO_EFFECTS,
+        gates=situation.gates,
+    )
+    return Simulated({name: getattr(trajectory, s.plant_output) for name, s in SIGNALS.items()}, trajectory.u)
+
+
+def predict(
+    recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation, happened: Simulated | None = None
+) -> dict[str, Array]:
+    """Return predictions of every measured signal, each of its measurement's shape."""
+    happened = happened or simulated(recording, coefficients, sizes, situation)
+    experiment = recording.experiment
+    result = {}
+    sensors = _of("sensor", sizes)
+    for name, measurement in experiment.measurements.items():
+        values = happened.outputs[name]
+        for effect in sensors:
+            if name in effect.channel.split() and effect.id != "flow_delay":
+                values = np.asarray(
+                    effect.samples(values, happened.outputs, experiment.dt, None, **_sized(effect, sizes))
+                )
+        at = true_time(name, measurement.time, sizes, situation.shifts)
+        result[name] = seen(values, experiment.dt, at, measurement.width)
+        offset = situation.shifts.offsets.get(name, 0.0)
+        if offset:
+            result[name] += offset * (np.clip(result[name], -1.0, 1.0) if name == "speed" else 1.0)
+    return result
+
+
+def acts_in_plant(effect: str) -> bool:
+    """Tell whether the plant has to be simulated anew for an effect."""
+    return LIBRARY[effect].block not in ("log", "sensor") and effect != "command_delay"
+
+
+def true_time(signal: str, stamps: Array, sizes: Sizes, shifts: Shifts) -> Array:
+    """Return when on the plant's clock the samples of a signal with these stamps [s] were taken."""
+    late = shifts.throttle + shifts.signals.get(signal, 0.0)
+    rate = 0.0
+    if sizes:
+        late += _size(sizes, "command_delay", "time") - _size(sizes, "log_alignment", "throttle")
+        late += _size(sizes, "log_alignment", LOG_CHANNELS[signal])
+        if signal in ("axial", "ambient"):
+            late += _size(sizes, "flow_delay", "time")
+        rate = _size(sizes, "clock_drift", "rate")
+    return np.asarray(stamps / (1.0 + rate) - late)
+
+
+def _size(sizes: Sizes, effect: str, parameter: str) -> float:
+    return float(sizes[effect].get(parameter, 0.0)) if effect in sizes else 0.0
+
+
+def _of(block: str, sizes: Sizes) -> list[Any]:
+    effects = [LIBRARY[name] for name in sizes if LIBRARY[name].samples and LIBRARY[name].block == block]
+    return sorted(effects, key=lambda effect: effect.order)
+
+
+def _sized(effect: Any, sizes: Sizes) -> dict[str, float]:
+    return {p.name: float(sizes[effect.id].get(p.name, p.neutral)) for p in effect.parameters}

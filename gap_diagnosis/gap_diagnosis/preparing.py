@@ -1,0 +1,128 @@
+"""From samples to a recording: the throttle on the grid of the simulation, noise levels, what the log shows."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples, spikes
+from gap_diagnosis.recording import LogFindings, Recording, initial_state
+from thruster_model.identification.experiment import Experiment, Measurement
+from thruster_model.identification.preparation import cell_means, noise_level
+
+__all__ = ["DT", "held_on_grid", "recording_of", "with_log_findings"]
+
+Array = NDArray[np.float64]
+DT = 0.01
+"""Period of the simulation [s]; RK4 is exact to a millionth at this step."""
+LEAST_SCATTER = 5e-4
+"""Scatter of stamps [s] from which on it is asked whether it is the log's."""
+CELL = 0.04
+"""Samples that come faster are averaged over this [s]."""
+
+
+def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
+    """Return the means over the `count` periods of `dt` [s] of samples held until the next one; 0 before the first."""
+    known = np.isfinite(values)
+    time, values = time[known], values[known]
+    edges = dt * np.arange(count + 1)
+    integral = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(time)))) if time.size else np.zeros(1)
+    place = np.searchsorted(time, edges + 1e-9, side="right") - 1
+    inside = np.maximum(place, 0)
+    total = np.where(place >= 0, integral[inside] + values[inside] * np.maximum(edges - time[inside], 0.0), 0.0)
+    means = np.diff(total) / dt
+    # Where no sample falls inside a period the mean is the held value itself, without rounding.
+    quiet = (place[1:] == place[:-1]) & (place[1:] >= 0)
+    return np.asarray(np.where(quiet, values[inside[1:]], means))
+
+
+def recording_of(
+    name: str,
+    throttle: tuple[Array, Array],
+    signals: Mapping[str, tuple[Array, Array]],
+    *,
+    thruster: int = 0,
+    clock_deviations: Mapping[str, float] | None = None,
+    regular: bool = False,
+) -> Recording:
+    """Return a recording of point samples (or means over cells, where samples come fast).
+
+    Args:
+        name: of the run.
+        throttle: stamps [s] from the start of the run and commands [V].
+        signals: stamps [s] and values by signal.
+        thruster: its index.
+        clock_deviations: how far the clocks of "throttle" and "flow" may be off [s].
+        regular: put all samples at regular instants, as if the scatter of their stamps were the log's.
+
+    The simulation's clock starts with the throttle's, so that commands begin with its steps.
+    """
+    scatter = {name: regular_stamps(time)[1] for name, (time, _) in {"throttle": throttle, **signals}.items()}
+    given = (throttle, dict(signals))
+    if regular:
+        throttle = (regular_stamps(throttle[0])[0], throttle[1])
+        signals = {name: (regular_stamps(time)[0], values) for name, (time, values) in signals.items()}
+    begins = float(throttle[0][0]) % DT
+    begins -= DT if begins > DT - 1e-6 else 0.0
+    throttle = (throttle[0] - begins, throttle[1])
+    signals = {name: (time - begins, values) for name, (time, values) in signals.items()}
+    clocks = dict(clock_deviations or {})
+    end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
+    commands = held_on_grid(*throttle, DT, max(1, int(np.ceil(end / DT)) + 1))
+    measurements = {}
+    for signal, (time, values) in signals.items():
+        period = float(np.median(np.diff(time))) if time.size > 1 else CELL
+        width = 0.0
+        if period < 0.6 * CELL:
+            width = CELL
+            start = float(time[0]) - 0.5 * period
+            time, values = cell_means(time, values, start=start, width=CELL, cells=int((time[-1] - start) / CELL))
+        # Readings of a coarse converter stand still for a while and look free of noise.
+        noise = max(noise_level(values), lattice_step(values) / np.sqrt(12.0))
+        if not np.isfinite(noise) or noise <= 0.0:
+            continue
+        shift = clocks.get("flow", 0.0) if signal in ("axial", "ambient") else 0.0
+        if regular:
+            # The line through scattered stamps is as uncertain as their mean.
+            shift = float(np.hypot(shift, 2.0 * scatter[signal] / np.sqrt(time.size)))
+        measurements[signal] = Measurement(
+            signal=signal, time=time, values=values, width=width, noise=noise, shift_std=shift
+        )
+    experiment = Experiment(
+        name=name,
+        dt=DT,
+        throttle=commands,
+        measurements=measurements,
+        throttle_shift_std=float(
+            np.hypot(clocks.get("throttle", 0.0), regular * 2.0 * scatter["throttle"] / np.sqrt(throttle[0].size))
+        ),
+    )
+    found = with_log_findings(experiment, thruster, scatter)
+    if regular or max(scatter.values()) < LEAST_SCATTER:
+        return found
+    again = recording_of(name, *given, thruster=thruster, clock_deviations=clock_deviations, regular=True)
+    return replace(found, regular=again)
+
+
+def with_log_findings(
+    experiment: Experiment, thruster: int = 0, scatter: Mapping[str, float] | None = None
+) -> Recording:
+    """Return an experiment as a recording, with what its log shows and the state at its start."""
+    start, deviations = initial_state(experiment)
+    repeated, standing_out, lattice = {}, {}, {}
+    for name, m in experiment.measurements.items():
+        if m.width == 0.0:
+            repeated[name] = repeated_samples(m.values)
+            lattice[name] = lattice_step(m.values[~repeated[name]])
+        if name in ("axial", "ambient"):
+            standing_out[name] = spikes(m.values, m.noise)
+    hole, zeros = {}, {}
+    if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
+        values = experiment.measurements["speed"].values
+        hole["speed"] = hole_around_zero(values)
+        zeros["speed"] = (values == 0.0) & (hole["speed"] > 0.0)
+    log = LogFindings(
+        hole=hole, zeros=zeros, repeated=repeated, spikes=standing_out, lattice=lattice, scatter=dict(scatter or {})
+    )
+    return Recording(experiment=experiment, start=start, start_std=deviations, log=log, thruster=thruster)

@@ -1,0 +1,106 @@
+"""One recording as the diagnosis sees it: an experiment, how it starts, and what its log looks like by itself."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thruster_model.flow_tank import AT_REST, PlantState
+from thruster_model.identification.experiment import SIGNALS, Experiment
+
+__all__ = ["CHANNELS", "LogFindings", "Recording", "initial_state"]
+
+Array = NDArray[np.float64]
+
+CHANNELS = {
+    "speed": "state.n",
+    "axial": "flow.axial",
+    "ambient": "flow.ambient",
+    "thrust": "load.wrench.force.x",
+    "torque": "load.wrench.torque.x",
+}
+"""Fields of a thruster's topics by signal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogFindings:
+    """What the log of one recording shows before any physics, by signal.
+
+    Attributes:
+        repeated: which samples repeat the one before them, shape (M,), by signal.
+        spikes: which samples stand out of their neighbours, shape (M,), by signal.
+        lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
+        hole: readings up to this magnitude are given as exactly zero, in the signal's unit; 0 where there is no hole.
+        zeros: which samples are such zeros, shape (M,), by signal.
+        scatter: standard deviation of the stamps about regular ones [s]; also of the "throttle".
+    """
+
+    repeated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    spikes: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    lattice: Mapping[str, float] = field(default_factory=dict)
+    hole: Mapping[str, float] = field(default_factory=dict)
+    zeros: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    scatter: Mapping[str, float] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Recording:
+    """A recording of one thruster.
+
+    Attributes:
+        experiment: throttle and measurements; a width of 0 means samples at an instant.
+        start: state at the first throttle sample.
+        start_std: how uncertain that is, by field of `PlantState`; empty: the thruster rests.
+        log: what the log shows.
+        thruster: its index.
+        regular: the same with regular stamps, where the stamps scatter.
+    """
+
+    experiment: Experiment
+    start: PlantState = AT_REST
+    start_std: Mapping[str, float] = field(default_factory=dict)
+    log: LogFindings = field(default_factory=LogFindings)
+    thruster: int = 0
+    regular: "Recording | None" = None
+
+    @property
+    def name(self) -> str:
+        """Of the run."""
+        return self.experiment.name
+
+    def channel(self, signal: str) -> str:
+        """Return the name of a signal's channel."""
+        return f"thruster_{self.thruster}/{CHANNELS[signal]}"
+
+
+def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantState, dict[str, float]]:
+    """Return the state at the start and how uncertain it is; nothing is uncertain where the thruster rests.
+
+    A thruster rests where its speed's first samples lie within four standard deviations of zero (and 3 rad/s), whatever
+    the first command is: it has just been given; without a speed, where no throttle is given.
+    """
+    first = {name: _first(m.time, m.values) for name, m in experiment.measurements.items()}
+    moving = [
+        name
+        for name, (value, count) in first.items()
+        if name != "torque"
+        and abs(value) > 4.0 * experiment.measurements[name].noise / np.sqrt(max(count, 1)) + _TINY[name]
+    ]
+    u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
+    if "speed" not in moving and (abs(u) <= idle or "speed" in first):
+        return AT_REST, {}
+    n = first["speed"][0] if "speed" in first else 0.0
+    ambient = first["ambient"][0] if "ambient" in first else 0.0
+    axial = first["axial"][0] if "axial" in first else 0.0
+    noise = experiment.measurements["speed"].noise if "speed" in first else 30.0
+    deviations = {"n": max(5.0, 5.0 * noise), "v": 0.5, "ambient": 0.1}
+    return PlantState(n, axial, ambient, u), deviations
+
+
+_TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
+
+
+def _first(time: Array, values: Array, span: float = 0.01) -> tuple[float, int]:
+    near = values[(time <= time[0] + span) & np.isfinite(values)]
+    return (float(np.mean(near)), near.size) if near.size else (0.0, 0)

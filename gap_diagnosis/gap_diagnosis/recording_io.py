@@ -1,0 +1,184 @@
+"""Runs as recordings for a diagnosis."""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.preparing import DT, recording_of, with_log_findings
+from gap_diagnosis.recording import CHANNELS, Recording
+from run_bag import Run, RunError, read_run
+from thruster_model.errors import UnfitDataError
+from thruster_model.identification import experiment_io
+
+__all__ = ["read_recordings", "recordings_of"]
+
+Array = NDArray[np.float64]
+Samples = tuple[Array, Array]
+_SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
+_LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady period
+_SHORTEST_PART = 1.0  # [s]
+_LATEST = 10.0  # [s] that readings may begin after the last command, which is held
+
+
+def read_recordings(
+    paths: Iterable[Path], thruster: int = 0, progress: Callable[[str], None] = lambda _: None
+) -> list[Recording]:
+    """Read runs; all that is wrong with any of them is raised at once.
+
+    Raises:
+        UnfitDataError: with a sentence for each run that cannot be read, has no throttle or no measurement, or is
+            given more than once.
+    """
+    found: list[tuple[Path, list[Recording]]] = []
+    problems = []
+    for path in paths:
+        progress(f"read {path.name}")
+        if path.resolve() in [other for other, _ in found]:
+            problems.append(f"{path}: given more than once; expected different runs")
+            continue
+        try:
+            found.append((path.resolve(), recordings_of(read_run(path), thruster)))
+        except (RunError, UnfitDataError, OSError) as error:
+            problems.append(str(error))
+    problems += _copies(found)
+    if problems:
+        raise UnfitDataError(problems)
+    names = [path.name for path, _ in found]
+    return [
+        _renamed(each, f"{path.parent.name}/{each.name}") if names.count(path.name) > 1 else each
+        for path, recordings in found
+        for each in recordings
+    ]
+
+
+def _copies(found: list[tuple[Path, list[Recording]]]) -> list[str]:
+    """Return a sentence for each run that holds the samples of another one."""
+    problems = []
+    for place, (path, recordings) in enumerate(found):
+        for other, others in found[:place]:
+            if len(others) == len(recordings) and all(map(_alike, others, recordings)):
+                problems.append(f"{path}: holds the same samples as {other}; expected different runs")
+    return problems
+
+
+def _alike(first: Recording, second: Recording) -> bool:
+    one, two = first.experiment, second.experiment
+    return (
+        np.array_equal(one.throttle, two.throttle)
+        and one.measurements.keys() == two.measurements.keys()
+        and all(
+            np.array_equal(m.values, two.measurements[name].values, equal_nan=True)
+            for name, m in one.measurements.items()
+        )
+    )
+
+
+def _renamed(recording: Recording, name: str) -> Recording:
+    regular = None if recording.regular is None else _renamed(recording.regular, name)
+    return replace(recording, experiment=replace(recording.experiment, name=name), regular=regular)
+
+
+def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
+    """Return a run as a recording, or as several where its throttle falls silent in between.
+
+    Raw readings of a bench (a tachometer without sign, gauges that rest anywhere) are tared, masked and averaged as
+    `thruster_model fit` does it; all other runs are taken sample by sample as they are.
+
+    Raises:
+        UnfitDataError: no throttle or nothing measured.
+    """
+    prefix = f"thruster_{thruster}"
+    sign = f"{prefix}/state.sign_source"
+    if sign in run and bool(np.any(run[sign].values == _SIGN_INFERRED)):
+        options = experiment_io.PreparationOptions(thruster=thruster, dt=DT)
+        return [with_log_findings(experiment_io.prepare(run, options), thruster)]
+    names = (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
+    throttle = next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
+    if throttle is None:
+        raise UnfitDataError([f"{run.name}: expected a channel {names[0]} with values; found {', '.join(run)}"])
+    warnings: list[str] = list(run.warnings)
+    commands = _finite(throttle, run, warnings)
+    signals: dict[str, Samples] = {}
+    for signal, channel in CHANNELS.items():
+        name = f"{prefix}/{channel}"
+        if name in run and np.any(np.isfinite(run[name].values)):
+            samples = _finite(name, run, warnings)
+            if samples[0][-1] < commands[0][0] or samples[0][0] > commands[0][-1] + _LATEST:
+                expected = f"expected stamps among the throttle's ({commands[0][0]:.1f} to {commands[0][-1]:.1f} s)"
+                warnings.append(f"{name}: {expected}, found {samples[0][0]:.1f} to {samples[0][-1]:.1f} s; left out")
+            else:
+                signals[signal] = samples
+    if not signals:
+        expected = ", ".join(f"{prefix}/{channel}" for channel in CHANNELS.values())
+        found = "; ".join(warnings) or f"found {', '.join(run)}"
+        raise UnfitDataError([f"{run.name}: expected one of {expected}; {found}"])
+    deviations = {k: float(v or 0.0) for k, v in dict(run.metadata.get("clock_deviation", {})).items()}
+    parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
+    recordings: list[Recording] = []
+    for begins, own, measured in parts:
+        name = run.name if len(parts) == 1 else f"{run.name} from {begins:.1f} s"
+        made = recording_of(name, own, measured, thruster=thruster, clock_deviations=deviations)
+        left_out = [_why_left_out(prefix, s, measured[s]) for s in measured if s not in made.experiment.measurements]
+        told = (*(warnings if not recordings else ()), *left_out)
+        recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
+    return recordings
+
+
+def _finite(name: str, run: Run, warnings: list[str]) -> Samples:
+    """Return the samples that are numbers; NaN says that nothing was measured, infinity that something is wrong."""
+    time, values = run.time(name), run[name].values
+    known = np.isfinite(values)
+    infinite = int(np.sum(np.isinf(values)))
+    if infinite:
+        warnings.append(f"{name}: expected numbers, found {infinite} infinite ones; left out")
+    missing = float(np.mean(np.isnan(values)))
+    if missing > 0.0 and "throttle" in name:
+        warnings.append(f"{name}: {100 * missing:.0f} % of the commands are no numbers; the ones before them are held")
+    return time[known], values[known]
+
+
+def _parts(
+    commands: Samples, signals: Mapping[str, Samples], name: str, warnings: list[str]
+) -> list[tuple[float, Samples, dict[str, Samples]]]:
+    """Return where each part begins [s] and its samples, on a clock of its own: between silences of the throttle."""
+    time, values = commands
+    steps = np.diff(time)
+    period = float(np.median(steps)) if steps.size else 0.0
+    silent = np.flatnonzero(steps > max(_LONGEST_SILENCE, 10.0 * period))
+    # Commands that are written only as they change are silent while they are held, and the sensors are not.
+    as_they_change = not np.any(np.diff(values) == 0.0) and all(
+        any(np.any((at > time[k] + 0.1) & (at < time[k + 1] - 0.1)) for at, _ in signals.values()) for k in silent
+    )
+    if not silent.size or period > 0.1 or as_they_change:
+        return [(0.0, commands, dict(signals))]
+    edges = [0, *(int(k) + 1 for k in silent), time.size]
+    parts = []
+    for k in silent:
+        warnings.append(
+            f"{name}: no commands for {steps[k]:.1f} s from {time[k]:.1f} s on; what was measured meanwhile is left out"
+        )
+    for first, last in pairwise(edges):
+        begins, ends = float(time[first]), float(time[last - 1]) + period
+        if ends - begins < _SHORTEST_PART:
+            continue
+        measured = {}
+        for signal, (at, read) in signals.items():
+            inside = (at >= begins - 1e-9) & (at < ends)
+            if np.any(inside):
+                measured[signal] = (at[inside] - begins, read[inside])
+        if measured:
+            parts.append((begins, (time[first:last] - begins, values[first:last]), measured))
+    return parts or [(0.0, commands, dict(signals))]
+
+
+def _why_left_out(prefix: str, signal: str, samples: Samples) -> str:
+    time, values = samples
+    name = f"{prefix}/{CHANNELS[signal]}"
+    if np.ptp(values) == 0.0:
+        return f"{name}: expected readings that move, found {values[0] + 0.0:g} throughout; left out"
+    period = float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    return f"{name}: expected at least 20 samples, found {time.size}, one every {period:.2g} s; left out"

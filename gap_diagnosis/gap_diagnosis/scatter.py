@@ -1,0 +1,198 @@
+"""Effects that only scatter: spikes, repeated samples, a converter's lattice, stamps that jitter.
+
+They are no part of a prediction, so they are judged by the log and by the shape of the residuals, and then taken out
+of the way: spikes and repeated samples are masked, scattered stamps replaced by regular ones where those fit better.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.recording import Recording
+
+__all__ = ["Scatter", "found_in_logs", "jitter_of", "masks_of", "scattered_before_sorting"]
+
+Array = NDArray[np.float64]
+LEAST_SPIKES = 0.012
+LATTICE_MATTERS = 1.0  # step over the noise's deviation from which on a converter counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scatter:
+    """One such effect: identifier, signal it was found in, size and its deviation, log odds for it."""
+
+    effect: str
+    signal: str
+    parameter: str
+    size: float
+    deviation: float
+    log_odds: float
+    sentence: str
+
+
+def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[np.bool_]]:
+    """Return the samples that say nothing: repeated ones and spikes."""
+    masks: dict[tuple[int, str], NDArray[np.bool_]] = {}
+    for index, recording in enumerate(recordings):
+        for table in (recording.log.repeated, recording.log.spikes, _zeros(recordings, recording)):
+            for signal, mask in table.items():
+                if np.any(mask):
+                    masks[index, signal] = mask | masks.get((index, signal), False)
+    return masks
+
+
+LEAST_HOLE = 1.0  # [rad/s]
+
+
+def _zeros(recordings: Sequence[Recording], recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
+    return recording.log.zeros if _hole(recordings) > 0.0 else {}
+
+
+def _hole(recordings: Sequence[Recording]) -> float:
+    """Return the magnitude below which the tachometer reads zero in all recordings that have zeros; 0: no such hole."""
+    holes = [r.log.hole["speed"] for r in recordings if r.log.hole.get("speed", 0.0) > 0.0]
+    readings = [r.experiment.measurements["speed"].values for r in recordings if r.log.hole.get("speed", 0.0) > 0.0]
+    if not holes or min(holes) < LEAST_HOLE:
+        return 0.0
+    inside = sum(int(np.sum((np.abs(v) < 0.95 * min(holes)) & (v != 0.0))) for v in readings)
+    return min(holes) if inside == 0 else 0.0
+
+
+def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
+    """Return what the logs show of spikes, repeated samples and lattices."""
+    found: list[Scatter | None] = []
+    repeats = _shares([recording.log.repeated for recording in recordings])
+    hit, of = sum(h for h, _ in repeats.values()), sum(n for _, n in repeats.values())
+    if of and hit >= 5 and hit / of > 0.003:
+        share = hit / of
+        found.append(_share_found("dropped_samples", "", share, of, hit, "repeat the sample before them"))
+    for signal, (hit, of) in _shares([recording.log.spikes for recording in recordings]).items():
+        if of and hit / of > LEAST_SPIKES:
+            share = hit / of / _VISIBLE
+            found.append(_share_found("flow_spikes", signal, share, of, hit, "are spikes"))
+    hole = _hole(recordings)
+    if hole > 0.0:
+        readings = [r.experiment.measurements["speed"].values for r in recordings if r.log.hole.get("speed", 0.0) > 0.0]
+        beyond = sum(int(np.sum((v != 0.0) & (np.abs(v) < 2.0 * hole))) for v in readings)
+        found.append(
+            Scatter(
+                effect="tach_dropout",
+                signal="speed",
+                parameter="threshold",
+                size=hole,
+                deviation=hole / max(beyond, 1),
+                log_odds=50.0,
+                sentence=f"the tachometer reads exactly zero below {hole:.3g} rad/s",
+            )
+        )
+    steps = [r.log.lattice.get("speed", 0.0) for r in recordings if "speed" in r.experiment.measurements]
+    if steps and min(steps) > 0.0 and max(steps) < 1.01 * min(steps):
+        found.append(_lattice_found(recordings, float(np.median(steps))))
+    return [each for each in found if each is not None]
+
+
+_VISIBLE = 0.93
+"""Share of spikes of 0.3 m/s that stand out of an ordinary velocimeter's noise."""
+
+
+def _share_found(effect: str, signal: str, share: float, of: int, hit: int, what: str) -> Scatter:
+    deviation = float(np.sqrt(max(share * (1.0 - share), 1e-6) / of))
+    sentence = f"{100 * hit / of:.1f} % of the samples{' of ' + signal if signal else ''} {what}"
+    return Scatter(
+        effect=effect,
+        signal=signal,
+        parameter="share",
+        size=float(min(share, 1.0)),
+        deviation=deviation,
+        log_odds=2.0 * hit,
+        sentence=sentence,
+    )
+
+
+def _lattice_found(recordings: Sequence[Recording], step: float) -> Scatter | None:
+    noise = min(r.experiment.measurements["speed"].noise for r in recordings if "speed" in r.experiment.measurements)
+    if step < LATTICE_MATTERS * noise:
+        return None
+    return Scatter(
+        effect="tach_quantization",
+        signal="speed",
+        parameter="step",
+        size=step,
+        deviation=1e-3 * step,
+        log_odds=50.0,
+        sentence=f"all readings of the tachometer are multiples of {step:.3g} rad/s",
+    )
+
+
+def _shares(tables: Sequence[Mapping[str, NDArray[np.bool_]]]) -> dict[str, tuple[int, int]]:
+    counts: dict[str, tuple[int, int]] = {}
+    for table in tables:
+        for signal, mask in table.items():
+            hit, of = counts.get(signal, (0, 0))
+            counts[signal] = (hit + int(np.sum(mask)), of + mask.size)
+    return counts
+
+
+def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float, float]:
+    """Return (size [s], its deviation, log odds) of stamps that scatter, from how residuals grow with the slope.
+
+    The variance of a residual is sigma^2 + s^2 (dy/dt)^2; sigma of each signal is found anew for each s.
+    """
+    sizes = np.concatenate(([0.0], np.geomspace(0.001, 0.03, 30))) if sizes is None else sizes
+    problem = fitted.problem
+    total = np.zeros(sizes.size)
+    for signal in dict.fromkeys(each.signal for each in problem.series):
+        squares, slopes = [], []
+        for each in problem.series:
+            if each.signal != signal:
+                continue
+            time = problem.recordings[each.recording].experiment.measurements[signal].time
+            values = np.where(
+                problem.known[each.rows], problem.measured[each.rows] - fitted.residuals[each.rows], np.nan
+            )
+            if np.sum(np.isfinite(values)) < 10:
+                continue
+            filled = np.interp(time, time[np.isfinite(values)], values[np.isfinite(values)])
+            unique = np.maximum(np.gradient(time), 1e-4)
+            slope = np.gradient(filled) / unique
+            known = problem.known[each.rows]
+            squares.append(fitted.residuals[each.rows][known] ** 2)
+            slopes.append(slope[known] ** 2)
+        if not squares:
+            continue
+        square, slope = np.concatenate(squares), np.concatenate(slopes)
+        total += np.array([_log_likelihood(square, slope * s**2) for s in sizes])
+    best = int(np.argmax(total))
+    if best == 0:
+        return 0.0, 0.0, 0.0
+    likely = np.exp(total - total[best])
+    widths = np.gradient(sizes)
+    mean = float(np.sum(sizes * likely * widths) / np.sum(likely * widths))
+    deviation = float(np.sqrt(np.sum((sizes - mean) ** 2 * likely * widths) / np.sum(likely * widths)))
+    occam = np.log(max(np.sqrt(2 * np.pi) * max(deviation, 1e-5) / 0.03, 1e-4))
+    return mean, max(deviation, 0.02 * mean), float(total[best] - total[0] + occam)
+
+
+def scattered_before_sorting(scatter: float, period: float) -> float:
+    """Return the standard deviation [s] of stamps `period` [s] apart that scatter by `scatter` once put in order."""
+    shocks = np.random.default_rng(0).standard_normal(4000)
+    regular = np.arange(shocks.size)
+    low, high = scatter / period, 20.0 * scatter / period
+    for _ in range(30):
+        middle = 0.5 * (low + high)
+        low, high = (
+            (middle, high) if np.std(np.sort(regular + middle * shocks) - regular) < scatter / period else (low, middle)
+        )
+    return float(low * period)
+
+
+def _log_likelihood(square: Array, extra: Array) -> float:
+    variance = float(np.median(square) / 0.4549)
+    for _ in range(12):
+        weight = 1.0 / (variance + extra) ** 2
+        variance = max(float(np.sum(weight * (square - extra)) / np.sum(weight)), 1e-3 * variance)
+    capped = np.minimum(square, 25.0 * (variance + extra))
+    return float(-0.5 * np.sum(np.log(variance + extra) + capped / (variance + extra)))

@@ -1,0 +1,160 @@
+"""A first look at every suspect: sizes over a grid, nuisances re-tuned to first order at each.
+
+The cost of a trial is what is left of the whitened residuals once all that the nuisances can do, to first order
+about the base fit, has been projected out (variable projection; a score test of finite steps).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.fitting import Fitted, fit, projector
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.prediction import acts_in_plant
+from gap_diagnosis.problem import Problem
+from gap_diagnosis.suspects import JAGGED, Suspect
+
+__all__ = ["Screened", "Trials", "rated", "tried"]
+
+Array = NDArray[np.float64]
+
+
+STRETCHED = 3.5
+"""Standard deviations from which on nuisances count as pulled off by an effect that is missing."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Trials:
+    """Predictions of a suspect over its grid, shape (G, R), the other unknowns as in the fit `anchor`."""
+
+    suspect: Suspect
+    problem: Problem
+    anchor: Fitted
+    predictions: NDArray[np.float32]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Screened:
+    """A suspect's best trial.
+
+    Attributes:
+        suspect, problem: what was tried.
+        anchor: the fit about which it was.
+        sizes: over their ranges' widths.
+        gain: cost that it takes off.
+        criterion: half the gain less what the choice of sizes costs.
+        signature: change of the predictions there, shape (R,).
+        visibility: cost that a third of the plausible size would take off in these recordings.
+    """
+
+    suspect: Suspect
+    problem: Problem
+    anchor: Fitted
+    sizes: Array
+    gain: float
+    criterion: float
+    signature: Array
+    visibility: float
+
+
+def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[Trials]:
+    """Return the predictions of all suspects over their grids, from the unknowns of the base fit.
+
+    Where the missing effect has pulled nuisances far off, also from nuisances as stated.
+    """
+    problem = base.problem
+    anchors = [base]
+    if np.max(np.abs(base.x[: problem.nuisances]), initial=0.0) > STRETCHED:
+        anchors.append(fit(problem, noise, problem.start(base.x[problem.nuisances :]), iterations=0))
+    trials = []
+    for anchor in anchors:
+        happened = problem.happened(anchor.x)
+        for suspect in suspects:
+            posed = problem.with_effects((*problem.slots, *suspect.slots))
+            known = None if acts_in_plant(suspect.effect) else happened
+            rows = [posed.predicted(np.concatenate((anchor.x, sizes)), happened=known) for sizes in suspect.grid]
+            predictions = np.array(rows, dtype=np.float32)
+            trials.append(Trials(suspect=suspect, problem=posed, anchor=anchor, predictions=predictions))
+    return trials
+
+
+class _View:
+    """What the unknowns of an anchor can do to the whitened residuals, under one noise model."""
+
+    def __init__(self, anchor: Fitted, noise: NoiseModel) -> None:
+        self.anchor, self.noise, self.problem = anchor, noise, anchor.problem
+        self.basis = projector(self.problem.whitened(noise, anchor.sensitivities), self.problem.nuisances)
+        self.prediction = self.problem.predicted(anchor.x)
+
+    def cost(self, predictions: Array) -> Array:
+        """Return the cost (G,) of predictions (G, R) once the anchor's unknowns are re-tuned to first order."""
+        white = self.problem.whitened(self.noise, self.problem.measured[:, None] - predictions.T)
+        prior = np.repeat(-self.anchor.x[: self.problem.nuisances, None], white.shape[1], axis=1)
+        return self._left(np.vstack((white, prior)))
+
+    def visibility(self, prediction: Array) -> float:
+        """Return the cost of a change (R,) of the anchor's own prediction."""
+        change = np.where(self.problem.known, prediction - self.prediction, np.nan)[:, None]
+        none = np.zeros((self.problem.nuisances, 1))
+        return float(self._left(np.vstack((self.problem.whitened(self.noise, change), none)))[0])
+
+    def _left(self, stacked: Array) -> Array:
+        return np.asarray(np.sum(stacked**2, axis=0) - np.sum((self.basis.T @ stacked) ** 2, axis=0))
+
+
+def rated(base: Fitted, noise: NoiseModel, trials: Sequence[Trials]) -> list[Screened]:
+    """Return every suspect's best trial, the most promising one first."""
+    white = base.problem.whitened(noise, base.residuals)
+    nuisances = base.x[: base.problem.nuisances]
+    reference = float(white @ white + nuisances @ nuisances)
+    views: dict[int, _View] = {}
+    best: dict[str, Screened] = {}
+    for each in trials:
+        if id(each.anchor) not in views:
+            views[id(each.anchor)] = _View(each.anchor, noise)
+        view = views[id(each.anchor)]
+        costs = view.cost(each.predictions.astype(np.float64))
+        k = int(np.argmin(costs))
+        gain = reference - float(costs[k])
+        found = Screened(
+            suspect=each.suspect,
+            problem=each.problem,
+            anchor=each.anchor,
+            sizes=each.suspect.grid[k],
+            gain=gain,
+            criterion=0.5 * gain - 0.5 * len(each.suspect.slots) * np.log(max(gain, 1.0)),
+            signature=np.nan_to_num(each.predictions[k] - view.prediction),
+            visibility=view.visibility(each.predictions[_middle(each.suspect)]),
+        )
+        found = _searched(view, reference, found)
+        if each.suspect.key not in best or gain > best[each.suspect.key].gain:
+            best[each.suspect.key] = found
+    return sorted(best.values(), key=lambda s: -s.criterion)
+
+
+def _searched(view: _View, reference: float, screened: Screened) -> Screened:
+    """Return a suspect whose predictions jump with its size at the best of ever finer sizes; others as they are."""
+    suspect, problem = screened.suspect, screened.problem
+    if suspect.effect not in JAGGED or screened.gain < 10.0:
+        return screened
+    best, gain, signature = screened.sizes, screened.gain, screened.signature
+    spacing = float(np.max(np.diff(np.log(suspect.grid[:, 0]))))
+    for _ in range(3):
+        around = best * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
+        for sizes in around[around[:, 0] <= suspect.grid[-1, 0]]:
+            rows = problem.predicted(np.concatenate((view.anchor.x, sizes)))
+            gained = reference - float(view.cost(rows[None, :])[0])
+            if gained > gain:
+                best, gain, signature = sizes, gained, np.nan_to_num(rows - view.prediction)
+        spacing *= 0.25
+    criterion = screened.criterion + 0.5 * (gain - screened.gain)
+    return replace(screened, sizes=best, gain=gain, criterion=criterion, signature=signature)
+
+
+def _middle(suspect: Suspect) -> int:
+    """Return the trial nearest to a third of the largest size."""
+    if len(suspect.slots) > 1:
+        return len(suspect.grid) // 2
+    return int(np.argmin(np.abs(suspect.grid[:, 0] - 0.35 * np.max(suspect.grid[:, 0]))))

@@ -1,0 +1,173 @@
+"""Air drawn in random stretches: when the thrust collapses is hidden, and found from the thrust itself.
+
+A chain of two states (water, air) changes at a rate of 1 per second; in air thrust is a share s less. The most
+probable sequence (Viterbi 1967) becomes the gates with which the plant is simulated and fitted like any other effect;
+each change costs what the chain says.
+"""
+
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.fitting import Fitted, fit
+from gap_diagnosis.noise import NoiseModel, Series
+from gap_diagnosis.problem import Problem, SizeSlot
+from thruster_model.compilation import compiled
+from thruster_model.effects.stages import LIBRARY
+
+__all__ = ["ventilated"]
+
+Array = NDArray[np.float64]
+RATE = 1.0
+"""Of changes between water and air [1/s]."""
+LEAST_GAIN = 8.0
+"""Logarithm of evidence for the gates alone below which air is not considered."""
+
+
+_SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
+_ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
+_ROUNDS = 3
+
+
+class _Decoded(NamedTuple):
+    gain: float
+    share: float
+    onset: float
+    gates: tuple[Array, ...]
+    changes: int
+
+
+def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tuple[Fitted, int] | None:
+    """Return the fit of `ventilation` on top of `base` and how many changes its gates have; None without thrust.
+
+    `least`: logarithm of evidence for the gates alone from which on it is worth a fit.
+
+    Gates are decoded, sizes fitted, and gates decoded again with what the fit says the thrust would be in water.
+    """
+    problem = base.problem
+    series = [each for each in problem.series if each.signal == "thrust"]
+    speeds = {each.recording: each for each in problem.series if each.signal == "speed"}
+    if not series or any(each.recording not in speeds for each in series):
+        return None
+    slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper) for p in LIBRARY["ventilation"].parameters)
+    deviation = noise.signals["thrust"].marginal
+    best: tuple[Fitted, int] | None = None
+    in_water = problem.predicted(base.x)
+    near = base
+    shares: tuple[float, ...] = _SHARES
+    for _ in range(_ROUNDS):
+        decoded = _decoded(problem, series, speeds, in_water, deviation, shares, _ONSETS)
+        if decoded is None or decoded.gain < max(least, LEAST_GAIN):
+            break
+        posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
+        sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
+        start = np.concatenate((near.x[: base.x.size], sizes))
+        fitted = fit(posed, noise, start, near=base)
+        worth = fitted.evidence + decoded.changes * _change_cost(problem)
+        if best is not None and worth <= best[0].evidence + best[1] * _change_cost(problem) + 0.5:
+            break
+        if _foreseeable(problem, series, fitted, decoded.gates):
+            return None
+        best = (fitted, decoded.changes)
+        near = fitted
+        in_water = problem.predicted(fitted.x[: base.x.size])
+        share = fitted.problem.sizes(fitted.x)["ventilation"]["share"]
+        shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
+    return best
+
+
+def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: tuple[Array, ...]) -> bool:
+    """Tell whether speed, its rate, its sign or the flow foresee the gates: air comes at random."""
+    onset = fitted.problem.sizes(fitted.x)["ventilation"]["onset"]
+    shut: list[NDArray[np.bool_]] = []
+    seen: list[Array] = []
+    for each, happened in zip(series, fitted.problem.happened(fitted.x), strict=True):
+        n, v = happened.outputs["speed"][1:], happened.outputs["axial"][1:]
+        rate = np.abs(np.diff(happened.outputs["speed"]))
+        size = min(n.size, gates[each.recording].size)
+        fast = np.abs(n[:size]) > onset
+        shut.append(gates[each.recording][:size][fast] < 0.5)
+        seen.append(np.array([rate, np.abs(n), n, n * v])[:, :size][:, fast])
+    closed, features = np.concatenate(shut), np.hstack(seen)
+    if not 10 < np.sum(closed) < closed.size - 10:
+        return False
+    ranks = np.argsort(np.argsort(features, axis=1), axis=1) + 1.0
+    count = float(np.sum(closed))
+    area = (ranks[:, closed].sum(axis=1) - 0.5 * count * (count + 1.0)) / (count * (closed.size - count))
+    return bool(np.max(np.abs(area - 0.5)) > _FORESEEN)
+
+
+_FORESEEN = 0.3
+"""Area under the curve of a foreseeing feature, beyond one half."""
+
+
+def _change_cost(problem: Problem) -> float:
+    time = problem.recordings[0].experiment.measurements["thrust"].time
+    return float(np.log(RATE * np.median(np.diff(time))))
+
+
+def _decoded(
+    problem: Problem,
+    series: list[Series],
+    speeds: dict[int, Series],
+    in_water: Array,
+    deviation: float,
+    shares: tuple[float, ...],
+    onsets: tuple[float, ...],
+) -> _Decoded | None:
+    """Return the most probable gates over all shares and onsets; None where water alone is more probable."""
+    best: _Decoded | None = None
+    empty = tuple(np.empty(0) for _ in problem.recordings)
+    prepared = []
+    for each in series:
+        experiment = problem.recordings[each.recording].experiment
+        time = experiment.measurements["thrust"].time
+        speed = np.interp(time, experiment.measurements["speed"].time, in_water[speeds[each.recording].rows])
+        thrust, known = in_water[each.rows], problem.known[each.rows]
+        period = float(np.median(np.diff(time)))
+        grid = experiment.dt * np.arange(experiment.throttle.size)
+        place = np.clip(np.searchsorted(time - 0.5 * period, grid, side="right") - 1, 0, time.size - 1)
+        residual = np.where(known, problem.measured[each.rows] - thrust, 0.0)
+        prepared.append((each.recording, np.abs(speed), thrust, residual, known, np.log(RATE * period), place))
+    for share, onset in product(shares, onsets):
+        gates, gain, changes = list(empty), 0.0, 0
+        for recording, speed, thrust, residual, known, change, place in prepared:
+            drop = np.where((speed > onset) & known, -share * thrust, 0.0)
+            states, worth, switched = _viterbi((residual * drop - 0.5 * drop**2) / deviation**2, change)
+            gain, changes = gain + worth, changes + switched
+            gates[recording] = 1.0 - states[place].astype(np.float64)
+        if gain > (best.gain if best else 0.0):
+            best = _Decoded(gain, share, onset, tuple(gates), changes)
+    return best
+
+
+@compiled
+def _viterbi(odds, change):  # type: ignore[no-untyped-def]
+    """Return (states, log odds of the best path against all water, number of changes); `odds`: of air, per sample."""
+    size = odds.size
+    came_water = np.zeros(size, dtype=np.int8)
+    came_air = np.zeros(size, dtype=np.int8)
+    water, air = 0.0, change
+    for k in range(size):
+        if air + change > water:
+            next_water, came_water[k] = air + change, 1
+        else:
+            next_water, came_water[k] = water, 0
+        if water + change > air:
+            next_air, came_air[k] = water + change + odds[k], 0
+        else:
+            next_air, came_air[k] = air + odds[k], 1
+        water, air = next_water, next_air
+    states = np.zeros(size, dtype=np.int8)
+    state = 1 if air > water else 0
+    best = max(air, water)
+    changes = 0
+    for k in range(size - 1, -1, -1):
+        states[k] = state
+        before = came_air[k] if state == 1 else came_water[k]
+        if before != state:
+            changes += 1
+        state = before
+    return states, best, changes

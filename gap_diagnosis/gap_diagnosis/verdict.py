@@ -1,0 +1,239 @@
+"""From probabilities to a verdict: what is claimed, in which group, and what is not."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.posterior import Posterior
+from gap_diagnosis.problem import Problem
+from gap_diagnosis.scatter import Scatter
+from gap_diagnosis.screening import Screened
+from gap_diagnosis.suspects import JAGGED, Suspect
+from thruster_model.effects.stages import LIBRARY
+
+__all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict_of"]
+
+VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
+CLAIMED = 0.75
+"""Probability from which a group of effects is claimed."""
+APART = 9.0
+"""Squared distance (Fisher, in standard deviations) below which two hypotheses cannot be told apart."""
+VISIBLE = 25.0
+"""Cost that an effect has to take off so that it would have been found."""
+LEAST_POWER = 0.5
+"""Share of the suspects that recordings must be able to show for "no gap" to mean anything."""
+IN_SPAN = 0.002
+"""Share of an effect's energy outside the span of the parameters below which it counts as parametric."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Size:
+    """One parameter of a claimed effect."""
+
+    value: float
+    std: float
+    unit: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """A claimed effect: its probability, that of its whole group, sizes, class and look-alikes by key."""
+
+    effect: str
+    channel: str
+    probability: float
+    group_probability: float
+    sizes: dict[str, Size]
+    kind: str
+    alike: tuple[str, ...] = ()
+    scatters: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """One of `VERDICTS`, what is claimed, the hypothesis behind it (None: no effect), and its probabilities."""
+
+    verdict: str
+    claims: tuple[Claim, ...]
+    chosen: Candidate | None
+    probabilities: dict[str, float]
+    none: float
+    unknown: float
+
+
+def power(screened: Sequence[Screened]) -> float:
+    """Return the share of the suspects that would have been found at a third of their plausible size."""
+    return float(np.mean([s.visibility > VISIBLE for s in screened])) if screened else 0.0
+
+
+def verdict_of(
+    found: Investigation, posterior: Posterior, scatters: Sequence[Scatter], foreign: Sequence[Scatter] = ()
+) -> Verdict:
+    """Return the verdict.
+
+    Args:
+        found: all hypotheses that were weighed.
+        posterior: their probabilities.
+        scatters: what the logs show of effects that only scatter.
+        foreign: the same of effects that are not considered: something is there that has no name.
+    """
+    marginal = posterior.marginal
+    noise_claims = tuple(_scatter_claim(s) for s in scatters)
+    probabilities = _single_probabilities(posterior, scatters)
+    none = posterior.none if not scatters else 0.0
+    chosen: Candidate | None = None
+    claims: tuple[Claim, ...] = ()
+    leading = posterior.leading
+    if leading is not None:
+        claims = tuple(_claim(found, posterior, leading, suspect, marginal) for suspect in leading.suspects)
+        chosen = leading
+    named = bool(claims) and min(c.group_probability for c in claims) >= CLAIMED
+    if len(claims) == 2 and not named:
+        # One of the two may be certain even though the other is not.
+        sure = tuple(c for c in claims if c.group_probability >= CLAIMED)
+        if sure:
+            single = next((c for c in found.candidates if c.keys == _key(sure[0])), None)
+            if (
+                single is not None
+                and posterior.singles.get(single.keys[0], 0.0) + _pairs_with(posterior, single.keys[0]) >= CLAIMED
+            ):
+                claims, chosen, named = sure, single, True
+    if posterior.unknown > 0.5 or foreign:
+        verdict = "unknown"
+    elif named:
+        verdict = "effect"
+    elif posterior.none > 0.5:
+        verdict = "parameters" if found.stated[1] < 0.0 else "no_gap"
+        if power(found.screened) < LEAST_POWER:
+            verdict = "cannot_tell"
+    else:
+        verdict = "cannot_tell"
+    if verdict != "effect":
+        claims, chosen = (), None
+    if noise_claims and verdict in ("no_gap", "parameters", "cannot_tell"):
+        verdict, chosen = "effect", None
+    if verdict == "effect":
+        claims = (*claims, *noise_claims)
+    return Verdict(
+        verdict=verdict,
+        claims=claims,
+        chosen=chosen,
+        probabilities=probabilities,
+        none=none,
+        unknown=posterior.unknown,
+    )
+
+
+def _key(claim: Claim) -> tuple[str, ...]:
+    return (f"{claim.effect}:{claim.channel}" if claim.channel else claim.effect,)
+
+
+def _pairs_with(posterior: Posterior, key: str) -> float:
+    return sum(p for keys, p in posterior.pairs.items() if key in keys)
+
+
+def _claim(
+    found: Investigation, posterior: Posterior, leading: Candidate, suspect: Suspect, marginal: dict[str, float]
+) -> Claim:
+    others = set(leading.keys) - {suspect.key}
+    alike = []
+    for candidate in found.candidates:
+        replaced = set(candidate.keys) - others
+        if len(candidate.keys) != len(leading.keys) or not others <= set(candidate.keys) or suspect.key in replaced:
+            continue
+        if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
+            alike.append(next(iter(replaced)))
+    group = min(sum(marginal.get(key, 0.0) for key in (suspect.key, *alike)), 1.0)
+    return Claim(
+        effect=suspect.effect,
+        channel=suspect.channel,
+        probability=marginal.get(suspect.key, 0.0),
+        group_probability=group,
+        sizes=_sizes(leading, suspect),
+        kind=class_of(leading, suspect),
+        alike=tuple(dict.fromkeys(alike)),
+    )
+
+
+def _sizes(candidate: Candidate, suspect: Suspect) -> dict[str, Size]:
+    fitted = candidate.fitted
+    deviations = np.sqrt(np.diag(fitted.covariance))
+    values = fitted.problem.sizes(fitted.x)
+    result = {}
+    for place, slot in enumerate(fitted.problem.slots):
+        if slot.effect == suspect.effect and slot in suspect.slots:
+            unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
+            std = float(deviations[fitted.problem.nuisances + place]) * slot.width
+            if slot.effect in JAGGED:
+                std = _width(candidate, place) * slot.width
+            result[slot.parameter] = Size(value=values[slot.effect][slot.parameter], std=std, unit=unit)
+    return result
+
+
+def _width(candidate: Candidate, place: int) -> float:
+    """Return by how much a size over its range must change for the cost to rise by one; the other unknowns stay."""
+    fitted = candidate.fitted
+    problem = fitted.problem
+    at = problem.nuisances + place
+    step = 1e-5
+    while step < 0.5:
+        rises = []
+        for sign in (-1.0, 1.0):
+            moved = fitted.x.copy()
+            moved[at] += sign * step
+            white = problem.whitened(candidate.noise, problem.residuals(problem.bounded(moved)))
+            rises.append(float(white @ white - fitted.white @ fitted.white))
+        if max(rises) > 1.0:
+            break
+        step *= 1.6
+    return step
+
+
+def class_of(candidate: Candidate, suspect: Suspect) -> str:
+    """Return "parametric" where the nominal parameters, free of their deviations, can imitate the effect."""
+    fitted = candidate.fitted
+    problem = fitted.problem
+    kept = tuple(slot for slot in problem.slots if slot not in suspect.slots)
+    places = [problem.nuisances + i for i, slot in enumerate(problem.slots) if slot in kept]
+    x = fitted.x[[*range(problem.nuisances), *places]]
+    target = np.where(problem.known, problem.predicted(fitted.x), np.nan)
+    wide = {name: 10.0 * deviation for name, deviation in problem.deviations.items()}
+    bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=())
+    x = x.copy()
+    x[: len(problem.names)] /= 10.0
+    noise = candidate.noise
+    white = bare.whitened(noise, bare.residuals(x))
+    imitated = fit(bare, noise, x, iterations=5)
+    left = float(imitated.white @ imitated.white)
+    return "parametric" if left < max(IN_SPAN * float(white @ white), APART) else "structural"
+
+
+def _scatter_claim(scatter: Scatter) -> Claim:
+    parameter = next(p for p in LIBRARY[scatter.effect].parameters if p.name == scatter.parameter)
+    probability = float(1.0 / (1.0 + np.exp(-min(scatter.log_odds - 3.0, 50.0))))
+    return Claim(
+        effect=scatter.effect,
+        channel="",
+        probability=probability,
+        group_probability=probability,
+        sizes={scatter.parameter: Size(value=scatter.size, std=scatter.deviation, unit=parameter.unit)},
+        kind="structural",
+        scatters=True,
+    )
+
+
+def _single_probabilities(posterior: Posterior, scatters: Sequence[Scatter]) -> dict[str, float]:
+    """Return probabilities over single candidates that sum to one with none and unknown.
+
+    A pair's probability is shared by its two; an effect of the log that is there for certain takes the place of none.
+    """
+    result = dict(posterior.singles)
+    for keys, probability in posterior.pairs.items():
+        for key in keys:
+            result[key] = result.get(key, 0.0) + probability / len(keys)
+    for scatter in scatters:
+        result[scatter.effect] = result.get(scatter.effect, 0.0) + posterior.none / len(scatters)
+    return result

@@ -1,0 +1,164 @@
+"""Where the gap lies: which block, and in which regime of operation its residuals are large.
+
+Two views. `block_shares` weighs the blocks by the hypotheses found, the known ones by their own block and the unknown
+by what each block does when it is fed with measured instead of simulated inputs. `regimes` tells when the re-tuned
+model is wrong beyond its noise.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.problem import Problem
+from thruster_model.effects.stages import LIBRARY
+from thruster_model.equations.classes import loads
+from thruster_model.equations.thruster import ambient_acceleration
+
+__all__ = ["BLOCKS", "BlockCheck", "block_checks", "block_shares", "excess_by_regime", "worst_regime"]
+
+Array = NDArray[np.float64]
+BLOCKS = ("log", "command", "rotor", "thrust", "flow", "sensor")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BlockCheck:
+    """One block fed with measured inputs: what it should yield, and its error over the sensor's noise (1: as noise)."""
+
+    block: str
+    output: str
+    inputs: str
+    error: float
+
+
+def block_checks(fitted: Fitted, noise: NoiseModel) -> list[BlockCheck]:
+    """Return how well single equations do when fed with measurements: thrust and torque by measured speed, and so on.
+
+    Beside the free run's own errors, which carry every upstream error downstream.
+    """
+    problem = fitted.problem
+    coefficients = problem.parameter_set.model.coefficients(problem.values(fitted.x))
+    sums: dict[tuple[str, str, str], list[Array]] = {}
+    for index, happened in enumerate(problem.happened(fitted.x)):
+        experiment = problem.recordings[index].experiment
+        measured = {name: experiment.measurements[name] for name in problem.signals(index)}
+        grid = experiment.dt * np.arange(happened.throttle.size)
+
+        def on_grid(name: str) -> Array:
+            m = measured[name]  # noqa: B023 (used within this turn of the loop only)
+            known = m.usable
+            return np.asarray(np.interp(grid, m.time[known], m.values[known]))  # noqa: B023
+
+        def compare(block: str, name: str, inputs: str, predicted: Array) -> None:
+            m = measured[name]  # noqa: B023
+            error = (m.values - np.interp(m.time, grid, predicted)) / noise.signals[name].marginal  # noqa: B023
+            sums.setdefault((block, name, inputs), []).append(error[np.isfinite(error)])
+
+        if "speed" in measured:
+            by_speed = loads(on_grid("speed"), happened.outputs["axial"], happened.throttle, coefficients)
+            for name, predicted in zip(("thrust", "torque"), by_speed, strict=True):
+                if name in measured:
+                    compare("thrust", name, "measured rotor speed", np.broadcast_to(predicted, grid.shape))
+        if "ambient" in measured and "thrust" in measured and coefficients.k_U > 0.0:
+            compare("flow", "ambient", "measured thrust", _driven_flow(on_grid("thrust"), coefficients, experiment.dt))
+        if "speed" in measured:
+            compare("rotor", "speed", "throttle", happened.outputs["speed"])
+    return [
+        BlockCheck(block=b, output=o, inputs=i, error=float(np.sqrt(np.mean(np.concatenate(e) ** 2))))
+        for (b, o, i), e in sums.items()
+        if sum(x.size for x in e)
+    ]
+
+
+def _driven_flow(thrust: Array, p: object, dt: float) -> Array:
+    """Return the ambient flow [m/s] of (4.5) driven by a measured thrust [N] (Heun, steps of `dt`)."""
+    flow = np.zeros(thrust.size)
+    for k in range(thrust.size - 1):
+        first = ambient_acceleration(flow[k], thrust[k], p)
+        second = ambient_acceleration(flow[k] + dt * first, thrust[k + 1], p)
+        flow[k + 1] = flow[k] + 0.5 * dt * (first + second)
+    return flow
+
+
+def block_shares(marginal: Mapping[str, float], unknown: float, excess: Mapping[str, float]) -> list[tuple[str, float]]:
+    """Return (block, share), largest first; shares sum to one, and are empty where there is no gap.
+
+    Args:
+        marginal: probability of each suspect by key.
+        unknown: probability of something else.
+        excess: by signal, energy of the residuals beyond the noise of the re-tuned model.
+    """
+    shares = dict.fromkeys(BLOCKS, 0.0)
+    for key, probability in marginal.items():
+        shares[LIBRARY[key.split(":")[0]].block] += probability
+    total = sum(excess.values())
+    if unknown > 0.0 and total > 0.0:
+        home = {"speed": "rotor", "thrust": "thrust", "torque": "thrust", "ambient": "flow", "axial": "flow"}
+        for signal, energy in excess.items():
+            shares[home[signal]] += unknown * energy / total
+    whole = sum(shares.values())
+    if whole <= 0.0:
+        return []
+    return sorted(((b, s / whole) for b, s in shares.items() if s > 1e-3 * whole), key=lambda each: -each[1])
+
+
+def excess_by_regime(problem: Problem, noise: NoiseModel, fitted: Fitted) -> dict[str, dict[str, float]]:
+    """Return by regime and signal the mean square of residuals over that of the noise, less one."""
+    result: dict[str, dict[str, float]] = {}
+    sums: dict[tuple[str, str], tuple[float, int]] = {}
+    for index, happened in enumerate(problem.happened(fitted.x)):
+        experiment = problem.recordings[index].experiment
+        grid = np.asarray(experiment.dt * np.arange(happened.throttle.size), dtype=np.float64)
+        for each in problem.series:
+            if each.recording != index:
+                continue
+            at = experiment.measurements[each.signal].time
+            square = (fitted.residuals[each.rows] / noise.signals[each.signal].marginal) ** 2
+            for regime, mask in _regimes(happened.outputs["speed"], happened.throttle, grid, problem).items():
+                here = np.interp(at, grid, mask) > 0.5
+                inside = square[here & np.isfinite(square)]
+                total, count = sums.get((regime, each.signal), (0.0, 0))
+                sums[regime, each.signal] = (total + float(np.sum(inside)), count + inside.size)
+    for (regime, signal), (total, count) in sums.items():
+        if count >= 20:
+            result.setdefault(regime, {})[signal] = total / count - 1.0
+    return result
+
+
+def worst_regime(excess: Mapping[str, Mapping[str, float]]) -> str:
+    """Return the regime of largest mean excess; "" where none stands out."""
+    means = {regime: float(np.mean(list(signals.values()))) for regime, signals in excess.items()}
+    if not means:
+        return ""
+    best = max(means, key=lambda regime: means[regime])
+    return best if means[best] > max(0.1, 1.3 * float(np.median(list(means.values())))) else "all alike"
+
+
+def _regimes(n: Array, u: Array, grid: Array, problem: Problem) -> dict[str, Array]:
+    values = problem.parameter_set.values
+    inner = min(abs(values.get("delta_u1", 0.0)), abs(values.get("delta_u2", 0.0)))
+    largest = max(float(np.max(np.abs(n))), 1e-6)
+    changing = np.abs(np.gradient(u, grid)) > 0.0
+    window = max(1, round(0.5 / (grid[1] - grid[0])))
+    transient = np.convolve(changing, np.ones(window), "full")[: n.size] > 0
+    turned = np.zeros(n.size)
+    turned[1:] = np.signbit(n[1:]) != np.signbit(n[:-1])
+    reversal = np.convolve(turned, np.ones(2 * window), "full")[: n.size] > 0
+    fast = np.abs(n) > 0.75 * largest
+    third = grid / max(grid[-1], 1e-9)
+    masks: dict[str, Any] = {
+        "dead zone": np.abs(u) <= 1.15 * inner,
+        "after reversals": reversal,
+        "transients": transient,
+        "high speed": fast,
+        "forward": n > 0.05 * largest,
+        "reverse": n < -0.05 * largest,
+        "steady": ~transient & ~fast,
+        "first third": third < 1 / 3,
+        "last third": third > 2 / 3,
+    }
+    return {name: mask.astype(np.float64) for name, mask in masks.items()}

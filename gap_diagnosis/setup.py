@@ -1,0 +1,26 @@
+from setuptools import find_packages, setup
+
+name = "gap_diagnosis"
+
+setup(
+    name=name,
+    version="0.1.0",
+    description="Diagnosis of the gap between a simulated thruster and a recorded one.",
+    license="Apache-2.0",
+    maintainer="The maintainers",
+    maintainer_email="maintainers@example.com",
+    packages=find_packages(exclude=["test"]),
+    data_files=[
+        ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
+        (f"share/{name}", ["package.xml"]),
+    ],
+    install_requires=["setuptools"],
+    extras_require={"test": ["pytest", "hypothesis"]},
+    entry_points={
+        "console_scripts": [
+            "diagnose = gap_diagnosis.cli_diagnose:main",
+            "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
+        ]
+    },
+    zip_safe=True,
+)

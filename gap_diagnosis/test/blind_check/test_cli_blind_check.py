@@ -1,0 +1,55 @@
+"""The command, with a diagnosis of our own in place of the real one."""
+
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from types import ModuleType
+
+import pytest
+
+from gap_diagnosis.blind_check import cli_blind_check
+
+
+@pytest.fixture
+def stub(monkeypatch):
+    """Put in place a diagnosis that never finds anything."""
+    module = ModuleType("gap_diagnosis.diagnose_io")
+    module.calls = []
+
+    def diagnose_paths(paths, parameter_set_path, excluded=(), seed=0):
+        module.calls.append(paths)
+        return {"verdict": "no_gap", "effects": [], "candidates": [], "p_none": 1.0, "p_unknown": 0.0}
+
+    module.diagnose_paths = diagnose_paths
+    monkeypatch.setitem(sys.modules, "gap_diagnosis.diagnose_io", module)
+    monkeypatch.setattr(cli_blind_check, "pool", ThreadPoolExecutor)
+    return module
+
+
+def command(folder, *more):
+    given = ["--cases", "4", "--seed", "21", "--out", str(folder), "--processes", "1"]
+    return cli_blind_check.main([*given, *more])
+
+
+def test_the_hash_of_the_seals_is_printed_before_the_scores_and_the_page_has_it(stub, tmp_path, capsys):
+    page = tmp_path / "docs" / "blind_check.md"
+    assert command(tmp_path / "check", "--kinds", "none", "nuisance", "--docs", str(page)) == 0
+    printed = " ".join(capsys.readouterr().out.split())
+    assert printed.index("hash of all") < printed.index("right verdict")
+    assert "4 keys sealed" in printed and len(stub.calls) == 4
+    assert "hash of all sealed keys `" in page.read_text() and "| none | 100.0 %" in page.read_text()
+
+
+def test_a_second_call_diagnoses_nothing_anew(stub, tmp_path, capsys):
+    assert command(tmp_path / "check") == 0 and command(tmp_path / "check") == 0
+    assert len(stub.calls) == 4
+
+
+def test_a_folder_of_another_seed_is_refused_with_a_sentence(stub, tmp_path, capsys):
+    assert command(tmp_path / "check") == 0
+    assert command(tmp_path / "check", "--seed", "22") == 1
+    assert "was sealed for another seed or another choice of cases" in capsys.readouterr().err
+
+
+def test_unknown_effects_are_refused_with_a_sentence(stub, tmp_path, capsys):
+    assert command(tmp_path / "check", "--effects", "gremlins") == 1
+    assert "effect: expected log_alignment" in capsys.readouterr().err
