@@ -175,7 +175,14 @@ def _noise_of(problem: Problem, signal: str) -> float:
 
 
 def _jitter(found: Investigation) -> list[Scatter]:
-    leading = found.candidates[0] if found.candidates and found.candidates[0].evidence > 5.0 else found.none
+    leading = found.none
+    if any(candidate.evidence > 3.0 for candidate in found.candidates):
+        return []  # what is wrong with a prediction grows with the slope as well
+    instants = all(
+        m.width == 0.0 for r in leading.fitted.problem.recordings for m in r.experiment.measurements.values()
+    )
+    if not instants or leading.unexplained is None or leading.unexplained.evidence > 1.0:
+        return []  # means over cells have no stamps that could jitter
     size, deviation, odds = jitter_of(leading.fitted)
     if odds < _JITTER_ODDS:
         return []

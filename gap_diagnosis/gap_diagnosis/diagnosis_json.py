@@ -171,6 +171,26 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     return (
         "None of the known effects explains the gap: after the best of them residuals still depend on states and inputs"
         + (f" ({depends})." if depends else ".")
+        + _nearest_in_words(diagnosis)
+    )
+
+
+def _nearest_in_words(diagnosis: Diagnosis) -> str:
+    """Return what comes nearest, and how much of the cost beyond the noise it takes off."""
+    leading = diagnosis.posterior.leading if diagnosis.posterior else None
+    if leading is None or diagnosis.investigation is None or leading.evidence <= 0.0:
+        return ""
+    none, known = diagnosis.investigation.none.fitted, float(np.sum(leading.fitted.problem.known))
+    beyond = none.cost - known
+    if beyond <= 0.0:
+        return ""
+    share = min(max((none.cost - leading.fitted.cost) / beyond, 0.0), 1.0)
+    sizes = leading.fitted.problem.sizes(leading.fitted.x)
+    named = " with ".join(
+        f"{s.key} ({', '.join(f'{n} {v:.3g}' for n, v in sizes[s.effect].items())})" for s in leading.suspects
+    )
+    return (
+        f" Nearest comes {named}, which takes off {100 * share:.0f} % of what lies beyond the noise; it is not claimed."
     )
 
 

@@ -101,7 +101,7 @@ def discrepancy(
     occam = np.log(max(int(np.sum(usable)), 1))
     for _ in range(most):
         diagonal = np.where(usable, np.diag(gram), np.inf)
-        gains = np.where(usable & (diagonal > 1e-3 * np.diag(first_gram)), slope**2 / diagonal, 0.0)
+        gains = np.where(usable & (diagonal > 1e-3 * np.diag(first_gram)), slope**2 / np.maximum(diagonal, 1e-12), 0.0)
         k = int(np.argmax(gains))
         worth = 0.5 * gains[k] - occam - 0.5 * np.log(max(gains[k], 1.0))
         if worth <= 0.0:
@@ -115,7 +115,10 @@ def discrepancy(
         usable[k] = False
     if chosen:
         weights[chosen] = np.linalg.lstsq(first_gram[np.ix_(chosen, chosen)], first_slope[chosen], rcond=None)[0]
-    return Discrepancy(tuple(features), evidence, weights @ raw)
+    # Beside the features the nuisances are re-tuned.
+    retuned = np.linalg.solve(information, cross @ weights)
+    explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ retuned
+    return Discrepancy(tuple(features), evidence, explained)
 
 
 def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
@@ -186,8 +189,8 @@ def _basis(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], A
     }
     for level in (0.6, 0.8, 0.9):
         top = level * max(float(np.max(np.abs(n))), 1.0)
-        named[f"|n| beyond {top:.0f} rad/s"] = np.sign(n) * np.maximum(np.abs(n) - top, 0.0)
-        named[f"n within {(1 - level) * top:.0f} rad/s"] = n * np.exp(-0.5 * (n / ((1 - level) * top)) ** 2)
+        named[f"|n| beyond {100 * level:.0f} % of its largest"] = np.sign(n) * np.maximum(np.abs(n) - top, 0.0)
+        named[f"n within {100 * (1 - level):.0f} % of its largest"] = n * np.exp(-0.5 * (n / ((1 - level) * top)) ** 2)
     for constant in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0):
         keep = np.exp(-dt / constant)
         for label, driver in (("u", u), ("n", n), ("T", force), ("|u|", np.abs(u)), ("U", ambient)):
@@ -200,11 +203,10 @@ def _basis(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], A
             answer = _mode(driver, frequency, dt)
             named[f"{label} through a mode at {frequency:g} Hz"] = answer
             named[f"rate of {label} through a mode at {frequency:g} Hz"] = _rate(answer, dt)
-    thirds = np.linspace(0.0, time[-1], 4)
-    for start, end in pairwise(thirds):
+    for part, (start, end) in enumerate(pairwise(np.linspace(0.0, time[-1], 4))):
         during = (time >= start) & (time < end)
-        named[f"n from {start:.0f} to {end:.0f} s"] = n * during
-        named[f"T from {start:.0f} to {end:.0f} s"] = force * during
+        named[f"n in third {part + 1} of the run"] = n * during
+        named[f"T in third {part + 1} of the run"] = force * during
     return list(named), np.array(list(named.values()))
 
 

@@ -166,18 +166,23 @@ def distances(
 
 
 def _distance_now(first: Rival, second: Rival, noise: NoiseModel) -> float:
-    """Return how far apart two hypotheses are in the present recordings, re-tuned [std]."""
+    """Return how far apart two hypotheses are in the present recordings, re-tuned, priors included [std]."""
     white = []
     for rival in (first, second):
         rows = np.where(rival.problem.known, rival.problem.predicted(rival.x), np.nan)
         white.append(rival.problem.whitened(noise, rows))
     found = []
-    for imitator, difference, truth in ((second, white[0] - white[1], first), (first, white[1] - white[0], second)):
+    for imitator, truth, difference in ((second, first, white[0] - white[1]), (first, second, white[1] - white[0])):
         if imitator.imitates(truth):
-            prior = np.ones(imitator.fitted.jacobian.shape[1])
-            prior[imitator.fitted.problem.nuisances :] = 1.0 / np.sqrt(12.0)
-            found.append(_left(difference, imitator.fitted.jacobian * prior))
-    return min(found)
+            nuisances, jacobian = imitator.fitted.problem.nuisances, imitator.fitted.jacobian
+            weight = np.full(jacobian.shape[1], 12.0)  # a size is as uncertain as its range
+            weight[:nuisances] = 1.0
+            pull = jacobian.T @ difference
+            pull[:nuisances] -= imitator.x[:nuisances]
+            gained = pull @ np.linalg.solve(jacobian.T @ jacobian + np.diag(weight), pull)
+            own, other = (float(r.x[:nuisances] @ r.x[:nuisances]) for r in (imitator, truth))
+            found.append(np.sqrt(max(float(difference @ difference + own - gained - other), 0.0)))
+    return float(max(found))  # the one that the recordings speak for is the truth
 
 
 def _left(difference: Array, moves: Array) -> float:

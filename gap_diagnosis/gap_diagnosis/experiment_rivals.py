@@ -76,7 +76,7 @@ def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
     if leading is None and found.posterior.none > 0.5:
         known = {rival.keys for rival in rivals}
         hidden = [s for s in _hidden(investigation) if (s.suspect.key,) not in known]
-        rivals += [_unseen(investigation.none.fitted, each) for each in hidden[: MOST - len(rivals)]]
+        rivals += [_unseen(investigation, each) for each in hidden[: MOST - len(rivals)]]
     elif len(rivals) > 1:
         return rivals, [(i, k) for i in range(len(rivals)) for k in range(i + 1, len(rivals))]
     if len(rivals) == 1:
@@ -127,17 +127,23 @@ def _hidden(investigation: Investigation) -> list[Screened]:
     return list(best.values())[:MOST]
 
 
-def _unseen(none: Fitted, screened: Screened) -> Rival:
-    """Return a suspect at a third of its plausible size as a rival of no effect."""
+def _unseen(investigation: Investigation, screened: Screened) -> Rival:
+    """Return a suspect at a third of its plausible size, nuisances re-tuned to first order to what was recorded."""
+    none, noise = investigation.none.fitted, investigation.noise
     grid, problem = screened.suspect.grid, screened.problem
     middle = int(np.argmin(np.abs(grid[:, 0] - 0.35 * np.max(grid[:, 0]))))
     sizes = grid[middle if len(screened.suspect.slots) == 1 else len(grid) // 2]
+    known = none.covariance
+    change = problem.predicted(np.concatenate((none.x, sizes))) - none.problem.predicted(none.x)
+    white = problem.whitened(noise, np.where(problem.known, change, np.nan))
+    x = np.concatenate((none.x - known @ (none.jacobian.T @ white), sizes))
     covariance = np.zeros((len(problem.names) + len(problem.slots),) * 2)
     own = len(problem.names)
-    covariance[:own, :own] = none.covariance[:own, :own]
+    covariance[:own, :own] = known[:own, :own]
     covariance[own:, own:] = np.eye(len(problem.slots)) / 12.0
-    x = np.concatenate((none.x, sizes))
-    return Rival(keys=(screened.suspect.key,), problem=problem, x=x, fitted=none, covariance=covariance)
+    return Rival(
+        keys=(screened.suspect.key,), problem=problem, x=problem.bounded(x), fitted=none, covariance=covariance
+    )
 
 
 def _rival(candidate: Candidate) -> Rival:

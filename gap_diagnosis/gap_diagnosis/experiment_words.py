@@ -38,8 +38,9 @@ def as_sentence(
         told = []
         for (a, b), distance, now in sorted(separates, key=lambda each: each[1]):
             text = f"{_called(a)} from {_called(b)} by {distance:.1f} standard deviations (now {now:.1f})"
-            if distance < _SURE:
-                text += f", repeated {int(np.ceil((_SURE / max(distance, 1e-3)) ** 2))} times by {_SURE:g}"
+            if np.hypot(distance, now) < _SURE:
+                times = int(np.ceil((_SURE**2 - now**2) / max(distance, 1e-3) ** 2))
+                text += f", played {times} times by {_SURE:g} in all"
             told.append(text)
         length = programme.period * programme.throttle.size
         rest = f"; further pairs, {len(told) - _TOLD} of them, by more" if len(told) > _TOLD else ""

@@ -94,6 +94,11 @@ def investigate(
     ranked = _singles(none, screened, with_ventilation)
     leading = _best(none, ranked)
     if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
+        again = _retried(leading, none)
+        if again is not leading:
+            ranked = _examined([again, *ranked[1:]], noise)
+            leading = _best(none, ranked)
+    if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
         progress("pairs")
         pairs = _pairs(none, ranked, suspects)
         if with_ventilation and leading.suspects[0].effect != "ventilation":
@@ -178,8 +183,22 @@ def _candidate(
     """Return a refitted hypothesis."""
     noise = none.noise
     start = np.concatenate((screened.anchor.x, screened.sizes))
-    fitted = fit(screened.problem, noise, start, iterations=12, near=screened.anchor)
+    fitted = fit(screened.problem, noise, start, iterations=25, near=screened.anchor)
     return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
+
+
+def _retried(candidate: Candidate, none: Candidate) -> Candidate:
+    """Return a hypothesis fitted from other starts too, if one ends lower: some effects have several valleys."""
+    problem, best = candidate.fitted.problem, candidate.fitted
+    sizes = best.x[problem.nuisances :]
+    for factor in (0.8, 0.93, 1.07, 1.25):
+        start = np.concatenate((np.zeros(problem.nuisances), factor * sizes))
+        fitted = fit(problem, candidate.noise, start, iterations=25)
+        best = fitted if fitted.cost < best.cost - 1.0 else best
+    if best is candidate.fitted:
+        return candidate
+    evidence = candidate.evidence + best.evidence - candidate.fitted.evidence
+    return replace(candidate, fitted=best, evidence=evidence, unexplained=None)
 
 
 def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:

@@ -12,11 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.compilation import compiled
+from thruster_model.identification.uncertainty import autocorrelation_time
 
 __all__ = ["NoiseModel", "Series", "SignalNoise", "fit_noise", "white_noise"]
 
 Array = NDArray[np.float64]
 LARGEST_ORDER = 4
+LARGEST_RATIO = 3.0
 
 
 class Series(NamedTuple):
@@ -114,10 +116,34 @@ def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0) -> 
             criterion = count * np.log(variance) + 6.0 * order
             if criterion < best[0]:
                 best = (float(criterion), tuple(float(c) for c in coefficients), float(variance))
-        signals[name] = SignalNoise(
-            innovation=float(np.sqrt(best[2])), marginal=float(np.sqrt(covariance[0])), coefficients=best[1]
-        )
+        signals[name] = _bounded(pieces, covariance, best[1], best[2])
     return NoiseModel(signals=signals)
+
+
+def _bounded(
+    pieces: Sequence[Array], covariance: Array, coefficients: tuple[float, ...], variance: float
+) -> SignalNoise:
+    """Return the noise with an innovation of at least a third of the marginal deviation.
+
+    Residuals of a model that is wrong wander slowly, and an autoregression would let them: only the fastest would
+    count. Where it predicts that well, it is damped, and the innovation stands for what then still remembers.
+    """
+    marginal = float(np.sqrt(covariance[0]))
+    a = np.array(coefficients)
+    if np.sqrt(variance) * LARGEST_RATIO >= marginal:
+        return SignalNoise(innovation=float(np.sqrt(variance)), marginal=marginal, coefficients=coefficients)
+    order = a.size
+    table = covariance[np.abs(np.subtract.outer(np.arange(order), np.arange(order)))]
+    while np.sqrt(variance) * LARGEST_RATIO < marginal:
+        a = a * 0.97 ** np.arange(1, order + 1)
+        variance = float(covariance[0] - 2.0 * a @ covariance[1 : order + 1] + a @ table @ a)
+    memory = [
+        autocorrelation_time(np.convolve(piece, np.concatenate(([1.0], -a)))[order : piece.size])
+        for piece in pieces
+        if np.sum(np.isfinite(piece)) > 50
+    ]
+    remembered = float(np.sqrt(variance * (np.mean(memory) if memory else 1.0)))
+    return SignalNoise(innovation=min(remembered, marginal), marginal=marginal, coefficients=tuple(float(c) for c in a))
 
 
 def _covariances(pieces: Sequence[Array], order: int) -> tuple[Array, int]:
@@ -131,4 +157,7 @@ def _covariances(pieces: Sequence[Array], order: int) -> tuple[Array, int]:
             counts[lag] += float(np.sum(known[lag:] & known[: piece.size - lag]))
     covariance = sums / np.maximum(counts, 1.0)
     covariance[0] = max(covariance[0], 1e-300)
+    table = covariance[np.abs(np.subtract.outer(np.arange(order + 1), np.arange(order + 1)))]
+    if np.min(np.linalg.eigvalsh(table)) <= 1e-9 * covariance[0]:
+        covariance = np.concatenate((covariance[:1], sums[1:] / max(counts[0], 1.0)))  # no covariance, because of gaps
     return covariance, int(counts[0])

@@ -32,6 +32,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
+_FINER = 5
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
 """Parameter of `log_alignment` that concerns a signal."""
@@ -56,26 +57,29 @@ class Simulated(NamedTuple):
 def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
     """Return what happens in the plant."""
     experiment = recording.experiment
-    commands = experiment.throttle
+    # What the lag makes of a step is a curve: its stairs must be fine, or the plant's ramp limit sees steps.
+    finer = _FINER if "command_lag" in sizes else 1
+    commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
         if effect.id == "throttle_rate_limit":
             # The plant's own ramp limit says the same without steps in the ramp.
             slowest = min(coefficients.u_dot_max, sizes[effect.id].get("rate", np.inf))
             coefficients = coefficients._replace(u_dot_max=slowest)
         elif effect.id != "command_delay":
-            commands = np.asarray(effect.samples(commands, experiment.dt, **_sized(effect, sizes)))
+            commands = np.asarray(effect.samples(commands, experiment.dt / finer, **_sized(effect, sizes)))
     in_plant = {name: sizes[name] for name in sizes if LIBRARY[name].hooks}
     finest = _TINY_STEP if "coulomb_friction" in in_plant else experiment.dt
     trajectory = simulate(
         coefficients,
         commands,
-        experiment.dt,
+        experiment.dt / finer,
         initial=situation.start,
         largest_step=finest,
         effects=effect_values(in_plant) if in_plant else NO_EFFECTS,
-        gates=situation.gates,
+        gates=np.repeat(situation.gates, finer),
     )
-    return Simulated({name: getattr(trajectory, s.plant_output) for name, s in SIGNALS.items()}, trajectory.u)
+    outputs = {name: getattr(trajectory, s.plant_output)[::finer] for name, s in SIGNALS.items()}
+    return Simulated(outputs, trajectory.u[::finer])
 
 
 def predict(

@@ -94,7 +94,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
     prefix = f"thruster_{thruster}"
     sign = f"{prefix}/state.sign_source"
     if sign in run and bool(np.any(run[sign].values == _SIGN_INFERRED)):
-        options = experiment_io.PreparationOptions(thruster=thruster, dt=DT)
+        options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
     names = (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
     throttle = next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)

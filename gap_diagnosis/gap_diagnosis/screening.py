@@ -140,10 +140,12 @@ def _searched(view: _View, reference: float, screened: Screened) -> Screened:
     if suspect.effect not in JAGGED or screened.gain < 10.0:
         return screened
     best, gain, signature = screened.sizes, screened.gain, screened.signature
-    spacing = float(np.max(np.diff(np.log(suspect.grid[:, 0]))))
+    trials = np.log(suspect.grid[:, 0])
+    here = np.abs(trials - np.log(best[0]))
+    spacing = float(np.min(here[here > 0.0], initial=1.0))
     for _ in range(3):
         around = best * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
-        for sizes in around[around[:, 0] <= suspect.grid[-1, 0]]:
+        for sizes in around[around[:, 0] <= np.max(suspect.grid[:, 0])]:
             rows = problem.predicted(np.concatenate((view.anchor.x, sizes)))
             gained = reference - float(view.cost(rows[None, :])[0])
             if gained > gain:

@@ -80,16 +80,20 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
 
 def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: tuple[Array, ...]) -> bool:
     """Tell whether speed, its rate, its sign or the flow foresee the gates: air comes at random."""
-    onset = fitted.problem.sizes(fitted.x)["ventilation"]["onset"]
     shut: list[NDArray[np.bool_]] = []
     seen: list[Array] = []
     for each, happened in zip(series, fitted.problem.happened(fitted.x), strict=True):
         n, v = happened.outputs["speed"][1:], happened.outputs["axial"][1:]
         rate = np.abs(np.diff(happened.outputs["speed"]))
         size = min(n.size, gates[each.recording].size)
-        fast = np.abs(n[:size]) > onset
+        closed_here = gates[each.recording][:size] < 0.5
+        if not np.any(closed_here):
+            continue
+        fast = np.abs(n[:size]) >= np.percentile(np.abs(n[:size][closed_here]), 10.0)
         shut.append(gates[each.recording][:size][fast] < 0.5)
         seen.append(np.array([rate, np.abs(n), n, n * v])[:, :size][:, fast])
+    if not shut:
+        return False
     closed, features = np.concatenate(shut), np.hstack(seen)
     if not 10 < np.sum(closed) < closed.size - 10:
         return False

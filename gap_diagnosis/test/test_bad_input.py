@@ -1,6 +1,7 @@
 """Damaged runs through the command line: a sentence that says what is wrong, never a confident physical effect."""
 
 import json
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -87,28 +88,12 @@ def written(runs, folder):
         topics = {}
         for channel, (time, values) in run.items():
             topic, kind, field = FIELDS[channel]
-            fields = topics.setdefault(f"{topic}{'' if topic != 'load' else channel}", (topic, kind, time, {}))[3]
-            fields[field] = values
-            if channel == "n":
-                fields["sign_source"] = np.full(values.size, 1)
-        paths.append(write_run(folder / name, merged(topics), {"run": name}))
+            stamps = 10**9 + np.round(time * 1e9).astype(np.int64)
+            fields = topics.setdefault(topic, {"type": kind, "stamps": stamps, "fields": {}})["fields"]
+            fields |= {field: values} | ({"sign_source": np.full(values.size, 1)} if channel == "n" else {})
+        made = [Topic(name=f"thruster_0/{topic}", frame="thruster_0", **each) for topic, each in topics.items()]
+        paths.append(write_run(folder / name, made, {"run": name}))
     return paths
-
-
-def merged(topics):
-    """Return topics; force and moment share one, whose stamps are the force's."""
-    if "loadthrust" in topics and "loadtorque" in topics:
-        topics["loadthrust"][3].update(topics.pop("loadtorque")[3])
-    return [
-        Topic(
-            name=f"thruster_0/{topic}",
-            type=kind,
-            stamps=10**9 + np.round(time * 1e9).astype(np.int64),
-            fields=fields,
-            frame="thruster_0",
-        )
-        for topic, kind, time, fields in topics.values()
-    ]
 
 
 @pytest.fixture
@@ -171,11 +156,7 @@ def test_what_no_effect_explains_is_refused_by_channel_with_what_was_found_and_e
     assert found.content is None
     wrong = [line for line in found.error.splitlines() if not line.startswith("  ")]
     assert len(wrong) == 1 and wrong[0].startswith(NAMES[channel])
-    pytest.raises(ValueError, _raise, wrong[0]).match(sentence)
-
-
-def _raise(sentence):
-    raise ValueError(sentence)
+    assert re.search(sentence, wrong[0]), wrong[0]
 
 
 NOT_ENOUGH = {
@@ -184,7 +165,7 @@ NOT_ENOUGH = {
         "steps: thruster_0/state.n: expected at least 20 samples, found 10, one every 1 s; left out",
     ),
     "4 Hz": (changed(every(6)), "thruster_0/state.n: expected samples at least every 0.2 s, found one every 0.24 s"),
-    "2 s": (changed(lambda t, v: (t[50:75] - t[50], v[50:75])), "expected at least 5 s of recordings, found 2."),
+    "2 s": (changed(lambda t, v: (t[50:75] - t[50], v[50:75])), "expected at least 5 s of recordings, found 1.9 s"),
     "idle": (changed(lambda t, u: (t, 0.0 * u), "throttle"), "the throttle never leaves the dead zone (-0.83 to"),
     "throttle over 1000": (scaled(0.001, "throttle"), "found at most 0.0032 V; expected steps beyond it, in volts"),
 }
@@ -217,7 +198,7 @@ def test_constant_clipped_and_interrupted_channels_are_named_and_no_effect_is_cl
         r"steps: thruster_0/load.wrench.force.x: \d+ % of the samples stand at a limit of \d+.*; masked",
         r"steps: thruster_0/state.n: no samples for 5.1 s from 3.0 s on",
     ):
-        pytest.raises(ValueError, _raise, found.error).match(f"(?s).*{sentence}")
+        assert re.search(sentence, found.error), found.error
 
 
 def test_where_the_throttle_was_silent_nothing_is_made_of_what_was_measured_meanwhile(diagnosed):
@@ -257,44 +238,3 @@ def test_a_run_without_throttle_or_without_readings_is_refused_with_the_channels
     found = diagnosed(without(*lost)(healthy()))
     assert (found.status, found.content) == (1, None)
     assert sentence in found.error
-
-
-def test_an_empty_folder_a_missing_one_and_an_unknown_model_are_refused_by_name(tmp_path, diagnosed, capsys):
-    (tmp_path / "empty").mkdir()
-    out = ["--out", str(tmp_path / "result")]
-    assert main([str(tmp_path / "empty"), str(tmp_path / "lost"), "--model", "hl", *out]) == 1
-    said = capsys.readouterr().err
-    assert f"{tmp_path / 'empty'}: expected an .mcap file in it, found nothing" in said
-    assert f"{tmp_path / 'lost'}: no such file or directory" in said
-    found = diagnosed(healthy(), model="nobody")
-    assert found.status == 1 and "nobody: expected a YAML file or one of the known sets" in found.error
-    assert not (tmp_path / "result").exists()
-
-
-def test_a_folder_with_files_in_it_is_left_as_it_is(tmp_path, diagnosed):
-    (tmp_path / "out").mkdir()
-    (tmp_path / "out/diagnosis.json").write_text("{}")
-    found = diagnosed(healthy())
-    assert found.status == 1 and f"{tmp_path / 'out'}: expected a new or empty folder" in found.error
-    assert [file.name for file in (tmp_path / "out").iterdir()] == ["diagnosis.json"]
-    assert (tmp_path / "out/diagnosis.json").read_text() == "{}"
-
-
-def test_the_same_run_twice_is_refused_also_as_a_copy_under_another_name(tmp_path, capsys):
-    runs = healthy()
-    first, _ = written(runs, tmp_path / "runs")
-    copy, _ = written({"copy": runs["steps"], "other": runs["ramps"]}, tmp_path / "runs")
-    assert main([str(first), str(first), "--model", "hl", "--out", str(tmp_path / "out")]) == 1
-    assert f"{first}: given more than once; expected different runs" in capsys.readouterr().err
-    assert main([str(first), str(copy), "--model", "hl", "--out", str(tmp_path / "out")]) == 1
-    assert f"{copy}: holds the same samples as {first}" in capsys.readouterr().err
-    assert not (tmp_path / "out").exists()
-
-
-def test_different_runs_of_one_name_are_told_apart_by_their_folders(tmp_path):
-    from gap_diagnosis.recording_io import read_recordings
-
-    runs = healthy()
-    monday = written({"dive": runs["steps"]}, tmp_path / "monday")
-    tuesday = written({"dive": runs["ramps"]}, tmp_path / "tuesday")
-    assert [each.name for each in read_recordings([*monday, *tuesday])] == ["monday/dive", "tuesday/dive"]

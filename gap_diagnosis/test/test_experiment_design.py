@@ -15,6 +15,7 @@ from gap_diagnosis.experiment_design import design, distances
 from gap_diagnosis.experiment_inputs import Limits, programmes
 from gap_diagnosis.experiment_io import command_period, experiment_content
 from gap_diagnosis.experiment_rivals import rivals_of
+from gap_diagnosis.experiment_words import as_sentence
 from gap_diagnosis.preparing import recording_of
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.parameter_set_io import load_parameter_set
@@ -134,6 +135,13 @@ def test_where_an_idle_run_shows_nothing_the_experiment_shows_effects_that_it_wo
     assert all("none" in each.candidates for each in proposed.separates)
     assert max(each.distance for each in proposed.separates) > 10.0
     assert all(each.distance > each.distance_now for each in proposed.separates)
+
+
+def test_an_experiment_that_says_little_is_to_be_played_as_often_as_three_deviations_take():
+    (programme,) = programmes(Limits(largest=2.0, rate=100.0, duration=10.0), count=1, seed=0)
+    said = as_sentence(programme, [(("tach_lag", "none"), 1.0, 0.5), (("tach_lag", "command_lag"), 1.0, 4.0)], [])
+    assert "tach_lag from re-tuned parameters by 1.0 standard deviations (now 0.5), played 9 times by 3 in all" in said
+    assert "tach_lag from command_lag by 1.0 standard deviations (now 4.0)." in said
 
 
 def test_the_period_of_the_commands_is_read_from_the_recordings(poor):

@@ -143,12 +143,22 @@ def test_braking_alone_is_continuous_where_the_rotor_stops_falling():
         assert after * before >= 0.0
 
 
-def test_a_set_without_a_flow_term_loses_thrust_by_the_reference_and_without_flow_none():
+def test_a_set_without_a_flow_term_loses_thrust_by_the_reference():
     lossy = effect_values({"axial_flow_loss": {"share": 1.0}})
-    airfoil, simplified = (load_parameter_set(name).coefficients for name in ("airfoil", "simplified"))
+    airfoil = load_parameter_set("airfoil").coefficients
     loss = outputs(airfoil, NO_EFFECTS)["thrust"] - outputs(airfoil, lossy)["thrust"]
     assert loss == pytest.approx(0.4146 * 100.0 * 0.1)
-    assert outputs(simplified, lossy, v=0.0) == outputs(simplified, NO_EFFECTS, v=0.0)
+
+
+def test_a_set_without_flow_gets_that_of_the_hl_model_with_the_loss_by_it():
+    lossy = effect_values({"axial_flow_loss": {"share": 1.0}})
+    hl, simplified = (load_parameter_set(name).coefficients for name in ("hl", "simplified"))
+    state = {"v": 0.12, "ambient": 0.2}
+    here, there = outputs(simplified, lossy, **state), outputs(hl, NO_EFFECTS, **state)
+    force = here["thrust"]
+    assert here["v_dot"] == pytest.approx(there["v_dot"] + 0.01232 * (force - there["thrust"]), abs=1e-12)
+    assert here["u_dot"] == pytest.approx(there["u_dot"] + 0.004855 * (force - there["thrust"]), abs=1e-12)
+    assert outputs(simplified, NO_EFFECTS, **state)["v_dot"] == 0.0
 
 
 @pytest.mark.parametrize("model", MODELS)

@@ -38,7 +38,7 @@ def pipeline(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyp
     n_dot = _rotor(rotor_rate(n, moment, drive, p), n, drive, p, e)
     force = _thrust_dynamics(force, n_dot, p, e)
     v_dot = _axial(axial_rate(v, met, force, p), v, met, force, p, e)
-    u_dot = _ambient(ambient_acceleration(ambient, force, p), ambient, past, p, e)
+    u_dot = _ambient(ambient_acceleration(ambient, force, p), ambient, past, force, p, e)
     return n_dot, v_dot, u_dot, speed, axial, water, force, moment
 
 

@@ -17,7 +17,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "rotor": ("n_dot", "n", "drive", "p", "e"),
     "thrust_dynamics": ("force", "n_dot", "p", "e"),
     "axial": ("v_dot", "v", "ambient", "force", "p", "e"),
-    "ambient": ("u_dot", "ambient", "past", "p", "e"),
+    "ambient": ("u_dot", "ambient", "past", "force", "p", "e"),
     "heat": ("heat", "u", "dt", "p", "e"),
     "memory": ("delay", "e"),
 }
@@ -30,7 +30,7 @@ approach         the part of that flow which the propeller meets [m/s]; the inst
 loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1
 rotor            dn/dt [rad/s^2]
 thrust_dynamics  thrust [N], once dn/dt is known
-axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]
+axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]; force: thrust [N]
 heat             heat of the motor after dt [s] at the acting throttle u [V]
 memory           how far back `past` lies [s]
 """

@@ -42,6 +42,7 @@ class PreparationOptions:
             by `ringing_jump` [V] within 20 ms, which sets the load cell ringing.
         glitch_peak, glitch_foot: see `preparation.glitch_mask`, for the tachometer [rad/s].
         flow: limits of `flow_quality.assess_flow`.
+        air: accept runs that were recorded in air.
     """
 
     thruster: int = 0
@@ -52,6 +53,7 @@ class PreparationOptions:
     glitch_peak: float = 25.0
     glitch_foot: float = 4.0
     flow: FlowLimits = field(default_factory=FlowLimits)
+    air: bool = False
 
 
 def read_experiments(
@@ -85,7 +87,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     throttle_name = next((n for n in (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent") if n in run), None)
     if throttle_name is None:
         raise UnfitDataError([f"{run.name}: expected a channel {prefix}/throttle.commanded; found {', '.join(run)}"])
-    if run.metadata.get("water") is False:
+    if run.metadata.get("water") is False and not options.air:
         raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
     grid = np.arange(0.0, run.duration, options.dt)
     throttle = _held(run.time(throttle_name), run[throttle_name].values, grid)

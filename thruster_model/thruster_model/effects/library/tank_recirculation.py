@@ -11,7 +11,7 @@ from thruster_model.effects.effect import Effect, EffectParameter
 
 
 @equation
-def ambient(u_dot, ambient, past, p, e):  # type: ignore[no-untyped-def]
+def ambient(u_dot, ambient, past, force, p, e):  # type: ignore[no-untyped-def]
     """Return dU/dt with the flow that comes back."""
     return u_dot + e.tank_recirculation_share * p.k_U * past
 
