@@ -19,7 +19,9 @@ setup(
     entry_points={
         "console_scripts": [
             "diagnose = gap_diagnosis.cli_diagnose:main",
+            "diagnosis_table = gap_diagnosis.cli_diagnosis_table:main",
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
+            "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]
     },
     zip_safe=True,

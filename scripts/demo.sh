@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
-# The main job, end to end: bench recordings -> runs -> identified thruster models -> report.
+# The main job, end to end: bench recordings -> runs -> identified thruster models -> report; then a thruster with a
+# hidden effect -> recordings -> diagnosis -> what was hidden.
 #
 # usage: scripts/demo.sh              a short synthetic bench campaign, simulated here
 #        scripts/demo.sh PATH...      recordings of a bench (csv, csv.xz with dat or mat beside them), files or folders
 #
-# Results go to a new folder under runs/ (or under $DEMO_OUT); the last line printed is the path of the report.
+# Results go to a new folder under runs/ (or under $DEMO_OUT); the last lines printed are the paths of the reports.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 for path in "$@"; do
@@ -34,3 +35,11 @@ else
 fi
 printf '[demo] fitting simplified, HL and HQ to %d runs\n' "${#fit[@]}"
 ros2 run thruster_model fit "${fit[@]}" --model simplified hl hq "${options[@]}" --out "$out/fit"
+
+printf '\n[demo] recording a thruster whose unmodelled effect is drawn at random and sealed\n'
+ros2 run gap_diagnosis sealed_case "$out/sealed"
+printf '[demo] diagnosing it from its recordings alone\n'
+ros2 run gap_diagnosis diagnose "$out"/sealed/runs/*/ --model "$out/sealed/model.yaml" --out "$out/diagnosis"
+printf '[demo] opening the seal\n'
+ros2 run gap_diagnosis sealed_case "$out/sealed" --open "$out/diagnosis/diagnosis.json"
+printf '%s\n' "$out/fit/report.html" "$out/diagnosis/report.html"

@@ -22,6 +22,7 @@ _SINGLES = 7
 _LOOKALIKES = 12.0  # nats behind the best screened one within which suspects are refitted
 _PAIRS = 4
 _EXAMINED = 4
+_AIR_BESIDE = 20.0
 _TURNS = 3
 _SAME_NOISE = 0.04
 
@@ -102,7 +103,8 @@ def investigate(
         progress("pairs")
         pairs = _pairs(none, ranked, suspects)
         if with_ventilation and leading.suspects[0].effect != "ventilation":
-            pairs += _with_air(leading)
+            # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
+            pairs += [c for c in _with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
         ranked = _examined([*ranked, *pairs], none.noise)
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
         if len(ranked[0].suspects) == 2 and not _settled(none.noise, renewed):

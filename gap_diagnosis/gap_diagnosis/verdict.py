@@ -17,7 +17,7 @@ from thruster_model.effects.stages import LIBRARY
 __all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict_of"]
 
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
-CLAIMED = 0.75
+CLAIMED = 0.9
 """Probability from which a group of effects is claimed."""
 APART = 9.0
 """Squared distance (Fisher, in standard deviations) below which two hypotheses cannot be told apart."""

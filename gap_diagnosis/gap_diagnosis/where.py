@@ -100,10 +100,9 @@ def block_shares(marginal: Mapping[str, float], unknown: float, excess: Mapping[
         home = {"speed": "rotor", "thrust": "thrust", "torque": "thrust", "ambient": "flow", "axial": "flow"}
         for signal, energy in excess.items():
             shares[home[signal]] += unknown * energy / total
-    whole = sum(shares.values())
-    if whole <= 0.0:
-        return []
-    return sorted(((b, s / whole) for b, s in shares.items() if s > 1e-3 * whole), key=lambda each: -each[1])
+    kept = {block: share for block, share in shares.items() if share > 1e-3 * sum(shares.values())}
+    whole = sum(kept.values())
+    return sorted(((block, share / whole) for block, share in kept.items()), key=lambda each: -each[1])
 
 
 def excess_by_regime(problem: Problem, noise: NoiseModel, fitted: Fitted) -> dict[str, dict[str, float]]:

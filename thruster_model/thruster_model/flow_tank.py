@@ -29,6 +29,7 @@ class PlantState(NamedTuple):
 
 AT_REST = PlantState(0.0, 0.0, 0.0, 0.0)
 NO_GATES = np.empty(0)
+RAMP_STEP = 2.5e-3
 
 
 class Trajectory(NamedTuple):
@@ -47,13 +48,19 @@ def plant_step(state, u_commanded, dt, past, gate, p, e):  # type: ignore[no-unt
     """Return the state after `dt` [s] under the commanded throttle [V], held over the step.
 
     Where the throttle reaches the command within the step, the step is split there: smeared over the whole step, a
-    change of the command would come half a step late. `past`, `gate`: see `effects.effect.STAGES`.
+    change of the command would come half a step late. On its way the throttle passes the edges of the dead zone, whose
+    kinks want steps of `RAMP_STEP`. `past`, `gate`: see `effects.effect.STAGES`.
     """
-    ramp = np.abs(u_commanded - state.u) / p.u_dot_max
-    if 0.0 < ramp < dt:
-        state = _rk4(state, u_commanded, ramp, past, gate, p, e)
-        return _rk4(state, u_commanded, dt - ramp, past, gate, p, e)
-    return _rk4(state, ramp_limited(state.u, u_commanded, p.u_dot_max, dt), dt, past, gate, p, e)
+    ramp = min(np.abs(u_commanded - state.u) / p.u_dot_max, dt)
+    if ramp > 0.0:
+        first, last = state.u, ramp_limited(state.u, u_commanded, p.u_dot_max, dt)
+        pieces = int(ramp / RAMP_STEP - 1e-9) + 1
+        for k in range(pieces):
+            u = last if k == pieces - 1 else first + (last - first) * (k + 1) / pieces
+            state = _rk4(state, u, ramp / pieces, past, gate, p, e)
+    if ramp < dt:
+        state = _rk4(state, state.u, dt - ramp, past, gate, p, e)
+    return state
 
 
 @inlined

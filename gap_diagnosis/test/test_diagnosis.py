@@ -1,0 +1,121 @@
+"""Diagnoses of generated recordings: right names, honest silence, and what is written of them."""
+
+import json
+
+import numpy as np
+import pytest
+from generated import campaign
+
+from gap_diagnosis.diagnose_io import with_effect, write_diagnosis
+from gap_diagnosis.diagnosis import diagnose
+from gap_diagnosis.diagnosis_json import as_json
+from gap_diagnosis.verdict import VERDICTS
+from thruster_model.parameter_set_io import load_parameter_set
+
+
+def content(found):
+    return as_json(found, runs=["a"], parameter_set="hl", version="0", seed=0)
+
+
+@pytest.fixture(scope="module")
+def coulomb():
+    stated, recordings = campaign({"coulomb_friction": {"deceleration": 200.0}}, seed=3)
+    return diagnose(recordings, stated)
+
+
+def test_an_effect_is_named_with_its_size_and_shrink(coulomb):
+    (claim,) = coulomb.verdict.claims
+    assert (coulomb.verdict.verdict, claim.effect, claim.kind) == ("effect", "coulomb_friction", "structural")
+    size = claim.sizes["deceleration"]
+    assert abs(size.value - 200.0) < 3.0 * size.std < 60.0
+    assert coulomb.shrink.value > 0.9
+    assert coulomb.where[0][0] == "rotor"
+
+
+def test_the_four_numbers_fall_from_stated_to_noise(coulomb):
+    total = coulomb.errors.total
+    assert total.as_is > total.retuned > total.with_effect
+    assert total.with_effect == pytest.approx(total.noise_floor, abs=0.05)
+
+
+def test_the_json_is_plain_and_its_probabilities_sum_to_one(coulomb):
+    written = content(coulomb)
+    assert json.loads(json.dumps(written, allow_nan=False)) == written
+    assert written["verdict"] in VERDICTS
+    total = sum(each["probability"] for each in written["candidates"]) + written["p_none"] + written["p_unknown"]
+    assert total == pytest.approx(1.0, abs=1e-9)
+    assert sum(each["share"] for each in written["where"]) == pytest.approx(1.0)
+    effect = written["effects"][0]
+    assert {"id", "thruster", "channel", "class", "probability", "parameters", "shrink", "shrink_interval"} <= set(
+        effect
+    )
+    assert "coulomb_friction" in written["summary"]
+
+
+def test_the_exported_set_carries_the_effect_and_predicts_as_the_diagnosis_does(coulomb, tmp_path):
+    write_diagnosis(coulomb, content(coulomb), tmp_path)
+    exported = load_parameter_set(str(tmp_path / "with_effect.yaml"))
+    assert exported.effects.sizes["coulomb_friction"]["deceleration"] == pytest.approx(200.0, rel=0.2)
+    fitted = coulomb.verdict.chosen.fitted
+    assert exported.values["k_n"] == pytest.approx(fitted.problem.values(fitted.x)["k_n"])
+    assert with_effect(coulomb).effects.sizes == exported.effects.sizes
+
+
+def test_retuned_parameters_suffice_where_nothing_but_parameters_is_off():
+    stated, recordings = campaign(seed=4)
+    found = diagnose(recordings, stated)
+    assert found.verdict.verdict == "parameters"
+    assert not found.verdict.claims and not content(found)["effects"]
+
+
+def test_there_is_no_gap_where_the_parameters_are_right():
+    stated, recordings = campaign(seed=5, spread=0.0)
+    assert diagnose(recordings, stated).verdict.verdict == "no_gap"
+
+
+def test_what_is_in_no_library_is_called_unknown():
+    stated, recordings = campaign(outside={"throttle_backlash": {"width": 0.6}}, seed=6)
+    assert diagnose(recordings, stated).verdict.verdict == "unknown"
+
+
+def test_two_effects_are_both_named():
+    effects = {"tach_lag": {"time": 0.15}, "thrust_asymmetry": {"share": 0.3}}
+    stated, recordings = campaign(effects, seed=7, duration=20.0)
+    found = diagnose(recordings, stated)
+    assert {claim.effect for claim in found.verdict.claims} == set(effects)
+
+
+def test_exact_twins_are_one_group():
+    stated, recordings = campaign({"command_delay": {"time": 0.1}}, seed=8)
+    (claim,) = diagnose(recordings, stated).verdict.claims
+    assert {claim.effect, *(name.split(":")[0] for name in claim.alike)} == {"command_delay", "log_alignment"}
+
+
+def test_without_load_cell_and_flow_meter_the_answer_is_less_certain_not_wrong():
+    effects = {"coulomb_friction": {"deceleration": 200.0}}
+    stated, recordings = campaign(effects, seed=3, channels=("n",))
+    (claim,) = diagnose(recordings, stated).verdict.claims
+    assert "coulomb_friction" in (claim.effect, *claim.alike)
+
+
+def test_an_effect_that_is_left_out_is_not_named_and_nothing_else_is():
+    stated, recordings = campaign({"coulomb_friction": {"deceleration": 300.0}}, seed=3)
+    found = diagnose(recordings, stated, excluded=("coulomb_friction",))
+    assert found.verdict.verdict == "unknown"
+    assert "coulomb_friction" not in found.verdict.probabilities
+
+
+def test_a_diagnosis_repeats_itself():
+    stated, recordings = campaign({"flow_bias": {"offset": 0.05}}, seed=9, runs=2)
+    first, second = (content(diagnose(recordings, stated, seed=2)) for _ in range(2))
+    assert first == second
+
+
+def test_predictions_are_held_out(coulomb):
+    problem = coulomb.problem
+    assert set(coulomb.predictions) == {"as_is", "retuned", "with_effect"}
+    inside = np.abs(
+        problem.measured - coulomb.investigation.none.fitted.problem.predicted(coulomb.investigation.none.fitted.x)
+    )
+    outside = np.abs(problem.measured - coulomb.predictions["retuned"])
+    assert np.nanmean(outside**2) != np.nanmean(inside**2)

@@ -1,0 +1,65 @@
+"""Fits of hypotheses: a truth is recovered from a wrong start, also along a bent valley; priors decide the rest."""
+
+import numpy as np
+import pytest
+from generated import campaign
+from scipy.optimize import least_squares
+
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.noise import white_noise
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.suspects import suspects
+
+NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
+
+
+def problem_of(effects, **options):
+    stated, recordings = campaign(effects, duration=12.0, runs=2, **options)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    listed = {s.effect: s for s in suspects({"speed", "ambient", "thrust", "torque"})}
+    return problem, listed
+
+
+@pytest.fixture(scope="module")
+def gain():
+    problem, listed = problem_of({"throttle_gain": {"share": 0.3}}, seed=11)
+    return problem.with_effects(listed["throttle_gain"].slots)
+
+
+def test_a_size_in_the_span_of_the_parameters_is_followed_to_the_bottom_of_its_valley(gain):
+    found = fit(gain, NOISE, gain.start([0.05]), iterations=25)
+    deviation = float(np.sqrt(found.covariance[-1, -1]))
+    assert abs(found.x[-1] - 0.3) < 3.0 * deviation < 0.15
+    other = least_squares(
+        lambda x: np.concatenate((gain.whitened(NOISE, gain.residuals(x)), x[: gain.nuisances])),
+        found.x,
+        method="trf",
+        diff_step=1e-4,
+        max_nfev=6,
+    )
+    assert found.cost - 2.0 * other.cost < 0.5
+    assert found.x[-1] == pytest.approx(other.x[-1], abs=0.3 * deviation)
+
+
+def test_parameters_come_out_within_their_deviations():
+    problem, _ = problem_of({}, seed=12)
+    found = fit(problem, NOISE, problem.start(), iterations=12)
+    count = float(np.sum(problem.known))
+    assert found.cost == pytest.approx(count, abs=5.0 * np.sqrt(2.0 * count))
+    assert np.max(np.abs(found.x)) < 3.5
+
+
+def test_sensitivities_agree_with_differences_taken_by_hand(gain):
+    x = gain.start([0.2])
+    column = gain.nuisances - 3
+    moved = x.copy()
+    moved[column] += 0.01
+    by_hand = (gain.predicted(moved) - gain.predicted(x)) / 0.01
+    assert gain.sensitivities(x, [column])[gain.known, 0] == pytest.approx(by_hand[gain.known], rel=1e-6, abs=1e-9)
+
+
+def test_an_effect_without_influence_is_as_uncertain_as_its_range():
+    problem, listed = problem_of({}, seed=12)
+    posed = problem.with_effects(listed["throttle_saturation"].slots)
+    found = fit(posed, NOISE, posed.start([1.25]), iterations=5)
+    assert np.sqrt(found.covariance[-1, -1]) == pytest.approx(1.0 / np.sqrt(12.0), rel=1e-6)

@@ -1,0 +1,64 @@
+"""What a log shows by itself: repeats, spikes, lattices, holes, scattered stamps; and what is none of these."""
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples, spikes
+from gap_diagnosis.scatter import scattered_before_sorting
+
+RNG = np.random.default_rng(1)
+WAVE = 60.0 * np.sin(np.arange(800) / 40.0)
+NOISY = WAVE + 1.2 * RNG.standard_normal(800)
+
+
+def test_noisy_readings_show_nothing():
+    assert lattice_step(NOISY) == 0.0
+    assert not repeated_samples(NOISY).any()
+    assert hole_around_zero(NOISY) == 0.0
+
+
+@pytest.mark.parametrize("step", [0.37, 5.3, 12.6])
+def test_the_step_of_a_coarse_converter_is_found(step):
+    assert lattice_step(step * np.round(NOISY / step)) == pytest.approx(step, rel=1e-9)
+
+
+def test_readings_of_a_coarse_converter_are_no_repeats():
+    assert not repeated_samples(5.0 * np.round(NOISY / 5.0)).any()
+
+
+def test_repeated_samples_are_marked_one_by_one():
+    kept = RNG.random(800) >= 0.2
+    kept[0] = True
+    index = np.maximum.accumulate(np.where(kept, np.arange(800), 0))
+    assert np.array_equal(repeated_samples(NOISY[index]), ~kept)
+
+
+def test_a_sensor_that_stands_still_for_long_does_not_repeat():
+    still = NOISY.copy()
+    still[100:200] = still[100]
+    assert not repeated_samples(still).any()
+
+
+def test_spikes_stand_out_of_a_slow_signal():
+    slow = 0.2 * np.sin(np.arange(800) / 200.0) + 0.006 * RNG.standard_normal(800)
+    hit = RNG.random(800) < 0.1
+    assert np.mean(spikes(slow + np.where(hit, 0.3, 0.0), 0.006)[hit]) > 0.95
+    assert np.mean(spikes(slow, 0.006)) < 0.005
+
+
+def test_a_hole_around_zero_is_as_wide_as_the_smallest_reading():
+    cut = np.where(np.abs(NOISY) < 14.0, 0.0, NOISY)
+    assert 14.0 <= hole_around_zero(cut) < 16.0
+
+
+def test_scatter_of_stamps_is_measured_about_a_line_and_undone_of_sorting():
+    regular = 0.04 * np.arange(3000) + 1.0
+    scattered = np.sort(regular + 0.02 * RNG.standard_normal(3000))
+    line, scatter = regular_stamps(scattered)
+    assert np.max(np.abs(line - regular)) < 2e-3
+    assert scatter < 0.02
+    assert scattered_before_sorting(scatter, 0.04) == pytest.approx(0.02, rel=0.06)
+
+
+def test_regular_stamps_do_not_scatter():
+    assert regular_stamps(0.04 * np.arange(100))[1] == pytest.approx(0.0, abs=1e-9)

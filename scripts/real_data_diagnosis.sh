@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# The study behind docs/real_data.md: the thesis' bench recordings diagnosed against the parameter sets.
+#
+# usage: scripts/real_data_diagnosis.sh PATH [OUT]     PATH: the bench's recordings; writes OUT/table.md and the reports
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+[ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings\n' "$0" >&2; exit 2; }
+out=${2:-$root/runs/real-data-$(date +%Y%m%d-%H%M%S)}
+"$root/scripts/setup.sh"
+. "$root/scripts/env.sh"
+mkdir -p "$out"
+ros2 run run_bag import_bench "$1" --out "$out/recordings" >"$out/import.txt"
+
+runs() { ros2 run run_bag info "$out/recordings" --list --where "experiment=$1"; }
+diagnose() {  # name, parameter set, runs on standard input
+    mapfile -t given
+    printf '[real data] %s against %s: %d runs\n' "$1" "$2" "${#given[@]}"
+    ros2 run gap_diagnosis diagnose "${given[@]}" --model "$2" --out "$out/$1" >"$out/$1.txt" 2>"$out/$1.log"
+}
+# The runs of the thesis' Fig. 4.2 and their neighbours: at 2 and 3 V, either direction.
+for set in simplified hl hq hl_bench; do
+    runs 'open loop' | grep -E '[pm][23]V$' | diagnose "open_loop_$set" "$set"
+done
+runs 'closed loop' | diagnose closed_loop hl_bench
+runs reversal | diagnose reversal hl
+runs 'in air' | diagnose in_air hl
+ros2 run gap_diagnosis diagnosis_table "$out"/*/diagnosis.json >"$out/table.md"
+printf '%s\n' "$out/table.md"
