@@ -221,8 +221,3 @@ def _mode(driver: Array, frequency: float, dt: float) -> Array:
     turned = np.cos(omega * np.sqrt(1.0 - 0.01) * dt)
     poles = [1.0, -2.0 * radius * turned, radius**2]
     return np.asarray(lfilter([sum(poles)], poles, driver))
-
-
-def summary(features: Sequence[Feature]) -> str:
-    """Return in words what the residuals depend on."""
-    return "; ".join(f"{f.signal} on {f.name}" for f in features)
