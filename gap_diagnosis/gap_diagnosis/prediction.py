@@ -34,6 +34,7 @@ Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
 _FINER = 5
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
+_ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
 """Parameter of `log_alignment` that concerns a signal."""
 
@@ -68,7 +69,7 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
         elif effect.id != "command_delay":
             commands = np.asarray(effect.samples(commands, experiment.dt / finer, **_sized(effect, sizes)))
     in_plant = {name: sizes[name] for name in sizes if LIBRARY[name].hooks}
-    finest = _TINY_STEP if "coulomb_friction" in in_plant else experiment.dt
+    finest = _TINY_STEP if _ABRUPT & set(in_plant) else experiment.dt
     trajectory = simulate(
         coefficients,
         commands,

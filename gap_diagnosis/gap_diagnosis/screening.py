@@ -25,6 +25,9 @@ STRETCHED = 3.5
 """Standard deviations from which on nuisances count as pulled off by an effect that is missing."""
 
 
+_SMALLEST_SHARE = 0.02  # of a size tried
+
+
 @dataclass(frozen=True, kw_only=True)
 class Trials:
     """Predictions of a suspect over its grid, shape (G, R), the other unknowns as in the fit `anchor`."""
@@ -94,6 +97,21 @@ class _View:
         prior = np.repeat(-self.anchor.x[: self.problem.nuisances, None], white.shape[1], axis=1)
         return self._left(np.vstack((white, prior)))
 
+    def scaled_cost(self, predictions: Array, scalable: bool) -> tuple[Array, Array]:
+        """Return costs (G,) of predictions (G, R) and of which share (G,) of their change from the anchor's own.
+
+        Where the change grows in proportion to the size (`scalable`), smaller sizes than those tried are rated too: a
+        small effect costs more at a large size than at none.
+        """
+        whole, ones = self.cost(predictions), np.ones(predictions.shape[0])
+        if not scalable:
+            return whole, ones
+        none = float(self.cost(self.prediction[None, :])[0])
+        power = np.array([self.visibility(prediction) for prediction in predictions])
+        slope = 0.5 * (none + power - whole)  # of the residuals along the change
+        share = np.clip(slope / np.maximum(power, 1e-12), _SMALLEST_SHARE, 1.0)
+        return none - 2.0 * share * slope + share**2 * power, share
+
     def visibility(self, prediction: Array) -> float:
         """Return the cost of a change (R,) of the anchor's own prediction."""
         change = np.where(self.problem.known, prediction - self.prediction, np.nan)[:, None]
@@ -115,23 +133,31 @@ def rated(base: Fitted, noise: NoiseModel, trials: Sequence[Trials]) -> list[Scr
         if id(each.anchor) not in views:
             views[id(each.anchor)] = _View(each.anchor, noise)
         view = views[id(each.anchor)]
-        costs = view.cost(each.predictions.astype(np.float64))
+        costs, shares = view.scaled_cost(each.predictions.astype(np.float64), _scalable(each.suspect))
         k = int(np.argmin(costs))
         gain = reference - float(costs[k])
+        sizes = each.suspect.grid[k].copy()
+        sizes[0] *= shares[k]
         found = Screened(
             suspect=each.suspect,
             problem=each.problem,
             anchor=each.anchor,
-            sizes=each.suspect.grid[k],
+            sizes=sizes,
             gain=gain,
             criterion=0.5 * gain - 0.5 * len(each.suspect.slots) * np.log(max(gain, 1.0)),
-            signature=np.nan_to_num(each.predictions[k] - view.prediction),
+            signature=shares[k] * np.nan_to_num(each.predictions[k] - view.prediction),
             visibility=view.visibility(each.predictions[_middle(each.suspect)]),
         )
         found = _searched(view, reference, found)
         if each.suspect.key not in best or gain > best[each.suspect.key].gain:
             best[each.suspect.key] = found
     return sorted(best.values(), key=lambda s: -s.criterion)
+
+
+def _scalable(suspect: Suspect) -> bool:
+    """Tell whether the trace of an effect grows in proportion to its first size, from nothing at zero."""
+    first = suspect.slots[0]
+    return first.lower <= 0.0 <= first.upper and suspect.effect not in JAGGED
 
 
 def _searched(view: _View, reference: float, screened: Screened) -> Screened:
