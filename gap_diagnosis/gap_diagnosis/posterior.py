@@ -1,7 +1,7 @@
 """Probabilities of all hypotheses: none, single effects, pairs, and each of them with something unknown beside it.
 
-Evidence is divided by a temperature that was calibrated on simulated cases (`TEMPERATURE`), since all models are a
-little wrong. What is not refitted counts by its screening.
+Evidence may be divided by a temperature (`TEMPERATURE`, 1 so far: not calibrated), since all models are a little wrong.
+What is not refitted counts by its screening.
 """
 
 from collections.abc import Mapping, Sequence
