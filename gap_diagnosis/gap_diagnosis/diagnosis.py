@@ -103,6 +103,7 @@ def diagnose(
             recordings=tuple(usable),
             parameter_set=parameter_set,
             deviations=deviations_of(parameter_set),
+            fixed=parameter_set.effects.sizes,
             masks=masks_of(usable),
         )
         if not problem.series:

@@ -61,6 +61,12 @@ def test_the_exported_set_carries_the_effect_and_predicts_as_the_diagnosis_does(
     assert with_effect(coulomb).effects.sizes == exported.effects.sizes
 
 
+def test_effects_that_the_set_has_switched_on_already_are_part_of_the_simulator(coulomb):
+    again = diagnose(coulomb.problem.recordings, with_effect(coulomb))
+    assert again.verdict.verdict in ("no_gap", "parameters")
+    assert again.errors.total.as_is == pytest.approx(1.0, abs=0.05)
+
+
 def test_retuned_parameters_suffice_where_nothing_but_parameters_is_off():
     stated, recordings = campaign(seed=4)
     found = diagnose(recordings, stated)
