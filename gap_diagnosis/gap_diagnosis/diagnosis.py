@@ -143,7 +143,7 @@ def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple
     if all(recording.regular is None for recording in problem.recordings):
         return problem, []
     other = replace(problem, recordings=tuple(regular))
-    noise = white_noise({each.signal: _noise_of(problem, each.signal) for each in problem.series})
+    noise = white_noise(problem.noise_levels)
     gain = fit(problem, noise, problem.start()).cost - fit(other, noise, other.start()).cost
     if gain < 2.0 * _JITTER_ODDS:
         return problem, []
@@ -166,13 +166,6 @@ def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple
         sentence=sentence,
     )
     return other, [jitter]
-
-
-def _noise_of(problem: Problem, signal: str) -> float:
-    levels = [
-        r.experiment.measurements[signal].noise for r in problem.recordings if signal in r.experiment.measurements
-    ]
-    return float(np.median(levels))
 
 
 def _jitter(found: Investigation) -> list[Scatter]:
@@ -226,7 +219,7 @@ def _complete(
             elif len(physical) == 1:
                 shrinks.append(whole)
             else:
-                shrinks.append(_of_one(found, verdict, claim.effect, problem, predictions, seed))
+                shrinks.append(_of_one(found, claim.effect, problem, predictions, seed))
     else:
         shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
     units = {name: signal.unit for name, signal in SIGNALS.items()}
@@ -234,14 +227,7 @@ def _complete(
         problem, found.noise, predictions["as_is"], predictions["retuned"], predictions.get("with_effect"), units
     )
     by_regime = excess_by_regime(problem, found.noise, none)
-    excess = {
-        s: max(
-            float(np.nanmean(none.white[np.concatenate([np.r_[e.rows] for e in problem.series if e.signal == s])] ** 2))
-            - 1.0,
-            0.0,
-        )
-        for s in dict.fromkeys(e.signal for e in problem.series)
-    }
+    excess = {s: max(float(np.nanmean(none.white[r] ** 2)) - 1.0, 0.0) for s, r in problem.signal_rows.items()}
     marginal = dict(posterior.marginal) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
     for claim in verdict.claims:
         if claim.scatters:
@@ -266,9 +252,7 @@ def _complete(
     )
 
 
-def _of_one(
-    found: Investigation, verdict: Verdict, effect: str, problem: Problem, predictions: Mapping[str, Array], seed: int
-) -> Shrink:
+def _of_one(found: Investigation, effect: str, problem: Problem, predictions: Mapping[str, Array], seed: int) -> Shrink:
     """Return how far one of two effects alone shrinks the gap."""
     alone = next((c for c in found.candidates if len(c.suspects) == 1 and c.suspects[0].effect == effect), None)
     if alone is None:

@@ -95,7 +95,6 @@ def discrepancy(
     chosen: list[int] = []
     features: list[Feature] = []
     evidence = 0.0
-    gram, slope = gram.copy(), slope.copy()
     weights = np.zeros(columns)
     first_gram, first_slope = gram.copy(), slope.copy()
     occam = np.log(max(int(np.sum(usable)), 1))
@@ -125,7 +124,7 @@ def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]
     """Return names, for each signal its rows and the basis there (rows, K), and the signal of each column."""
     problem = fitted.problem
     sizes = problem.sizes(fitted.x)
-    signals = [s for s in dict.fromkeys(each.signal for each in problem.series) if s not in problem.opaque]
+    signals = [s for s in problem.signal_rows if s not in problem.opaque]
     found: dict[str, tuple[list[slice], list[Array]]] = {signal: ([], []) for signal in signals}
     names: list[str] = []
     for index, happened in enumerate(problem.happened(fitted.x)):

@@ -82,9 +82,8 @@ def errors_of(
 ) -> Errors:
     """Return root mean squares of the three predictions' errors, shape (R,) each, by channel and in total."""
     channels, totals = {}, []
-    for signal in dict.fromkeys(each.signal for each in problem.series):
-        rows = np.concatenate([np.arange(s.first, s.last) for s in problem.series if s.signal == signal])
-        rows = rows[problem.known[rows]]
+    for signal, own in problem.signal_rows.items():
+        rows = own[problem.known[own]]
         if not rows.size:
             continue
         floor = noise.signals[signal].marginal
@@ -111,9 +110,7 @@ def errors_of(
 def shrink_of(problem: Problem, noise: NoiseModel, retuned: Array, with_effect: Array, seed: int) -> Shrink:
     """Return the shrink with its interval by a bootstrap over blocks of 2 s; None where the excess is within noise."""
     blocks: dict[tuple[int, int], tuple[float, float, float]] = {}
-    counts = {
-        s: sum(int(np.sum(problem.known[e.rows])) for e in problem.series if e.signal == s) for s in _signals(problem)
-    }
+    counts = {name: int(np.sum(problem.known[rows])) for name, rows in problem.signal_rows.items()}
     for each in problem.series:
         time = problem.recordings[each.recording].experiment.measurements[each.signal].time
         number = (time / _BLOCK).astype(np.int64)
@@ -142,7 +139,3 @@ def shrink_of(problem: Problem, noise: NoiseModel, retuned: Array, with_effect: 
     value = float(1.0 - (total[1] - total[2]) / (total[0] - total[2]))
     low, high = np.percentile(left, [5.0, 95.0])
     return Shrink(value=value, interval=(float(low), float(high)))
-
-
-def _signals(problem: Problem) -> list[str]:
-    return list(dict.fromkeys(each.signal for each in problem.series))

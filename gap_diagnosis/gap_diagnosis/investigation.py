@@ -12,7 +12,7 @@ from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, rated, tried
 from gap_diagnosis.suspects import Suspect
-from gap_diagnosis.ventilation import RATE, ventilated
+from gap_diagnosis.ventilation import change_cost, ventilated
 
 __all__ = ["Candidate", "Investigation", "investigate"]
 
@@ -73,11 +73,7 @@ def investigate(
     progress: Progress = lambda _: None,
 ) -> Investigation:
     """Return the weighed hypotheses for a problem without effects."""
-    levels: dict[str, list[float]] = {}
-    for each in problem.series:
-        measurement = problem.recordings[each.recording].experiment.measurements[each.signal]
-        levels.setdefault(each.signal, []).append(measurement.noise)
-    noise = white_noise({name: float(np.median(found)) for name, found in levels.items()})
+    noise = white_noise(problem.noise_levels)
     progress("base fit")
     base = fit(problem, noise, problem.start(), iterations=12)
     progress(f"{len(suspects)} suspects")
@@ -95,7 +91,7 @@ def investigate(
     ranked = _singles(none, screened, with_ventilation)
     leading = _best(none, ranked)
     if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
-        again = _retried(leading, none)
+        again = _retried(leading)
         if again is not leading:
             ranked = _examined([again, *ranked[1:]], noise)
             leading = _best(none, ranked)
@@ -189,7 +185,7 @@ def _candidate(
     return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
 
 
-def _retried(candidate: Candidate, none: Candidate) -> Candidate:
+def _retried(candidate: Candidate) -> Candidate:
     """Return a hypothesis fitted from other starts too, if one ends lower: some effects have several valleys."""
     problem, best = candidate.fitted.problem, candidate.fitted
     sizes = best.x[problem.nuisances :]
@@ -207,7 +203,7 @@ def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], w
     """Return the best of a few hypotheses, fitted in haste: to see what noise is left."""
     best = base
     aired = ventilated(base, noise, 0.15 * screened[0].gain) if with_ventilation else None
-    if aired is not None and aired[0].evidence + aired[1] * np.log(RATE * 0.04) > best.evidence:
+    if aired is not None and aired[0].evidence + aired[1] * change_cost(base.problem) > best.evidence:
         best = aired[0]
     for each in screened[:3]:
         start = np.concatenate((each.anchor.x, each.sizes))
@@ -231,8 +227,7 @@ def _with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
     if found is None:
         return []
     fitted, changes = found
-    period = 0.04
-    evidence = on.evidence + fitted.evidence - on.fitted.evidence + changes * np.log(RATE * period)
+    evidence = on.evidence + fitted.evidence - on.fitted.evidence + changes * change_cost(fitted.problem)
     slots = fitted.problem.slots[-2:]
     suspect = Suspect(effect="ventilation", channel="", slots=slots, grid=np.empty((0, 2)))
     return [Candidate(suspects=(*on.suspects, suspect), fitted=fitted, evidence=float(evidence), noise=on.noise)]

@@ -59,10 +59,6 @@ class NoiseModel:
             _whiten(flat[each.rows], np.array(noise.coefficients), noise.innovation, noise.marginal, out[each.rows])
         return out.reshape(rows.shape)
 
-    def log_scale(self, series: Sequence[Series], known: NDArray[np.bool_]) -> float:
-        """Return the sum of the logarithms of the deviations by which known rows are divided."""
-        return float(sum(np.sum(known[s.rows]) * np.log(self.signals[s.signal].innovation) for s in series))
-
 
 @compiled
 def _whiten(rows, coefficients, innovation, marginal, out):  # type: ignore[no-untyped-def]

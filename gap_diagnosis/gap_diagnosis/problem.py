@@ -133,6 +133,28 @@ class Problem:
         return found
 
     @cached_property
+    def signal_rows(self) -> dict[str, NDArray[np.int64]]:
+        """Rows of each signal in all recordings together."""
+        names = dict.fromkeys(each.signal for each in self.series)
+        return {n: np.concatenate([np.arange(s.first, s.last) for s in self.series if s.signal == n]) for n in names}
+
+    @property
+    def noise_levels(self) -> dict[str, float]:
+        """Standard deviation of each signal's noise by its samples alone: the median over the recordings."""
+        return {
+            name: float(
+                np.median(
+                    [
+                        self.recordings[s.recording].experiment.measurements[name].noise
+                        for s in self.series
+                        if s.signal == name
+                    ]
+                )
+            )
+            for name in self.signal_rows
+        }
+
+    @cached_property
     def measured(self) -> Array:
         """All samples in their units, NaN where missing or masked, shape (R,)."""
         if self.observed is not None:

@@ -144,7 +144,7 @@ def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float,
     sizes = np.concatenate(([0.0], np.geomspace(0.001, 0.03, 30))) if sizes is None else sizes
     problem = fitted.problem
     total = np.zeros(sizes.size)
-    for signal in dict.fromkeys(each.signal for each in problem.series):
+    for signal in problem.signal_rows:
         squares, slopes = [], []
         for each in problem.series:
             if each.signal != signal:

@@ -84,10 +84,9 @@ def problem_channel(problem: Problem, signal: str) -> str:
 
 def _compared(problem: Problem, predicted: Array) -> dict[str, _Compared]:
     result = {}
-    for signal in dict.fromkeys(each.signal for each in problem.series):
+    for signal, all_rows in problem.signal_rows.items():
         own = [s for s in problem.series if s.signal == signal]
-        rows = np.concatenate([np.arange(s.first, s.last) for s in own])
-        rows = rows[problem.known[rows]]
+        rows = all_rows[problem.known[all_rows]]
         y, p = problem.measured[rows], predicted[rows]
         power = float(p @ p)
         if rows.size < 20 or power <= 0.0 or float(y @ y) <= 0.0:

@@ -17,7 +17,7 @@ from gap_diagnosis.problem import Problem, SizeSlot
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["ventilated"]
+__all__ = ["RATE", "change_cost", "ventilated"]
 
 Array = NDArray[np.float64]
 RATE = 1.0
@@ -65,8 +65,8 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
         sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
         start = np.concatenate((near.x[: base.x.size], sizes))
         fitted = fit(posed, noise, start, near=base)
-        worth = fitted.evidence + decoded.changes * _change_cost(problem)
-        if best is not None and worth <= best[0].evidence + best[1] * _change_cost(problem) + 0.5:
+        worth = fitted.evidence + decoded.changes * change_cost(problem)
+        if best is not None and worth <= best[0].evidence + best[1] * change_cost(problem) + 0.5:
             break
         if _foreseeable(problem, series, fitted, decoded.gates):
             return None
@@ -107,8 +107,10 @@ _FORESEEN = 0.3
 """Area under the curve of a foreseeing feature, beyond one half."""
 
 
-def _change_cost(problem: Problem) -> float:
-    time = problem.recordings[0].experiment.measurements["thrust"].time
+def change_cost(problem: Problem) -> float:
+    """Return what a change between water and air adds to the logarithm of evidence: negative."""
+    first = next(each.recording for each in problem.series if each.signal == "thrust")
+    time = problem.recordings[first].experiment.measurements["thrust"].time
     return float(np.log(RATE * np.median(np.diff(time))))
 
 

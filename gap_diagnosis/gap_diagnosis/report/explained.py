@@ -19,7 +19,7 @@ def add_explained(report: Report, found: Diagnosis) -> None:
     if looked is None or found.problem is None or not looked.candidates:
         return
     signals = signals_of(found.problem)
-    rows_of = {s: np.concatenate([np.r_[e.rows] for e in found.problem.series if e.signal == s]) for s in signals}
+    rows_of = found.problem.signal_rows
     none = looked.none.fitted
     before = {s: float(np.sum(none.white[rows] ** 2)) for s, rows in rows_of.items()}
     counts = {s: int(np.sum(found.problem.known[rows])) for s, rows in rows_of.items()}
