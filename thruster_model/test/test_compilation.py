@@ -1,5 +1,6 @@
 """The cache of compiled kernels: private, and new when an equation changes."""
 
+import os
 import stat
 import subprocess
 import sys
@@ -8,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from thruster_model import compilation
+from thruster_model.equations.thruster import input_map
 
 
 @pytest.fixture
@@ -38,14 +40,37 @@ def test_the_cache_is_readable_by_its_owner_alone(own_cache):
     assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
 
 
-def test_old_caches_are_removed_and_the_newest_kept(own_cache, monkeypatch):
-    for k in range(14):
+def caches_after_use(own_cache: Path, monkeypatch, hours_ago: list[float]) -> list[bool]:
+    """Return whether each of the caches used so many hours ago is left once the last one has been used."""
+    folders = []
+    for k, hours in enumerate(hours_ago):
         package(own_cache / "p", f"x = {k}")
         monkeypatch.setattr(compilation, "_cache_folders", {})
-        newest = compilation.cache_folder(own_cache / "p")
-        (newest / "kernel.nbc").write_text("")
-    kept = [f for f in newest.parent.iterdir() if f.is_dir()]
-    assert newest in kept and len(kept) <= 8
+        folders.append(compilation.cache_folder(own_cache / "p"))
+        (folders[-1] / "kernel.nbc").write_text("")
+        made = folders[-1].stat().st_mtime
+        os.utime(folders[-1], (made - 3600 * hours,) * 2)
+    os.utime(folders[-1], (made, made))
+    compilation._remove_oldest(folders[-1].parent)
+    return [folder.exists() for folder in folders]
+
+
+def test_of_old_caches_the_newest_are_kept(own_cache, monkeypatch):
+    kept = caches_after_use(own_cache, monkeypatch, [hours + 2 for hours in range(14, 0, -1)])
+    assert kept == [False] * 6 + [True] * 8
+
+
+def test_caches_that_may_be_in_use_are_kept(own_cache, monkeypatch):
+    assert all(caches_after_use(own_cache, monkeypatch, [0.5] * 14))
+
+
+def test_a_kernel_belongs_to_the_packages_of_all_it_calls():
+    found = compilation._packages_of(calls_the_input_map)
+    assert {folder.name for folder in found} >= {"thruster_model", Path(__file__).parent.name}
+
+
+def calls_the_input_map(u, p):
+    return input_map(u, p)
 
 
 def test_a_second_process_finds_the_kernel_compiled(tmp_path):

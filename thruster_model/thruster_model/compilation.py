@@ -7,8 +7,11 @@ private to the user, and is never a shared temporary folder (its files are pickl
 
 import hashlib
 import os
+import shutil
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
+from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
@@ -19,8 +22,9 @@ __all__ = ["cache_folder", "compiled", "equation", "inlined"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parent
-_KEPT_CACHES = 4
-_cache_folders: dict[Path, Path] = {}
+_KEPT_CACHES = 8
+_IN_USE = 3600.0  # s
+_cache_folders: dict[frozenset[Path], Path] = {}
 
 
 def equation(function: Function) -> Function:
@@ -38,8 +42,7 @@ def compiled(function: Function) -> Function:
 
     Kernels are module-level functions: a closure would be compiled again in each process.
     """
-    source = Path(function.__code__.co_filename)
-    folder = cache_folder(_package_root(source))
+    folder = cache_folder(*_packages_of(function))
     previous = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
@@ -48,17 +51,31 @@ def compiled(function: Function) -> Function:
         numba.config.CACHE_DIR = previous
 
 
-def cache_folder(package: Path = _PACKAGE) -> Path:
-    """Return the cache folder for kernels of `package`, made if it is not there, readable by its owner alone."""
-    if package not in _cache_folders:
+def cache_folder(*packages: Path) -> Path:
+    """Return the cache folder for kernels built from `packages`, made if need be, readable by its owner alone."""
+    key = frozenset({_PACKAGE, *packages})
+    if key not in _cache_folders:
         parent = _cache_root() / "thruster_model"
-        folder = parent / _sources_hash({package, _PACKAGE})
+        folder = parent / _sources_hash(key)
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         parent.chmod(0o700)
         os.utime(folder)
         _remove_oldest(parent)
-        _cache_folders[package] = folder
-    return _cache_folders[package]
+        _cache_folders[key] = folder
+    return _cache_folders[key]
+
+
+def _packages_of(function: Callable[..., Any]) -> set[Path]:
+    """Return the folders of the packages that hold the function and the functions it calls, directly or not."""
+    seen: set[Any] = set()
+    waiting: list[Any] = [function]
+    while waiting:
+        function = waiting.pop()
+        if isinstance(function, FunctionType) and function not in seen:
+            seen.add(function)
+            named = (function.__globals__.get(name) for name in function.__code__.co_names)
+            waiting += [getattr(value, "py_func", value) for value in named]
+    return {_package_root(Path(found.__code__.co_filename)) for found in seen}
 
 
 def _cache_root() -> Path:
@@ -72,7 +89,7 @@ def _package_root(source: Path) -> Path:
     return root
 
 
-def _sources_hash(packages: set[Path]) -> str:
+def _sources_hash(packages: frozenset[Path]) -> str:
     digest = hashlib.sha256(numba.__version__.encode())
     for package in sorted(packages):
         for source in sorted(package.rglob("*.py")):
@@ -82,12 +99,12 @@ def _sources_hash(packages: set[Path]) -> str:
 
 
 def _remove_oldest(parent: Path) -> None:
-    """Keep the most recently used caches; a cache in use that disappears is only compiled again."""
-    folders = sorted((f for f in parent.iterdir() if f.is_dir()), key=lambda f: f.stat().st_mtime, reverse=True)
-    for folder in folders[_KEPT_CACHES * 2 :]:
-        for file in folder.rglob("*"):
-            if file.is_file():
-                file.unlink(missing_ok=True)
-        for empty in sorted(folder.rglob("*"), reverse=True):
-            empty.rmdir()
-        folder.rmdir()
+    """Keep the most recently used caches and all of the last hour; other processes may be removing the same ones."""
+    used = {}
+    for folder in parent.iterdir():
+        with suppress(FileNotFoundError):
+            used[folder] = folder.stat().st_mtime
+    latest = max(used.values(), default=0.0)
+    for folder in sorted(used, key=lambda folder: used[folder], reverse=True)[_KEPT_CACHES:]:
+        if used[folder] < latest - _IN_USE:
+            shutil.rmtree(folder, ignore_errors=True)
