@@ -5,7 +5,7 @@ name = "thruster_control"
 setup(
     name=name,
     version="0.1.0",
-    description="Set points of thrust and feedback control of one thruster's speed.",
+    description="Set points of thrust, inner control loops of one thruster and their scores.",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",

@@ -1,1 +1,1 @@
-"""Set points of thrust and feedback control of one thruster's speed."""
+"""Set points of thrust, inner control loops of one thruster and their scores."""
