@@ -16,5 +16,6 @@ setup(
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "filterpy", "scipy"]},
+    entry_points={"console_scripts": ["replay = thruster_estimation.cli_replay:main"]},
     zip_safe=True,
 )

@@ -1,8 +1,5 @@
 """The extended Kalman filter of the rotor speed; truth comes from scipy, the linear oracle from filterpy."""
 
-import re
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from filterpy.kalman import KalmanFilter
@@ -10,23 +7,14 @@ from numpy.typing import NDArray
 from scipy.integrate import quad, solve_ivp
 from scipy.stats import chi2, norm
 
-from thruster_estimation.speed_ekf import (
-    Innovation,
-    Settings,
-    SpeedBelief,
-    Status,
-    Step,
-    acceleration,
-    correct,
-    gated,
-    innovation_of,
-    jacobian,
-    nis_interval,
-    predict,
-    step,
-    validity,
-)
-from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_estimation.belief import Belief, Status, initial_belief
+from thruster_estimation.consistency import nis_interval
+from thruster_estimation.correction import speed_measured, wrong_sign
+from thruster_estimation.drift import rotor_rate, rotor_slope
+from thruster_estimation.observers import observer_step
+from thruster_estimation.offline import History, observe
+from thruster_estimation.settings import SpeedEkfSettings, checked
+from thruster_model.equations.thruster import ThrusterCoefficients, input_map
 
 ZEROS = dict.fromkeys(ThrusterCoefficients._fields, 0.0) | {"drive_gain": 1.0}
 # Table 3.1 of the thesis.
@@ -36,8 +24,13 @@ TABLE = ThrusterCoefficients(**(ZEROS | {
 }))  # fmt: skip
 LINEAR = TABLE._replace(k_Q=0.0)
 DT, Q_DENSITY, R = 0.02, 400.0, 4.0
-SETTINGS = Settings(coefficients=TABLE, q=Q_DENSITY, r=R)
+SETTINGS = checked(SpeedEkfSettings(q_n=Q_DENSITY, r_n=R, unsigned=0, largest_step=1e-3))
+UNSIGNED = SETTINGS._replace(unsigned=1)
 Array = NDArray[np.float64]
+
+
+def start(n: float, deviation: float) -> Belief:
+    return initial_belief(n, deviation_n=deviation, deviation_v=0.0, deviation_U=0.0)
 
 
 def rate(_: float, n: Array, u: float, w: float) -> Array:
@@ -60,43 +53,30 @@ def truth(throttles: Array, n_0: float, seed: int) -> tuple[Array, np.random.Gen
     return np.array(out), rng
 
 
-def run(measured: Array, throttles: Array, settings: Settings, start: SpeedBelief) -> list[Step]:
-    steps, belief = [], start
-    for z, u in zip(measured, throttles, strict=True):
-        steps.append(step(belief, z, DT, u=u, settings=settings))
-        belief = steps[-1].belief
-    return steps
-
-
-def values(steps: list[Step]) -> tuple[Array, Array]:
-    return np.array([s.belief.n for s in steps]), np.array([s.belief.deviation for s in steps])
+def run(measured: Array, throttles: Array, settings: SpeedEkfSettings, belief: Belief) -> History:
+    return observe(measured, np.nan, throttles, DT, belief, settings, TABLE)
 
 
 def test_a_single_update_gives_the_values_computed_by_hand() -> None:
     # P = 9, r = 16: S = 25, K = 0.36; y = 110 - 100 = 10; n = 103.6; P = 0.64 * 9 = 5.76.
-    belief = SpeedBelief(n=100.0, deviation=3.0)
-    innovation = innovation_of(belief, 110.0, replace(SETTINGS, r=16.0))
-    assert (innovation.y, innovation.S, innovation.nis) == (10.0, 25.0, 4.0)
-    after = correct(belief, innovation)
-    assert after.n == pytest.approx(103.6, abs=1e-12)
-    assert after.deviation == pytest.approx(2.4, abs=1e-12)
-    assert after.status is Status.UPDATED
+    after, innovation = observer_step(start(100.0, 3.0), 110.0, np.nan, 0.0, 0.0, SETTINGS._replace(r_n=16.0), TABLE)
+    assert (innovation.y_n, innovation.S_nn, innovation.nis, innovation.dof) == (10.0, 25.0, 4.0, 1)
+    assert after.n == pytest.approx(103.6, abs=1e-12) and after.P_nn == pytest.approx(5.76, abs=1e-12)
+    assert after.status == Status.USED_N | Status.NO_COVARIANCE
 
 
 def test_an_unsigned_update_in_reverse_is_the_mirror_image_of_the_one_forward() -> None:
-    settings = replace(SETTINGS, r=16.0, unsigned=True)
-    belief = SpeedBelief(n=-100.0, deviation=3.0)
-    after = correct(belief, innovation_of(belief, 110.0, settings))
+    after, _ = observer_step(start(-100.0, 3.0), 110.0, np.nan, 0.0, 0.0, UNSIGNED._replace(r_n=16.0), TABLE)
     assert after.n == pytest.approx(-103.6, abs=1e-12)
 
 
 @pytest.mark.parametrize("n", [-150.0, -3.0, -0.05, 0.05, 3.0, 150.0])
 @pytest.mark.parametrize("v", [0.0, 0.7, -0.7])
-def test_the_jacobian_is_the_slope_of_the_acceleration(n: float, v: float) -> None:
+def test_the_slope_is_that_of_the_acceleration(n: float, v: float) -> None:
     p = TABLE._replace(c_nv_Q=1e-3, c_v_Q=0.1, k_2=0.01)
     h = 1e-4 * max(abs(n), 1.0) if abs(n) > 1 else 1e-5
-    slope = (acceleration(n + h, 2.0, v, p) - acceleration(n - h, 2.0, v, p)) / (2 * h)
-    assert jacobian(n, v, p) == pytest.approx(slope, rel=1e-6)
+    slope = (rotor_rate(n + h, v, 99.0, p) - rotor_rate(n - h, v, 99.0, p)) / (2 * h)
+    assert rotor_slope(n, v, p) == pytest.approx(slope, rel=1e-6)
 
 
 @pytest.mark.parametrize("u", [0.0, 3.0, -4.0])
@@ -106,9 +86,9 @@ def test_the_prediction_agrees_with_scipy(u: float) -> None:
         return [float(rate(t, x[0], u, 0.0)), float(2 * slope * x[1] + Q_DENSITY)]
 
     expected = solve_ivp(both, (0.0, 0.1), [80.0, 25.0], rtol=1e-9, atol=1e-9, max_step=1e-3).y[:, -1]
-    after = predict(SpeedBelief(n=80.0, deviation=5.0), 0.1, u, SETTINGS)
+    after, _ = observer_step(start(80.0, 5.0), np.nan, np.nan, 0.1, u, SETTINGS, TABLE)
     assert after.n == pytest.approx(expected[0], abs=2e-3)
-    assert after.deviation**2 == pytest.approx(expected[1], rel=1e-3)
+    assert after.P_nn == pytest.approx(expected[1], rel=1e-3)
 
 
 def test_without_load_torque_the_filter_is_filterpys_kalman_filter() -> None:
@@ -118,70 +98,68 @@ def test_without_load_torque_the_filter_is_filterpys_kalman_filter() -> None:
     oracle.x, oracle.P = np.array([[20.0]]), np.array([[100.0]])
     oracle.F, oracle.B, oracle.H = np.array([[decay]]), np.array([[(1 - decay) / 11.3]]), np.array([[1.0]])
     oracle.Q, oracle.R = np.array([[Q_DENSITY * (1 - decay**2) / 22.6]]), np.array([[R]])
-    belief, settings = SpeedBelief(n=20.0, deviation=10.0), replace(SETTINGS, coefficients=LINEAR)
+    belief = start(20.0, 10.0)
     for u, z in zip(rng.uniform(-4, 4, 200), rng.normal(0, 100, 200), strict=True):
-        oracle.predict(u=np.array([[793.6 * min(u + 0.8475, 0.0) + 709.0 * max(u - 0.9254, 0.0)]]))
+        oracle.predict(u=np.array([[input_map(u, TABLE)]]))
         oracle.update(np.array([[z]]))
-        belief = step(belief, z, DT, u=u, settings=settings).belief
+        belief, _ = observer_step(belief, z, np.nan, DT, u, SETTINGS, LINEAR)
         assert belief.n == pytest.approx(oracle.x.item(), abs=1e-9)
-        assert belief.deviation**2 == pytest.approx(oracle.P.item(), abs=1e-9)
+        assert belief.P_nn == pytest.approx(oracle.P.item(), abs=1e-9)
 
 
 def test_on_a_known_plant_the_mean_nis_lies_in_its_chi_square_interval_and_errors_are_as_large_as_stated() -> None:
     throttles = 3.0 + 1.5 * np.sin(np.arange(600) * DT * 2.0)
     n, rng = truth(throttles, 0.0, seed=11)
-    steps = run(n + rng.normal(0, np.sqrt(R), n.size), throttles, SETTINGS, SpeedBelief(n=0.0, deviation=1.0))
+    h = run(n + rng.normal(0, np.sqrt(R), n.size), throttles, SETTINGS, start(0.0, 1.0))
     low, high = nis_interval(n.size, 0.99)
-    assert low < np.mean([s.innovation.nis for s in steps if s.innovation]) < high
-    estimate, deviation = values(steps)
-    assert 0.8 < np.mean(((estimate - n) / deviation) ** 2) < 1.2
+    assert low < np.mean(h.nis) < high
+    assert 0.8 < np.mean((h.n - n) ** 2 / h.P_nn) < 1.2
 
 
 def test_a_noise_assumed_too_small_shows_in_the_mean_nis() -> None:
     throttles = np.full(200, 3.0)
     n, rng = truth(throttles, 0.0, seed=12)
     measured = n + rng.normal(0, np.sqrt(R), n.size)
-    steps = run(measured, throttles, replace(SETTINGS, r=R / 9, q=Q_DENSITY / 9), SpeedBelief(n=0.0, deviation=1.0))
-    assert np.mean([s.innovation.nis for s in steps if s.innovation]) > nis_interval(n.size, 0.9999)[1]
+    h = run(measured, throttles, SETTINGS._replace(r_n=R / 9, q_n=Q_DENSITY / 9), start(0.0, 1.0))
+    assert np.mean(h.nis) > nis_interval(n.size, 0.9999)[1]
 
 
 def test_the_nis_interval_is_the_chi_square_distributions_to_one_percent() -> None:
     for count in (10, 100, 1000):
         assert nis_interval(count) == pytest.approx(tuple(chi2.ppf([0.025, 0.975], count) / count), rel=1e-2)
+        both = tuple(chi2.ppf([0.025, 0.975], 2 * count) / count)
+        assert nis_interval(count, degrees=2) == pytest.approx(both, rel=1e-2)
+    with pytest.raises(ValueError, match="count"):
+        nis_interval(3)
 
 
 def test_a_wrong_start_is_forgotten() -> None:
     throttles = np.full(50, 3.0)
     n, rng = truth(throttles, 100.0, seed=5)
-    measured = n + rng.normal(0, np.sqrt(R), n.size)
-    estimate, deviation = values(run(measured, throttles, SETTINGS, SpeedBelief(n=-200.0, deviation=300.0)))
-    assert np.all(np.abs(estimate - n)[2:] < 4 * deviation[2:])
+    h = run(n + rng.normal(0, np.sqrt(R), n.size), throttles, SETTINGS, start(-200.0, 300.0))
+    assert np.all(abs(h.n - n)[2:] < 4 * np.sqrt(h.P_nn[2:]))
 
 
 def test_an_unsigned_tachometer_is_followed_through_reversals() -> None:
     throttles = np.repeat([3.0, -3.0, 3.0, -3.0], 50)
     n, rng = truth(throttles, 0.0, seed=8)
-    measured = np.abs(n + rng.normal(0, np.sqrt(R), n.size))
-    steps = run(measured, throttles, replace(SETTINGS, unsigned=True), SpeedBelief(n=0.0, deviation=5.0))
-    estimate, deviation = values(steps)
+    h = run(abs(n + rng.normal(0, np.sqrt(R), n.size)), throttles, UNSIGNED, start(0.0, 5.0))
     assert np.min(n) < -50 < 50 < np.max(n)
-    assert np.all(np.sign(estimate) == np.sign(n), where=np.abs(n) > 10)
-    assert np.max(np.abs(estimate - n)) < 5 * np.max(deviation)
+    assert np.all(np.sign(h.n) == np.sign(n), where=abs(n) > 10)
+    assert np.max(abs(h.n - n)) < 5 * np.sqrt(np.max(h.P_nn))
 
 
 @pytest.mark.parametrize("share", [0.0, 0.5, 0.99])
 def test_near_zero_an_unsigned_measurement_has_the_raised_noise_of_a_wrong_sign(share: float) -> None:
     sigma = 6.0
-    belief = SpeedBelief(n=-share * sigma, deviation=sigma)
-    innovation = innovation_of(belief, 4.0, replace(SETTINGS, unsigned=True))
     added = 4 * quad(lambda x: x * x * norm.pdf(x, share * sigma, sigma), -60, 0)[0]
-    assert innovation.r == pytest.approx(R + added, rel=1e-6)
-    after = correct(belief, innovation)
-    assert after.status is Status.AMBIGUOUS and "raised r" in after.reason
+    assert wrong_sign(-share * sigma, sigma**2) == pytest.approx(added, rel=1e-6)
+    after, innovation = observer_step(start(-share * sigma, sigma), 4.0, np.nan, 0.0, 0.0, UNSIGNED, TABLE)
+    assert innovation.S_nn == pytest.approx(sigma**2 + R + added, rel=1e-6) and after.status & Status.AMBIGUOUS
 
 
 def test_beyond_its_deviation_an_unsigned_measurement_has_the_plain_noise() -> None:
-    assert innovation_of(SpeedBelief(n=6.1, deviation=6.0), 4.0, replace(SETTINGS, unsigned=True)).r == R
+    assert speed_measured(6.1, 36.0, 4.0, UNSIGNED)[1:] == (R, False)
 
 
 def test_over_a_stretch_of_nan_the_deviation_grows_and_then_recovers() -> None:
@@ -189,13 +167,10 @@ def test_over_a_stretch_of_nan_the_deviation_grows_and_then_recovers() -> None:
     n, rng = truth(throttles, 0.0, seed=2)
     measured = n + rng.normal(0, np.sqrt(R), n.size)
     measured[30:40] = np.nan
-    steps = run(measured, throttles, SETTINGS, SpeedBelief(n=0.0, deviation=5.0))
-    estimate, deviation = values(steps)
-    assert np.all(np.diff(deviation[29:40]) > 0)
-    assert deviation[42] == pytest.approx(deviation[29], rel=0.02)
-    assert all(s.belief.status is Status.PREDICTED and s.innovation is None for s in steps[30:40])
-    assert steps[39].belief.unseen == pytest.approx(10 * DT) and steps[40].belief.unseen == 0
-    assert np.all(np.abs(estimate - n) < 4.5 * deviation)
+    h = run(measured, throttles, SETTINGS, start(0.0, 5.0))
+    assert np.all(np.diff(h.P_nn[29:40]) > 0) and h.P_nn[42] == pytest.approx(h.P_nn[29], rel=0.04)
+    assert np.all(h.status[30:40].astype(int) & Status.PREDICTED) and np.all(np.isnan(h.y_n[30:40]))
+    assert np.all(abs(h.n - n) < 4.5 * np.sqrt(h.P_nn))
 
 
 def test_spikes_are_gated_and_all_else_is_used() -> None:
@@ -204,45 +179,13 @@ def test_spikes_are_gated_and_all_else_is_used() -> None:
     measured = n + rng.normal(0, np.sqrt(R), n.size)
     spikes = [20, 21, 50, 77]
     measured[spikes] += [80.0, -80.0, 200.0, -60.0]
-    steps = run(measured, throttles, replace(SETTINGS, gate=16.0), SpeedBelief(n=0.0, deviation=5.0))
-    assert [k for k, s in enumerate(steps) if s.belief.status is Status.GATED] == spikes
-    assert "NIS" in steps[50].belief.reason
-    estimate, deviation = values(steps)
-    assert np.all(np.abs(estimate - n) < 4.5 * deviation)
+    h = run(measured, throttles, SETTINGS._replace(gate=16.0), start(0.0, 5.0))
+    assert list(np.flatnonzero(h.gated_n)) == spikes
+    assert np.all(abs(h.n - n) < 4.5 * np.sqrt(h.P_nn))
 
 
 def test_the_gate_refuses_only_above_its_threshold() -> None:
-    assert not gated(Innovation(4.0, 4.0, 1.0), 4.0)
-    assert gated(Innovation(4.01, 4.0, 1.0), 4.0)
-
-
-@pytest.mark.parametrize(
-    ("measured", "unsigned", "reason"),
-    [(None, False, "missing"), (np.nan, False, "nan"), (np.inf, False, "inf"), (-3.0, True, "unsigned .* -3")],
-)
-def test_an_unusable_measurement_leaves_the_prediction_and_says_why(
-    measured: float | None, unsigned: bool, reason: str
-) -> None:
-    start, settings = SpeedBelief(n=50.0, deviation=2.0), replace(SETTINGS, unsigned=unsigned)
-    after = step(start, measured, DT, u=2.0, settings=settings).belief
-    expected = predict(start, DT, 2.0, settings)
-    assert (after.n, after.deviation, after.status) == (expected.n, expected.deviation, Status.PREDICTED)
-    assert re.search(reason, after.reason)
-
-
-def test_a_belief_too_wide_or_too_old_is_not_valid_and_says_both() -> None:
-    old = SpeedBelief(n=0.0, deviation=9.0, unseen=2.0)
-    assert validity(old, 10.0, 3.0).valid
-    refused = validity(old, 5.0, 1.0)
-    assert not refused.valid and "deviation 9 > 5" in refused.reason and "2 > 1 s" in refused.reason
-
-
-def test_wrong_settings_and_inputs_are_refused_with_evidence() -> None:
-    with pytest.raises(ValueError, match=r"r = 0.*q = -1"):
-        Settings(coefficients=TABLE, q=-1.0, r=0.0)
-    with pytest.raises(ValueError, match="deviation"):
-        SpeedBelief(n=0.0, deviation=-1.0)
-    with pytest.raises(ValueError, match="nan V"):
-        predict(SpeedBelief(n=0.0, deviation=1.0), DT, np.nan, SETTINGS)
-    with pytest.raises(ValueError, match="count"):
-        nis_interval(3)
+    belief = start(100.0, 3.0)  # S = 13
+    for z, used in ((100.0 + 4 * np.sqrt(13.0) - 1e-9, 1), (100.0 + 4 * np.sqrt(13.0) + 1e-9, 0)):
+        _, innovation = observer_step(belief, z, np.nan, 0.0, 0.0, SETTINGS._replace(gate=16.0), TABLE)
+        assert (innovation.used_n, innovation.gated_n) == (used, 1 - used)

@@ -1,0 +1,93 @@
+"""The report of a replay: scores of every observer on every run, and the estimates over time."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from run_bag.report import Axis, Column, Panel, Report, Series, time_series
+from thruster_estimation.replay import UNITS, Outcome, Signals
+
+__all__ = ["build_report", "label"]
+
+_WORDS = {"n": "Rotor speed", "v": "Axial flow", "U": "Ambient flow"}
+
+
+def label(outcome: Outcome) -> str:
+    """Return the name of an observer with its model."""
+    return f"{outcome.job.estimator}, {outcome.job.model}"
+
+
+def build_report(outcomes: Sequence[Outcome], provenance: Mapping[str, object]) -> Report:
+    """Return the report of a replay."""
+    runs = list(dict.fromkeys(o.signals.name for o in outcomes))
+    report = Report("Observers on recorded runs", ", ".join(runs), provenance)
+    for o in outcomes:
+        where = f"{o.signals.name}, {label(o)}"
+        if o.nis is not None and o.nis_interval is not None and not o.nis_interval[0] <= o.nis <= o.nis_interval[1]:
+            side = "larger" if o.nis > o.nis_interval[1] else "smaller"
+            report.warning(f"{where}: innovations are {side} than the filter says, NIS {o.nis:.3g} per degree.")
+        if o.valid < 0.99:
+            report.warning(
+                f"{where}: {100 * (1 - o.valid):.1f} % of the estimates are not to be used (status INVALID)."
+            )
+    report.section("Scores")
+    report.paragraph(
+        "One step ahead: measured less predicted, before the measurement was taken in. NIS: squared innovation over "
+        "its variance, per degree of freedom; 1 for a consistent filter, with the interval in which 95 % of them lie."
+    )
+    columns: list[Column | str] = ["Run", "Observer", "Against", "State", "Unit"]
+    columns += [Column(name="RMSE", digits=3), Column(name="Largest", digits=3), Column(name="Samples")]
+    rows: list[list[object]] = [
+        [o.signals.name, label(o), s.against, s.state, s.unit, s.rmse, s.largest, s.samples]
+        for o in outcomes
+        for s in o.scores
+    ]
+    report.table(columns, rows, caption="Errors of the observers.")
+    consistency: list[Column | str] = ["Run", "Observer", Column(name="NIS", digits=3)]
+    consistency += [Column(name="from", digits=3), Column(name="to", digits=3)]
+    consistency += [Column(name="Speeds refused", unit="%", digits=3), Column(name="Flows refused", unit="%", digits=3)]
+    consistency.append(Column(name="Usable", unit="%", digits=4))
+    rows = []
+    for o in outcomes:
+        low, high = o.nis_interval or (None, None)
+        rows.append(
+            [o.signals.name, label(o), o.nis, low, high, _percent(o.gated_n), _percent(o.gated_U), 100 * o.valid]
+        )
+    report.table(consistency, rows, caption="Consistency: NIS, measurements refused, usable estimates.")
+    for name in runs:
+        of_run = [o for o in outcomes if o.signals.name == name]
+        report.section(name)
+        _figure(report, of_run[0].signals, of_run)
+    report.section("What was done to the recordings")
+    report.key_values({o.signals.name: list(o.signals.notes) for o in outcomes})
+    return report
+
+
+def _percent(share: float | None) -> float | None:
+    return None if share is None else 100.0 * share
+
+
+def _figure(report: Report, signals: Signals, outcomes: Sequence[Outcome]) -> None:
+    panels = []
+    for state in ("n", "v", "U"):
+        measured = getattr(signals, f"y_{state}")
+        series = []
+        if np.any(np.isfinite(measured)):
+            series.append(Series(name="measured", x=signals.time, y=measured, role="data", points=state != "n"))
+        if state in signals.logged:
+            when, values = signals.logged[state]
+            series.append(Series(name="logged", x=when, y=values, role="reference"))
+        if state in signals.truth:
+            series.append(Series(name="truth", x=signals.time, y=signals.truth[state], role="reference"))
+        for o in outcomes:
+            if state in o.states:
+                series.append(Series(name=label(o), x=o.instants, y=getattr(o.history, state)))
+        if series:
+            axis = Axis(name=_WORDS[state], unit=UNITS[state], symbol=state)
+            panels.append(Panel(axis=axis, series=series))
+    names = ", ".join(label(o) for o in outcomes)
+    report.figure(
+        time_series(panels),
+        caption=f"Estimates by {names}; measurements beneath. An unsigned speed is drawn as measured.",
+        alt=f"Estimated rotor speed, axial and ambient flow over time by {names}; the scores are in the first table.",
+    )
