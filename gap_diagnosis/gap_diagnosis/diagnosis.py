@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
 from gap_diagnosis.investigation import Investigation, investigate
@@ -18,6 +19,7 @@ from gap_diagnosis.scatter import Scatter, found_in_logs, jitter_of, masks_of, s
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
 
@@ -135,7 +137,7 @@ def diagnose(
     posterior = posterior_of(found)
     verdict = verdict_of(found, posterior, scatters, foreign)
     progress("held-out data")
-    return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), seed)
+    return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
 
 
 def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple[Problem, list[Scatter]]:
@@ -201,6 +203,7 @@ def _complete(
     problem: Problem,
     warnings: tuple[str, ...],
     scatters: tuple[Scatter, ...],
+    foreign: Sequence[Scatter],
     seed: int,
 ) -> Diagnosis:
     none = found.none.fitted
@@ -227,12 +230,14 @@ def _complete(
         problem, found.noise, predictions["as_is"], predictions["retuned"], predictions.get("with_effect"), units
     )
     by_regime = excess_by_regime(problem, found.noise, none)
-    excess = {s: max(float(np.nanmean(none.white[r] ** 2)) - 1.0, 0.0) for s, r in problem.signal_rows.items()}
+    disturbed = block_evidence(none, found.noise) if verdict.verdict == "unknown" else {}
     marginal = dict(posterior.marginal) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
     for claim in verdict.claims:
         if claim.scatters:
             marginal[claim.effect] = max(marginal.get(claim.effect, 0.0), claim.probability)
-    shares = block_shares(marginal, posterior.unknown if marginal else 0.0, excess)
+    shares = block_shares(
+        marginal, posterior.unknown if disturbed else 0.0, disturbed, [LIBRARY[s.effect].block for s in foreign]
+    )
     return Diagnosis(
         verdict=verdict,
         parameter_set=problem.parameter_set,

@@ -17,7 +17,7 @@ from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.noise import NoiseModel, Series
 from gap_diagnosis.prediction import true_time
 
-__all__ = ["Discrepancy", "Feature", "discrepancy"]
+__all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
 Array = NDArray[np.float64]
 MOST_FEATURES = 6
@@ -91,33 +91,47 @@ def discrepancy(
     remaining = fitted.jacobian.T @ fitted.white
     remaining[: problem.nuisances] -= fitted.x[: problem.nuisances]
     slope -= cross.T @ np.linalg.solve(information, remaining)
-    usable = np.diag(gram) > np.maximum(1e-3 * power, 1e-6)
-    chosen: list[int] = []
-    features: list[Feature] = []
-    evidence = 0.0
     weights = np.zeros(columns)
-    first_gram, first_slope = gram.copy(), slope.copy()
-    occam = np.log(max(int(np.sum(usable)), 1))
-    for _ in range(most):
-        diagonal = np.where(usable, np.diag(gram), np.inf)
-        gains = np.where(usable & (diagonal > 1e-3 * np.diag(first_gram)), slope**2 / np.maximum(diagonal, 1e-12), 0.0)
-        k = int(np.argmax(gains))
-        worth = 0.5 * gains[k] - occam - 0.5 * np.log(max(gains[k], 1.0))
-        if worth <= 0.0:
-            break
-        evidence += float(worth)
-        chosen.append(k)
-        features.append(Feature(labels[k], names[k], float(gains[k])))
-        row = gram[k] / gram[k, k]
-        slope = slope - row * slope[k]
-        gram = gram - np.outer(gram[:, k], row)
-        usable[k] = False
+    chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
+    features = [Feature(labels[k], names[k], gain) for k, gain in zip(chosen, gains, strict=True)]
     if chosen:
-        weights[chosen] = np.linalg.lstsq(first_gram[np.ix_(chosen, chosen)], first_slope[chosen], rcond=None)[0]
+        weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
     retuned = np.linalg.solve(information, cross @ weights)
     explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ retuned
     return Discrepancy(tuple(features), evidence, explained)
+
+
+def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple[list[int], list[float], float]:
+    """Return the columns chosen, the cost that each takes off and the logarithm of evidence for all of them.
+
+    Args:
+        gram: products of the whitened columns once the nuisances are re-tuned, shape (K, K).
+        slope: their products with the whitened residuals, shape (K,).
+        power: squares of the columns as they are, shape (K,).
+        most: at most so many.
+    """
+    usable = np.diag(gram) > np.maximum(1e-3 * power, 1e-6)
+    occam = np.log(max(int(np.sum(usable)), 1))
+    whole = np.diag(gram).copy()
+    chosen: list[int] = []
+    gains: list[float] = []
+    evidence = 0.0
+    for _ in range(most):
+        diagonal = np.where(usable, np.diag(gram), np.inf)
+        possible = np.where(usable & (diagonal > 1e-3 * whole), slope**2 / np.maximum(diagonal, 1e-12), 0.0)
+        k = int(np.argmax(possible))
+        worth = 0.5 * possible[k] - occam - 0.5 * np.log(max(possible[k], 1.0))
+        if worth <= 0.0:
+            break
+        evidence += float(worth)
+        chosen.append(k)
+        gains.append(float(possible[k]))
+        row = gram[k] / gram[k, k]
+        slope = slope - row * slope[k]
+        gram = gram - np.outer(gram[:, k], row)
+        usable[k] = False
+    return chosen, gains, evidence
 
 
 def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
@@ -130,7 +144,7 @@ def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]
     for index, happened in enumerate(problem.happened(fitted.x)):
         recording = problem.recordings[index]
         shifts = problem.situation(fitted.x, index).shifts
-        names, basis = _basis(happened.outputs, happened.throttle, recording.experiment.dt)
+        names, basis = basis_of(happened.outputs, happened.throttle, recording.experiment.dt)
         position = 1.0 / recording.experiment.dt
         for each in problem.series:
             if each.recording == index and each.signal in found:
@@ -147,7 +161,7 @@ def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]
     return names * len(signals), blocks, [signal for signal in signals for _ in names]
 
 
-def _basis(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], Array]:
+def basis_of(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], Array]:
     """Return names and rows (K, N): functions of rotor speed, flows, throttle, their rates, their past and time."""
     n, v, ambient, force = outputs["speed"], outputs["axial"], outputs["ambient"], outputs["thrust"]
     time: Array = dt * np.arange(n.size, dtype=np.float64)

@@ -1,6 +1,6 @@
 """From recordings to weighed hypotheses: base fit, noise, screening, refits, pairs, what stays unexplained."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +10,7 @@ from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import Fitted, fit
 from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.screening import Screened, rated, tried
+from gap_diagnosis.screening import STRETCHED, Screened, Trials, rated, tried
 from gap_diagnosis.suspects import Suspect
 from gap_diagnosis.ventilation import change_cost, ventilated
 
@@ -88,7 +88,7 @@ def investigate(
     progress("refits of the most likely")
     none = _none(problem, noise, base.x)
     screened = rated(none.fitted, noise, trials)
-    ranked = _singles(none, screened, with_ventilation)
+    ranked = _singles(none, screened, with_ventilation, _from_stated(none, trials))
     leading = _best(none, ranked)
     if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
         again = _retried(leading)
@@ -148,9 +148,13 @@ def _singles(
     none: Candidate,
     screened: Sequence[Screened],
     with_ventilation: bool,
+    stated: Mapping[str, Screened],
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted, most evidence first."""
-    singles = [_candidate((s.suspect,), s, none) for s in _promising(screened, _SINGLES)]
+    singles = [
+        _unstretched(_candidate((s.suspect,), s, none), stated.get(s.suspect.key), none)
+        for s in _promising(screened, _SINGLES)
+    ]
     if with_ventilation:
         singles += _with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
     return _examined(singles, none.noise)
@@ -183,6 +187,25 @@ def _candidate(
     start = np.concatenate((screened.anchor.x, screened.sizes))
     fitted = fit(screened.problem, noise, start, iterations=25, near=screened.anchor)
     return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
+
+
+def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screened]:
+    """Return the best trials of suspects beside nuisances as stated, by key; empty where those were not tried."""
+    first = trials[0].anchor if trials else None
+    others = [each for each in trials if each.anchor is not first]
+    return {each.suspect.key: each for each in rated(none.fitted, none.noise, others)}
+
+
+def _unstretched(candidate: Candidate, stated: Screened | None, none: Candidate) -> Candidate:
+    """Return a hypothesis fitted from the nuisances as stated too, where its fit holds them pulled far off.
+
+    What the effect does may have been left to them by the fit without it: a valley of its own.
+    """
+    nuisances = candidate.fitted.x[: candidate.fitted.problem.nuisances]
+    if stated is None or np.max(np.abs(nuisances), initial=0.0) < STRETCHED:
+        return candidate
+    again = _candidate(candidate.suspects, stated, none)
+    return again if again.fitted.cost < candidate.fitted.cost - 1.0 else candidate
 
 
 def _retried(candidate: Candidate) -> Candidate:

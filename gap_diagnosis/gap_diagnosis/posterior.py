@@ -1,6 +1,8 @@
 """Probabilities of all hypotheses: none, single effects, pairs, and each of them with something unknown beside it.
 
-Evidence may be divided by a temperature (`TEMPERATURE`, 1 so far: not calibrated), since all models are a little wrong.
+Priors are those of somebody who has a reason to ask: six times in seven something is wrong, be it too small to be seen.
+So "none" stays modest, however well the model fits, and what is claimed is decided beside it (`verdict`). With these
+the first candidate's probability is calibrated on simulated cases; evidence needs no temperature there.
 What is not refitted counts by its screening.
 """
 
@@ -11,12 +13,11 @@ import numpy as np
 
 from gap_diagnosis.investigation import Candidate, Investigation
 
-__all__ = ["TEMPERATURE", "Posterior", "posterior_of"]
+__all__ = ["Posterior", "posterior_of"]
 
-TEMPERATURE = 1.0
-PRIOR_NONE = 0.40
-PRIOR_SINGLE = 0.42
-PRIOR_PAIR = 0.08
+PRIOR_NONE = 0.15
+PRIOR_SINGLE = 0.63
+PRIOR_PAIR = 0.12
 PRIOR_UNKNOWN = 0.10  # beside none; beside effects in the same proportion to them
 
 
@@ -42,21 +43,21 @@ class Posterior:
         return result
 
 
-def posterior_of(found: Investigation, temperature: float = TEMPERATURE) -> Posterior:
+def posterior_of(found: Investigation) -> Posterior:
     """Return the probabilities of all hypotheses that were weighed."""
     count = max(len(found.screened), 1)
     couples = count * (count - 1) / 2.0
     doubt = np.log(PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
     weights: list[tuple[str, tuple[str, ...], float]] = [("none", (), float(np.log(PRIOR_NONE)))]
-    weights.append(("unknown", (), float(np.log(PRIOR_NONE) + doubt + _unexplained(found.none) / temperature)))
+    weights.append(("unknown", (), float(np.log(PRIOR_NONE) + doubt + _unexplained(found.none))))
     refitted = set()
     for candidate in found.candidates:
         share = PRIOR_SINGLE / count if len(candidate.suspects) == 1 else PRIOR_PAIR / couples
-        weight = float(np.log(share) + candidate.evidence / temperature)
+        weight = float(np.log(share) + candidate.evidence)
         kind = "single" if len(candidate.suspects) == 1 else "pair"
         weights.append((kind, candidate.keys, weight))
         if candidate.unexplained is not None:
-            weights.append(("unknown", candidate.keys, weight + doubt + _unexplained(candidate) / temperature))
+            weights.append(("unknown", candidate.keys, weight + doubt + _unexplained(candidate)))
         if len(candidate.suspects) == 1:
             refitted.add(candidate.keys[0])
     for screened in found.screened:

@@ -16,7 +16,7 @@ from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import JAGGED, Suspect
 
-__all__ = ["Screened", "Trials", "rated", "tried"]
+__all__ = ["STRETCHED", "Screened", "Trials", "rated", "tried"]
 
 Array = NDArray[np.float64]
 

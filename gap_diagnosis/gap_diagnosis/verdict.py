@@ -19,12 +19,20 @@ __all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
 CLAIMED = 0.9
 """Probability from which a group of effects is claimed."""
+AGAINST_NONE = 30.0
+"""And how much more probable than none it has to be: a false alarm is worse than a small effect that is passed over."""
+QUIET = 0.2
+"""Probability of none from which nothing is said to be wrong, where nothing is claimed: the rest is spread over all
+that may be there, too small to be seen."""
 APART = 9.0
 """Squared distance (Fisher, in standard deviations) below which two hypotheses cannot be told apart."""
 VISIBLE = 25.0
 """Cost that an effect has to take off so that it would have been found."""
 LEAST_POWER = 0.5
 """Share of the suspects that recordings must be able to show for "no gap" to mean anything."""
+WIDER, IMPRECISE = 1.2, 0.005
+"""What a size's standard deviation is multiplied by, and the share of the size that is added to it: curvature at the
+best fit and exact integration promise more than sizes keep (calibrated on simulated cases)."""
 IN_SPAN = 0.002
 """Share of an effect's energy outside the span of the parameters below which it counts as parametric."""
 
@@ -90,7 +98,7 @@ def verdict_of(
     if leading is not None:
         claims = tuple(_claim(found, posterior, leading, suspect, marginal) for suspect in leading.suspects)
         chosen = leading
-    named = bool(claims) and min(c.group_probability for c in claims) >= CLAIMED
+    named = bool(claims) and min(c.group_probability for c in claims) >= max(CLAIMED, AGAINST_NONE * posterior.none)
     if len(claims) == 2 and not named:
         # One of the two may be certain even though the other is not.
         sure = tuple(c for c in claims if c.group_probability >= CLAIMED)
@@ -105,7 +113,7 @@ def verdict_of(
         verdict = "unknown"
     elif named:
         verdict = "effect"
-    elif posterior.none > 0.5:
+    elif posterior.none > QUIET:
         verdict = "parameters" if found.stated[1] < 0.0 else "no_gap"
         if power(found.screened) < LEAST_POWER:
             verdict = "cannot_tell"
@@ -169,6 +177,7 @@ def _sizes(candidate: Candidate, suspect: Suspect) -> dict[str, Size]:
             std = float(deviations[fitted.problem.nuisances + place]) * slot.width
             if slot.effect in JAGGED:
                 std = _width(candidate, place) * slot.width
+            std = float(np.hypot(WIDER * std, IMPRECISE * values[slot.effect][slot.parameter]))
             result[slot.parameter] = Size(value=values[slot.effect][slot.parameter], std=std, unit=unit)
     return result
 

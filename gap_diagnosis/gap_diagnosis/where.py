@@ -1,11 +1,11 @@
 """Where the gap lies: which block, and in which regime of operation its residuals are large.
 
-Two views. `block_shares` weighs the blocks by the hypotheses found, the known ones by their own block and the unknown
-by what each block does when it is fed with measured instead of simulated inputs. `regimes` tells when the re-tuned
-model is wrong beyond its noise.
+Three views. `block_shares` weighs the blocks by the hypotheses found, the known ones by their own block and the unknown
+by the block in which a nameless disturbance explains most. `block_checks` feeds single equations with measurements.
+`excess_by_regime` tells when the re-tuned model is wrong beyond its noise.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,6 +22,7 @@ from thruster_model.equations.thruster import ambient_acceleration
 __all__ = ["BLOCKS", "BlockCheck", "block_checks", "block_shares", "excess_by_regime", "worst_regime"]
 
 Array = NDArray[np.float64]
+TEMPERATURE = 10.0
 BLOCKS = ("log", "command", "rotor", "thrust", "flow", "sensor")
 
 
@@ -84,22 +85,29 @@ def _driven_flow(thrust: Array, p: object, dt: float) -> Array:
     return flow
 
 
-def block_shares(marginal: Mapping[str, float], unknown: float, excess: Mapping[str, float]) -> list[tuple[str, float]]:
+def block_shares(
+    marginal: Mapping[str, float], unknown: float, evidence: Mapping[str, float], in_logs: Sequence[str] = ()
+) -> list[tuple[str, float]]:
     """Return (block, share), largest first; shares sum to one, and are empty where there is no gap.
 
     Args:
         marginal: probability of each suspect by key.
         unknown: probability of something else.
-        excess: by signal, energy of the residuals beyond the noise of the re-tuned model.
+        evidence: logarithm of evidence for a nameless disturbance by block (`disturbances.block_evidence`); it is
+            tempered, since a disturbance is told by a handful of functions of which none is the true one.
+        in_logs: block of each finding in the samples themselves that is not among the suspects.
     """
     shares = dict.fromkeys(BLOCKS, 0.0)
+    for block in in_logs:
+        shares[block] += 1.0
     for key, probability in marginal.items():
         shares[LIBRARY[key.split(":")[0]].block] += probability
-    total = sum(excess.values())
-    if unknown > 0.0 and total > 0.0:
-        home = {"speed": "rotor", "thrust": "thrust", "torque": "thrust", "ambient": "flow", "axial": "flow"}
-        for signal, energy in excess.items():
-            shares[home[signal]] += unknown * energy / total
+    if unknown > 0.0 and evidence:
+        most = max(evidence.values())
+        weights = {block: float(np.exp((found - most) / TEMPERATURE)) for block, found in evidence.items()}
+        total = sum(weights.values())
+        for block, weight in weights.items():
+            shares[block] += unknown * weight / total
     kept = {block: share for block, share in shares.items() if share > 1e-3 * sum(shares.values())}
     whole = sum(kept.values())
     return sorted(((block, share / whole) for block, share in kept.items()), key=lambda each: -each[1])

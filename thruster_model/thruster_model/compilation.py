@@ -7,7 +7,6 @@ private to the user, and is never a shared temporary folder (its files are pickl
 
 import hashlib
 import os
-import shutil
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -107,4 +106,8 @@ def _remove_oldest(parent: Path) -> None:
     latest = max(used.values(), default=0.0)
     for folder in sorted(used, key=lambda folder: used[folder], reverse=True)[_KEPT_CACHES:]:
         if used[folder] < latest - _IN_USE:
-            shutil.rmtree(folder, ignore_errors=True)
+            for found in sorted(folder.rglob("*"), reverse=True):
+                with suppress(OSError):
+                    found.rmdir() if found.is_dir() else found.unlink()
+            with suppress(OSError):
+                folder.rmdir()

@@ -1,0 +1,196 @@
+r"""In which block something without a name is at work: what disturbance, entering there, the residuals ask for.
+
+Each block is disturbed by functions of states, inputs, their past and time (`discrepancy.basis_of`), where its equation
+stands:
+
+command   d u             acting throttle [V]
+rotor     d (dn/dt)       [rad/s^2]
+thrust    d T, d Q        [N], [N m], with what they do to rotor and flow
+flow      d (dv/dt), d (dU/dt)   [m/s^2]
+sensor    d y             one reading alone, its unit
+log       d t             time of one reading alone or of all, constant, growing, or in a third of the run [s]
+
+The answer of all readings follows from the model linearised along the simulated run,
+        x_{k+1} = exp(A_k h) x_k + (int_0^h exp(A_k s) ds) b_k w_k,      x = (dn, dv, dU).
+A few disturbances of a block are chosen greedily, nuisances re-tuned beside them; the evidence is that of
+`discrepancy`. It is the process noise that the data demand, by equation (Kristensen, Madsen and Jorgensen 2004,
+Automatica 40, 225), with a basis in place of a random walk.
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.discrepancy import MOST_FEATURES, basis_of, chosen_greedily
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.prediction import Simulated, true_time
+from thruster_model.compilation import compiled
+from thruster_model.effects.stages import NO_EFFECTS, effect_values
+from thruster_model.equations.classes import axial_rate, rotor_rate
+from thruster_model.equations.thruster import ambient_acceleration
+from thruster_model.pipeline import pipeline
+
+__all__ = ["block_evidence"]
+
+Array = NDArray[np.float64]
+_STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
+_THROTTLE_STEP = 1e-3  # [V]
+_READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
+
+
+class _Linear(NamedTuple):
+    """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
+    (N, 3), d rates and d readings / d throttle, and what a force or a moment does to the rates (N, 3).
+    """
+
+    transition: Array
+    gain: Array
+    readings: dict[str, Array]
+    by_throttle: Array
+    readings_by_throttle: dict[str, Array]
+    by_force: Array
+    by_moment: Array
+
+
+def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
+    """Return for each block the logarithm of evidence for a disturbance there, above that of none."""
+    problem = fitted.problem
+    blocks: dict[str, list[list[Array]]] = {}
+    for index, happened in enumerate(problem.happened(fitted.x)):
+        for block, columns in _answers(fitted, index, happened):
+            blocks.setdefault(block, []).append(columns)
+    information = fitted.jacobian.T @ fitted.jacobian
+    information[np.arange(problem.nuisances), np.arange(problem.nuisances)] += 1.0
+    information += 1e-9 * np.eye(information.shape[0])
+    remaining = fitted.jacobian.T @ fitted.white
+    remaining[: problem.nuisances] -= fitted.x[: problem.nuisances]
+    evidence: dict[str, float] = {}
+    for block, pieces in blocks.items():
+        raw = sum(np.asarray(piece) for piece in pieces)  # each recording fills its own rows
+        white = problem.whitened(noise, np.where(problem.known[:, None], np.asarray(raw), np.nan))
+        size = np.sqrt(np.sum(white**2, axis=0))
+        white = white[:, size > 1e-9] / size[size > 1e-9]
+        cross = fitted.jacobian.T @ white
+        gram = white.T @ white
+        power = np.diag(gram).copy()
+        gram -= cross.T @ np.linalg.solve(information, cross)
+        slope = white.T @ fitted.white - cross.T @ np.linalg.solve(information, remaining)
+        # Columns have unit length: what is left of one beside the nuisances is compared with that.
+        _, _, evidence[block] = chosen_greedily(1e6 * gram, 1e3 * slope, 1e6 * power, MOST_FEATURES)
+    return evidence
+
+
+def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[str, Any]]:
+    """Yield (block, answers of all readings (R, K)) of one recording; rows of others are zero."""
+    problem = fitted.problem
+    experiment = problem.recordings[index].experiment
+    dt = experiment.dt
+    linear = _linearised(fitted, happened, dt)
+    basis = basis_of(happened.outputs, happened.throttle, dt)[1]
+    size = np.sqrt(np.mean(basis**2, axis=1, keepdims=True))
+    basis = basis / np.where(size > 0.0, size, 1.0)
+    shifts, sizes = problem.situation(fitted.x, index).shifts, problem.sizes(fitted.x)
+    series = [each for each in problem.series if each.recording == index and each.signal not in problem.opaque]
+    places = {}
+    for each in series:
+        at = true_time(each.signal, experiment.measurements[each.signal].time, sizes, shifts) / dt
+        places[each.signal] = np.clip(np.round(at).astype(np.int64), 0, basis.shape[1] - 1)
+
+    def rows(answers: dict[str, Array]) -> Array:
+        out = np.zeros((problem.series[-1].last, next(iter(answers.values())).shape[0]))
+        for each in series:
+            if each.signal in answers:
+                out[each.rows] = answers[each.signal][:, places[each.signal]].T
+        return out
+
+    def through(push: Array, direct: dict[str, Array]) -> Array:
+        """Return the readings' answers (R, K) to the basis, pushing the rates by `push` (N, 3) for each unit."""
+        states = np.zeros((basis.shape[0], basis.shape[1], 3))
+        _driven(linear.transition, linear.gain, push, basis, states)
+        answers = {
+            each.signal: np.einsum("knj,nj->kn", states, linear.readings[each.signal])
+            + basis * direct.get(each.signal, 0.0)
+            for each in series
+        }
+        return rows(answers)
+
+    ones = np.ones((basis.shape[1], 1))
+    yield "command", through(linear.by_throttle, linear.readings_by_throttle)
+    yield "rotor", through(ones * np.array([1.0, 0.0, 0.0]), {})
+    force = through(linear.by_force, {"thrust": ones[:, 0]})
+    moment = through(linear.by_moment, {"torque": ones[:, 0]})
+    yield "thrust", np.hstack((force, moment))
+    axial, ambient = (through(ones * np.array(unit), {}) for unit in ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]))
+    yield "flow", np.hstack((axial, ambient))
+    names = [each.signal for each in series]
+    yield "sensor", np.hstack([rows({name: basis}) for name in names])
+    time = np.linspace(0.0, 1.0, basis.shape[1])
+    when = np.array([np.ones_like(time), time, *((time * 3.0).astype(int) == k for k in range(3))], dtype=np.float64)
+    late = {name: np.gradient(happened.outputs[name], dt) * when for name in names}
+    yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names)])
+
+
+def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:
+    problem = fitted.problem
+    p = problem.parameter_set.model.coefficients(problem.values(fitted.x))
+    in_plant = problem.sizes(fitted.x)
+    e = effect_values(in_plant) if in_plant else NO_EFFECTS
+    u = happened.throttle
+    state = (happened.outputs["speed"], happened.outputs["axial"], happened.outputs["ambient"])
+
+    def at(states: Sequence[Array], throttle: Array) -> list[Array]:
+        n, v, ambient = states
+        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, p, e)
+        return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
+
+    columns = []
+    for k, step in enumerate(_STEPS):
+        above = [x + step * (j == k) for j, x in enumerate(state)]
+        below = [x - step * (j == k) for j, x in enumerate(state)]
+        columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
+    by_throttle = [
+        (a - b) / (2.0 * _THROTTLE_STEP)
+        for a, b in zip(at(state, u + _THROTTLE_STEP), at(state, u - _THROTTLE_STEP), strict=True)
+    ]
+    rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
+    step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
+    square = step @ step
+    eye = np.eye(3)
+    cube = square @ step
+    zero, one = np.zeros_like(u), np.ones_like(u)
+    n, v, ambient = state
+
+    def slope(rate: Any, *arguments: Any) -> Array:
+        """Return by how much a rate, linear in its last argument before the coefficients, moves for a unit of it."""
+        return np.asarray(rate(*arguments, one, p)) - np.asarray(rate(*arguments, zero, p)) + zero
+
+    by_moment = np.asarray(rotor_rate(n, one, zero, p)) - np.asarray(rotor_rate(n, zero, zero, p)) + zero
+    by_force = np.stack((zero, slope(axial_rate, v, ambient), slope(ambient_acceleration, ambient)), axis=1)
+    return _Linear(
+        transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
+        gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
+        readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},
+        by_throttle=np.stack(by_throttle[:3], axis=1),
+        readings_by_throttle={name: by_throttle[row] for name, row in _READINGS.items()},
+        by_force=by_force,
+        by_moment=np.stack((by_moment, zero, zero), axis=1),
+    )
+
+
+@compiled
+def _driven(transition, gain, push, basis, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (K, N, 3) with the state's answers to each row of `basis` (K, N), held over a step."""
+    for k in range(basis.shape[0]):
+        x0, x1, x2 = 0.0, 0.0, 0.0
+        for i in range(basis.shape[1] - 1):
+            w = basis[k, i]
+            a, g = transition[i], gain[i]
+            b0, b1, b2 = push[i, 0] * w, push[i, 1] * w, push[i, 2] * w
+            y0 = a[0, 0] * x0 + a[0, 1] * x1 + a[0, 2] * x2 + g[0, 0] * b0 + g[0, 1] * b1 + g[0, 2] * b2
+            y1 = a[1, 0] * x0 + a[1, 1] * x1 + a[1, 2] * x2 + g[1, 0] * b0 + g[1, 1] * b1 + g[1, 2] * b2
+            y2 = a[2, 0] * x0 + a[2, 1] * x1 + a[2, 2] * x2 + g[2, 0] * b0 + g[2, 1] * b1 + g[2, 2] * b2
+            x0, x1, x2 = y0, y1, y2
+            out[k, i + 1, 0], out[k, i + 1, 1], out[k, i + 1, 2] = x0, x1, x2

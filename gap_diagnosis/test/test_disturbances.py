@@ -1,0 +1,52 @@
+"""A nameless disturbance is found in the block where it enters."""
+
+import numpy as np
+import pytest
+from generated import campaign
+
+from gap_diagnosis.disturbances import block_evidence
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.noise import white_noise
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.where import block_shares
+
+NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
+
+
+def evidence_of(outside):
+    stated, recordings = campaign(outside=outside, seed=5, duration=15.0, runs=2)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    return block_evidence(fit(problem, NOISE, problem.start()), NOISE)
+
+
+@pytest.mark.parametrize(
+    ("block", "outside"),
+    [
+        ("flow", {"tank_seiche": {"gain": 0.015, "frequency": 0.2}}),
+        ("sensor", {"load_cell_creep": {"share": 0.4, "time": 2.0}}),
+        ("thrust", {"low_speed_exponent": {"exponent": 1.2}}),
+    ],
+)
+def test_a_disturbance_without_a_name_is_found_in_its_block(block, outside):
+    evidence = evidence_of(outside)
+    assert max(evidence, key=evidence.get) == block and evidence[block] > 20.0
+
+
+def test_what_turns_the_rotor_is_found_in_its_drive():
+    evidence = evidence_of({"drive_resonance": {"share": 0.7, "frequency": 1.0}})
+    # Command and rotor differ only by what the dead zone hides.
+    assert set(sorted(evidence, key=evidence.get)[-2:]) == {"command", "rotor"}
+
+
+def test_where_nothing_disturbs_no_block_has_evidence():
+    assert max(evidence_of({}).values()) < 6.0
+
+
+def test_shares_of_the_unknown_follow_the_evidence_and_sum_to_one():
+    shares = dict(block_shares({"coulomb_friction": 0.2}, 0.8, {"flow": 100.0, "sensor": 10.0}))
+    assert np.isclose(sum(shares.values()), 1.0)
+    assert shares["flow"] > 0.79 and np.isclose(shares["rotor"], 0.2, atol=1e-3)
+
+
+def test_what_the_samples_show_counts_although_no_suspect_stands_for_it():
+    assert dict(block_shares({}, 0.0, {}, ["sensor"])) == {"sensor": 1.0}
