@@ -1,1 +1,1 @@
-"""Driver of the thruster bench: the rig's text protocol, without any I/O."""
+"""Driver of the thruster bench: protocols, link, serial port, emulated device."""

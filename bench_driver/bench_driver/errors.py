@@ -39,3 +39,30 @@ class OutOfRange(BenchDriverError, ValueError):
 
     def __reduce__(self) -> tuple[object, ...]:
         return type(self), (self.what, self.expected, self.found)
+
+
+class EmulatorFailed(BenchDriverError):
+    """The emulated processor cannot be started or does not go on; the message says why."""
+
+
+class PortFailed(BenchDriverError):
+    """A serial port cannot be opened, or is gone.
+
+    Attributes:
+        port: its name.
+        reason: what happened, and what to do about it where that is known.
+        absent: there is no such port, as opposed to one that cannot be used.
+    """
+
+    def __init__(self, port: str, reason: str, *, absent: bool = False) -> None:
+        super().__init__(f"{port}: {reason}")
+        self.port = port
+        self.reason = reason
+        self.absent = absent
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return _rebuilt, (type(self), self.port, self.reason, self.absent)
+
+
+def _rebuilt(kind: type[PortFailed], port: str, reason: str, absent: bool) -> PortFailed:
+    return kind(port, reason, absent=absent)

@@ -140,6 +140,11 @@ class LineDecoder:
         self.last_rejected: bytes | None = None
         self._lines = _Lines(mid_line=mid_line)
 
+    @property
+    def waiting(self) -> int:
+        """Return the number of bytes kept for a line that has not ended yet."""
+        return self._lines.waiting
+
     def feed(self, data: bytes) -> list[Reading]:
         """Return the readings whose lines end in these bytes, oldest first."""
         readings = []
@@ -201,6 +206,10 @@ class _Lines:
     def __init__(self, *, mid_line: bool = False) -> None:
         self._start = b""
         self._reason = "start not seen" if mid_line else ""
+
+    @property
+    def waiting(self) -> int:
+        return len(self._start)
 
     def feed(self, data: bytes) -> list[tuple[bytes, str]]:
         *ends, rest = bytes(data).split(b"\n")
