@@ -21,28 +21,21 @@ def build_report(outcomes: Sequence[Outcome], provenance: Mapping[str, object]) 
     """Return the report of a replay."""
     runs = list(dict.fromkeys(o.signals.name for o in outcomes))
     report = Report("Observers on recorded runs", ", ".join(runs), provenance)
-    for o in outcomes:
-        where = f"{o.signals.name}, {label(o)}"
-        if o.nis is not None and o.nis_interval is not None and not o.nis_interval[0] <= o.nis <= o.nis_interval[1]:
-            side = "larger" if o.nis > o.nis_interval[1] else "smaller"
-            report.warning(f"{where}: innovations are {side} than the filter says, NIS {o.nis:.3g} per degree.")
-        if o.valid < 0.99:
-            report.warning(
-                f"{where}: {100 * (1 - o.valid):.1f} % of the estimates are not to be used (status INVALID)."
-            )
+    for sentence in _warnings(outcomes):
+        report.warning(sentence)
     report.section("Scores")
     report.paragraph(
         "One step ahead: measured less predicted, before the measurement was taken in. NIS: squared innovation over "
         "its variance, per degree of freedom; 1 for a consistent filter, with the interval in which 95 % of them lie."
     )
-    columns: list[Column | str] = ["Run", "Observer", "Against", "State", "Unit"]
-    columns += [Column(name="RMSE", digits=3), Column(name="Largest", digits=3), Column(name="Samples")]
-    rows: list[list[object]] = [
-        [o.signals.name, label(o), s.against, s.state, s.unit, s.rmse, s.largest, s.samples]
-        for o in outcomes
-        for s in o.scores
-    ]
-    report.table(columns, rows, caption="Errors of the observers.")
+    kinds = list(dict.fromkeys((s.against, s.state, s.unit) for o in outcomes for s in o.scores))
+    columns: list[Column | str] = ["Run", "Observer"]
+    columns += [Column(name=f"{state}, {against.split(',')[0]}", unit=unit, digits=3) for against, state, unit in kinds]
+    rows: list[list[object]] = []
+    for o in outcomes:
+        found = {(s.against, s.state, s.unit): s.rmse for s in o.scores}
+        rows.append([o.signals.name, label(o), *(found.get(kind) for kind in kinds)])
+    report.table(columns, rows, caption="Root mean square errors of the observers; the largest are in replay.json.")
     consistency: list[Column | str] = ["Run", "Observer", Column(name="NIS", digits=3)]
     consistency += [Column(name="from", digits=3), Column(name="to", digits=3)]
     consistency += [Column(name="Speeds refused", unit="%", digits=3), Column(name="Flows refused", unit="%", digits=3)]
@@ -61,6 +54,30 @@ def build_report(outcomes: Sequence[Outcome], provenance: Mapping[str, object]) 
     report.section("What was done to the recordings")
     report.key_values({o.signals.name: list(o.signals.notes) for o in outcomes})
     return report
+
+
+def _warnings(outcomes: Sequence[Outcome]) -> list[str]:
+    """Return one sentence for each way to be inconsistent, and one for each outcome with useless estimates."""
+    sentences = []
+    for side in ("smaller", "larger"):
+        found = [
+            o.nis
+            for o in outcomes
+            if o.nis is not None
+            and o.nis_interval is not None
+            and (o.nis < o.nis_interval[0] if side == "smaller" else o.nis > o.nis_interval[1])
+        ]
+        if found:
+            sentences.append(
+                f"Innovations are {side} than the filter says in {len(found)} of {len(outcomes)} replays: NIS "
+                f"{min(found):.2g} to {max(found):.2g} per degree of freedom. Fit the noise densities, or take the "
+                "deviations as a ranking only."
+            )
+    for o in outcomes:
+        if o.valid < 0.99:
+            useless = f"{100 * (1 - o.valid):.1f} % of the estimates are not to be used (status INVALID)"
+            sentences.append(f"{o.signals.name}, {label(o)}: {useless}.")
+    return sentences
 
 
 def _percent(share: float | None) -> float | None:
