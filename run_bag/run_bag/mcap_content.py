@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import NamedTuple
 
 
 @dataclass(frozen=True)
@@ -13,6 +14,16 @@ class Schema:
     name: str
     encoding: str
     data: bytes
+
+
+class RawMessage(NamedTuple):
+    """A message as it lies in the file; times in ns."""
+
+    channel: int
+    sequence: int
+    log_time: int
+    publish_time: int
+    payload: bytes
 
 
 @dataclass
@@ -40,6 +51,7 @@ class Scan:
         complete: the end mark of the data was reached.
         end: offset behind the last byte that could be read.
         last_log_time: latest log time of any message [ns], None without messages.
+        damaged: something in the midst of the file was left out.
         holes: first and last log time [ns] of what was left out between messages that were read.
         problems: damage, one sentence each.
     """
@@ -51,6 +63,7 @@ class Scan:
     complete: bool = False
     end: int = 0
     last_log_time: int | None = None
+    damaged: bool = False
     holes: list[tuple[int, int]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
 

@@ -18,7 +18,7 @@ from pathlib import Path
 import zstandard
 
 from .errors import NotARunError, TooLargeError
-from .mcap_content import RawTopic, Scan, Schema
+from .mcap_content import RawMessage, RawTopic, Scan, Schema
 from .mcap_fields import decompress, mapping, prefixed, string
 
 MAGIC = b"\x89MCAP0\r\n"
@@ -39,12 +39,17 @@ class _Cut(Exception):
     """The bytes end before the record does, or make no sense from here on."""
 
 
-def scan(path: Path, wanted: Callable[[str], bool] = lambda topic: True) -> Scan:
+def scan(
+    path: Path,
+    wanted: Callable[[str], bool] = lambda topic: True,
+    receive: Callable[[RawMessage, RawTopic], None] | None = None,
+) -> Scan:
     """Scan one MCAP file.
 
     Args:
         path: the file.
         wanted: says of each topic (as in the file) whether its payloads are kept.
+        receive: takes each wanted message, with its topic, in place of keeping it: memory stays small.
 
     Returns:
         What was found; a cut or damaged file is described in `problems`, not raised.
@@ -63,14 +68,20 @@ def scan(path: Path, wanted: Callable[[str], bool] = lambda topic: True) -> Scan
                 text = f"{path}: expected an MCAP file, which starts with {MAGIC.hex(' ')}, found {found}"
                 raise NotARunError(text, path=path, position=0, expected=MAGIC, found=head)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                return _Scanner(Scan(path, size), data, wanted).run()
+                return _Scanner(Scan(path, size), data, wanted, receive).run()
     except OSError as error:
         raise NotARunError(f"{path}: cannot be read: {error.strerror or error}", path=path) from error
 
 
 class _Scanner:
-    def __init__(self, result: Scan, data: mmap.mmap, wanted: Callable[[str], bool]) -> None:
-        self.result, self.data, self.wanted = result, data, wanted
+    def __init__(
+        self,
+        result: Scan,
+        data: mmap.mmap,
+        wanted: Callable[[str], bool],
+        receive: Callable[[RawMessage, RawTopic], None] | None,
+    ) -> None:
+        self.result, self.data, self.wanted, self.receive = result, data, wanted, receive
         self.schemas: dict[int, Schema] = {}
         self.asked_summary = False
         self.left_out = 0
@@ -88,6 +99,7 @@ class _Scanner:
         if self.left_out > MAX_PROBLEMS:
             self.result.problems.append(f"{self.left_out - MAX_PROBLEMS} more damaged records were left out")
         if self.orphans:
+            self.result.damaged = True
             text = f"{len(self.orphans)} messages of channels that the file does not describe were left out"
             self.result.problems.append(text)
             self.result.holes.append((min(self.orphans), max(self.orphans)))
@@ -98,6 +110,7 @@ class _Scanner:
         if not _in_step(data, end):
             raise _Cut(problem)
         self.left_out += 1
+        self.result.damaged = True
         if self.left_out <= MAX_PROBLEMS:
             self.result.problems.append(f"{problem}; left out")
 
@@ -122,7 +135,7 @@ class _Scanner:
                         self.leave_out(data, end, f"damaged: a message of {length} bytes at byte {position}")
                         position = end
                         continue
-                    _, _, channel, _, log_time, _ = unpack_message(data, position)
+                    _, _, channel, sequence, log_time, publish_time = unpack_message(data, position)
                     if channel not in topics:
                         self.summary()
                         wanted = self.wanted_ids()
@@ -131,7 +144,12 @@ class _Scanner:
                         topic.count += 1
                         if log_time > latest:
                             latest = log_time
-                        if channel in wanted:
+                        if channel not in wanted:
+                            pass
+                        elif self.receive is not None:
+                            payload = data[begin + 22 : end]
+                            self.receive(RawMessage(channel, sequence, log_time, publish_time, payload), topic)
+                        else:
                             topic.log_times.append(log_time)
                             topic.payloads.append(data[begin + 22 : end])
                     elif _in_step(data, end):

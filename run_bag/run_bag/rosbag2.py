@@ -45,11 +45,12 @@ def dump(data: object) -> str:
 
 @dataclass(frozen=True, kw_only=True)
 class TopicRecord:
-    """A topic as rosbag2 describes it; `qos` holds one profile per publisher."""
+    """A topic as rosbag2 describes it; `qos` holds one profile per publisher, `type_hash` is looked up if None."""
 
     name: str
     type: str
     qos: tuple[Mapping[str, Any], ...] = (DEFAULT_QOS,)
+    type_hash: str | None = None
 
     def metadata(self) -> dict[str, Any]:
         """Return the `topic_metadata` entry of metadata.yaml."""
@@ -58,7 +59,18 @@ class TopicRecord:
             "type": self.type,
             "serialization_format": "cdr",
             "offered_qos_profiles": [dict(q) for q in self.qos],
-            "type_description_hash": definitions().type_hash(self.type),
+            "type_description_hash": self.hash(),
+        }
+
+    def hash(self) -> str:
+        """Return the REP 2011 hash of the type."""
+        return definitions().type_hash(self.type) if self.type_hash is None else self.type_hash
+
+    def extra(self) -> dict[str, str]:
+        """Return the metadata of the topic's MCAP channel."""
+        return {
+            "offered_qos_profiles": dump([dict(q) for q in self.qos]).strip(),
+            "topic_type_hash": self.hash(),
         }
 
 
@@ -74,11 +86,7 @@ class TopicRegistry:
         if topic.type not in self._schemas:
             text = definitions().text(topic.type).encode()
             self._schemas[topic.type] = self._writer.register_schema(topic.type, "ros2msg", text)
-        extra = {
-            "offered_qos_profiles": dump([dict(q) for q in topic.qos]).strip(),
-            "topic_type_hash": definitions().type_hash(topic.type),
-        }
-        return self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], extra)
+        return self._writer.register_channel(topic.name, "cdr", self._schemas[topic.type], topic.extra())
 
 
 def bag_metadata(

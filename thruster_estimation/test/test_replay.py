@@ -139,7 +139,7 @@ def test_the_command_line_prints_a_table_and_writes_report_and_json(
     nlo = next(r for r in results if r["estimator"] == "nlo")
     assert nlo["settings"]["largest_innovation"] is None and nlo["nis_per_degree"] is not None
     page = (out / "report.html").read_text("utf-8")
-    assert "Errors of the observers" in page and "speed-ekf, hq" in page
+    assert "square errors of the observers" in page and "speed-ekf, hq" in page
     assert sorted(p.name for p in out.iterdir()) == ["replay.json", "report.html"]
 
 
