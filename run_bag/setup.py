@@ -14,13 +14,16 @@ setup(
     zip_safe=False,
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",
-    description="Runs of thrusters and vehicles as MCAP bags: write, read into arrays, import, report.",
+    description="Runs of thrusters and vehicles as MCAP bags: record, play, write, read into arrays, import, report.",
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
             "import_bench = run_bag.importers.cli_bench:main",
             "import_csv = run_bag.importers.cli_csv:main",
             "info = run_bag.cli_info:main",
+            "play = run_bag.live.player_node:main",
+            "recorder = run_bag.live.recorder_node:main",
+            "recover = run_bag.cli_recover:main",
         ],
     },
 )

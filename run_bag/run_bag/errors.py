@@ -103,3 +103,7 @@ class CannotWriteError(RunError):
 
 class RecordingError(RunError):
     """A recording that is to be imported is malformed or of another format."""
+
+
+class MissingParticipantError(RunError):
+    """Played in lockstep, and someone did not answer: `found` names the topics, `position` is the instant [ns]."""

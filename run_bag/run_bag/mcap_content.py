@@ -51,7 +51,7 @@ class Scan:
         complete: the end mark of the data was reached.
         end: offset behind the last byte that could be read.
         last_log_time: latest log time of any message [ns], None without messages.
-        damaged: something in the midst of the file was left out.
+        damaged: something in the file makes no sense; false where its end alone is missing.
         holes: first and last log time [ns] of what was left out between messages that were read.
         problems: damage, one sentence each.
     """

@@ -39,6 +39,10 @@ class _Cut(Exception):
     """The bytes end before the record does, or make no sense from here on."""
 
 
+class _End(_Cut):
+    """The file ends inside a record of its own: what was never written is missing, and nothing else."""
+
+
 def scan(
     path: Path,
     wanted: Callable[[str], bool] = lambda topic: True,
@@ -94,6 +98,7 @@ class _Scanner:
             if not self.result.complete:
                 self.result.problems.append(f"no end mark: cut off at byte {self.result.size}, behind a whole record")
         except _Cut as cut:
+            self.result.damaged |= not isinstance(cut, _End)
             lost = self.result.size - self.result.end
             self.result.problems.append(f"{cut}; the last {lost} of {self.result.size} bytes could not be read")
         if self.left_out > MAX_PROBLEMS:
@@ -122,14 +127,14 @@ class _Scanner:
         try:
             while position < size:
                 if position + 9 > size:
-                    raise _Cut(f"cut off at byte {position} inside the head of a record")
+                    raise (_End if top else _Cut)(f"cut off at byte {position} inside the head of a record")
                 opcode, length = unpack(data, position)
                 begin, end = position + 9, position + 9 + length
                 if end > size:
                     self.refuse_nonsense(opcode, length, position)
                     if top and opcode == CHUNK:
                         self.chunk(data[begin:size], position, cut=True)
-                    raise _Cut(f"cut off inside the record at byte {position}")
+                    raise (_End if top else _Cut)(f"cut off inside the record at byte {position}")
                 if opcode == MESSAGE:
                     if length < 22:
                         self.leave_out(data, end, f"damaged: a message of {length} bytes at byte {position}")

@@ -74,6 +74,21 @@ class TopicRecord:
         }
 
 
+def type_hash(extra: Mapping[str, str]) -> str:
+    """Return the hash of the type that a channel was recorded with, "" where it does not say."""
+    return extra.get("topic_type_hash", "")
+
+
+def offers(extra: Mapping[str, str]) -> tuple[Mapping[str, Any], ...]:
+    """Return the QoS profiles that a channel was recorded with, or the default where it does not say."""
+    try:
+        loaded = yaml.safe_load(extra.get("offered_qos_profiles", ""))
+    except yaml.YAMLError:
+        loaded = None
+    profiles = tuple(p for p in loaded if isinstance(p, dict)) if isinstance(loaded, list) else ()
+    return profiles or (DEFAULT_QOS,)
+
+
 class TopicRegistry:
     """Registers schemas and channels with an MCAP writer, each once."""
 

@@ -1,0 +1,1 @@
+"""The nodes: a recorder and a player."""
