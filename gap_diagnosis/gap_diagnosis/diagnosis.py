@@ -27,6 +27,8 @@ __all__ = ["Diagnosis", "Unfit", "diagnose"]
 
 Array = NDArray[np.float64]
 _JITTER_ODDS = 8.0
+_SORTED = 0.05
+"""Share by which the scatter of stamps may be misjudged, since sorting them has mixed them up."""
 
 
 class Unfit(ValueError):
@@ -157,7 +159,8 @@ def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple
             found.append(scattered_before_sorting(size, period))
     size = float(np.sqrt(np.mean(np.square(found))))
     sentence = f"stamps scatter by {1000 * size:.1f} ms; regular ones fit better"
-    deviation = size / np.sqrt(2.0 * sum(m.values.size for r in regular for m in r.experiment.measurements.values()))
+    count = sum(m.values.size for r in regular for m in r.experiment.measurements.values())
+    deviation = np.hypot(size / np.sqrt(2.0 * count), _SORTED * size)
     jitter = Scatter(
         effect="timestamp_jitter",
         signal="",

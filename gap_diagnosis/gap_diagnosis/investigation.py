@@ -10,7 +10,7 @@ from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import Fitted, fit
 from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.screening import STRETCHED, Screened, Trials, rated, tried
+from gap_diagnosis.screening import STRETCHED, Screened, Trials, rated, refined, tried
 from gap_diagnosis.suspects import Suspect
 from gap_diagnosis.ventilation import change_cost, ventilated
 
@@ -184,7 +184,7 @@ def _candidate(
 ) -> Candidate:
     """Return a refitted hypothesis."""
     noise = none.noise
-    start = np.concatenate((screened.anchor.x, screened.sizes))
+    start = np.concatenate((screened.anchor.x, refined(screened, noise).sizes))
     fitted = fit(screened.problem, noise, start, iterations=25, near=screened.anchor)
     return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
 

@@ -95,4 +95,13 @@ def regular_stamps(stamps: Array) -> tuple[Array, float]:
         slope, first = np.polyfit(index[kept], stamps[kept], 1)
         regular = first + slope * index
     scatter = float(np.std(stamps - regular))
+    period = _round_period(float(slope), scatter * np.sqrt(12.0) / stamps.size**1.5)
+    regular += (period - slope) * (index - np.mean(index))
     return np.asarray(regular), scatter if scatter < 3.0 * slope else 0.0
+
+
+def _round_period(period: float, deviation: float) -> float:
+    """Return the whole rate [Hz] or tenth of a millisecond that a logger was set to, where that is as likely [s]."""
+    choices = [1.0 / max(round(1.0 / period), 1), max(round(period * 1e4), 1) * 1e-4]
+    nearest = min(choices, key=lambda choice: abs(choice - period))
+    return nearest if abs(nearest - period) < 3.0 * deviation else period

@@ -18,19 +18,21 @@ __all__ = ["Posterior", "posterior_of"]
 PRIOR_NONE = 0.15
 PRIOR_SINGLE = 0.63
 PRIOR_PAIR = 0.12
-PRIOR_UNKNOWN = 0.10  # beside none; beside effects in the same proportion to them
+PRIOR_UNKNOWN = 0.04  # beside none; beside effects in the same proportion to them
 
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
     """Probabilities: of none and of unknown, of each single suspect by key (marginal, where pairs are in play), of
-    each pair by its keys; `leading`: the most probable hypothesis without an unknown part, None for none.
+    each pair by its keys; `beside`: of each suspect with something unknown beside it, all in `unknown`; `leading`: the
+    most probable hypothesis without an unknown part, None for none.
     """
 
     none: float
     unknown: float
     singles: Mapping[str, float]
     pairs: Mapping[tuple[str, ...], float]
+    beside: Mapping[str, float]
     leading: Candidate | None
 
     @property
@@ -71,11 +73,16 @@ def posterior_of(found: Investigation) -> Posterior:
     pairs = {keys: p for (kind, keys), p in probability.items() if kind == "pair"}
     none = probability["none", ()]
     unknown = sum(p for (kind, _), p in probability.items() if kind == "unknown")
+    beside: dict[str, float] = {}
+    for (kind, keys), p in probability.items():
+        for key in keys if kind == "unknown" else ():
+            beside[key] = beside.get(key, 0.0) + p
     return Posterior(
         none=none,
         unknown=unknown,
         singles=singles,
         pairs=pairs,
+        beside=beside,
         leading=_leading(found.candidates, singles, pairs),
     )
 

@@ -16,7 +16,7 @@ from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import JAGGED, Suspect
 
-__all__ = ["STRETCHED", "Screened", "Trials", "rated", "tried"]
+__all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
 
 Array = NDArray[np.float64]
 
@@ -25,6 +25,8 @@ STRETCHED = 3.5
 """Standard deviations from which on nuisances count as pulled off by an effect that is missing."""
 
 
+_COARSE, _FINE = range(3), range(3, 7)
+"""Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
 
 
@@ -160,16 +162,25 @@ def _scalable(suspect: Suspect) -> bool:
     return first.lower <= 0.0 <= first.upper and suspect.effect not in JAGGED
 
 
-def _searched(view: _View, reference: float, screened: Screened) -> Screened:
+def refined(screened: Screened, noise: NoiseModel) -> Screened:
+    """Return a suspect whose predictions jump with its size at a size known to a hundred-thousandth; others as is."""
+    if screened.suspect.effect not in JAGGED or screened.gain < 10.0:
+        return screened
+    view = _View(screened.anchor, noise)
+    own = float(view.cost(screened.problem.predicted(np.concatenate((screened.anchor.x, screened.sizes)))[None, :])[0])
+    return _searched(view, own + screened.gain, screened, rounds=_FINE)
+
+
+def _searched(view: _View, reference: float, screened: Screened, rounds: range = _COARSE) -> Screened:
     """Return a suspect whose predictions jump with its size at the best of ever finer sizes; others as they are."""
     suspect, problem = screened.suspect, screened.problem
     if suspect.effect not in JAGGED or screened.gain < 10.0:
         return screened
     best, gain, signature = screened.sizes, screened.gain, screened.signature
-    trials = np.log(suspect.grid[:, 0])
-    here = np.abs(trials - np.log(best[0]))
-    spacing = float(np.min(here[here > 0.0], initial=1.0))
-    for _ in range(3):
+    trials = np.sort(np.log(suspect.grid[:, 0]))
+    place = min(max(int(np.searchsorted(trials, np.log(best[0]))), 1), trials.size - 1)
+    spacing = float(trials[place] - trials[place - 1]) * 0.25**rounds.start
+    for _ in rounds:
         around = best * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
         for sizes in around[around[:, 0] <= np.max(suspect.grid[:, 0])]:
             rows = problem.predicted(np.concatenate((view.anchor.x, sizes)))

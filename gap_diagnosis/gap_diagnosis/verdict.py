@@ -104,10 +104,7 @@ def verdict_of(
         sure = tuple(c for c in claims if c.group_probability >= CLAIMED)
         if sure:
             single = next((c for c in found.candidates if c.keys == _key(sure[0])), None)
-            if (
-                single is not None
-                and posterior.singles.get(single.keys[0], 0.0) + _pairs_with(posterior, single.keys[0]) >= CLAIMED
-            ):
+            if single is not None and _at_work(posterior, single.keys[0]) >= CLAIMED:
                 claims, chosen, named = sure, single, True
     if posterior.unknown > 0.5 or foreign:
         verdict = "unknown"
@@ -139,8 +136,9 @@ def _key(claim: Claim) -> tuple[str, ...]:
     return (f"{claim.effect}:{claim.channel}" if claim.channel else claim.effect,)
 
 
-def _pairs_with(posterior: Posterior, key: str) -> float:
-    return sum(p for keys, p in posterior.pairs.items() if key in keys)
+def _at_work(posterior: Posterior, key: str) -> float:
+    """Return the probability that a suspect is at work, alone, in a pair or beside something unknown."""
+    return posterior.marginal.get(key, 0.0) + posterior.beside.get(key, 0.0)
 
 
 def _claim(
@@ -154,7 +152,7 @@ def _claim(
             continue
         if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
             alike.append(next(iter(replaced)))
-    group = min(sum(marginal.get(key, 0.0) for key in (suspect.key, *alike)), 1.0)
+    group = min(sum(_at_work(posterior, key) for key in (suspect.key, *alike)), 1.0)
     return Claim(
         effect=suspect.effect,
         channel=suspect.channel,

@@ -1,7 +1,7 @@
 """Dry friction of shaft seal and bearings: it brakes at any speed alike and holds a rotor that is driven too weakly.
 
-Near rest s sgn(n) is (1000 1/s) n, where that is the smaller: a rotor driven by less than s creeps at a thousandth of
-its drive, 0.5 rad/s at most, and counts as stuck. One steepness for all sizes is stable up to steps of 2.7 ms.
+Near rest, |n| < s / (1000 1/s), friction takes up what drives the rotor, up to s, and lets the speed die away within
+a millisecond: a rotor driven by less than s stands still. One steepness for all sizes is stable up to steps of 2.7 ms.
 """
 
 import numpy as np
@@ -16,7 +16,8 @@ STEEPNESS = 1000.0
 def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
     """Return dn/dt less the friction; near rest the friction takes up what drives the rotor."""
     s = e.coulomb_friction_deceleration
-    return n_dot - np.minimum(np.maximum(STEEPNESS * n, -s), s)
+    holding = np.minimum(np.maximum(n_dot + STEEPNESS * n, -s), s)
+    return n_dot - np.where(STEEPNESS * np.abs(n) < s, holding, s * np.sign(n))
 
 
 EFFECT = Effect(
