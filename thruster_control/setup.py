@@ -13,8 +13,15 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", ["config/inner_loop.yaml", "config/reference.yaml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis", "scipy"]},
+    entry_points={
+        "console_scripts": [
+            "inner_loop = thruster_control.inner_loop_node:main",
+            "reference = thruster_control.reference_node:main",
+        ]
+    },
     zip_safe=True,
 )

@@ -13,9 +13,15 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", ["config/observer.yaml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "filterpy", "scipy"]},
-    entry_points={"console_scripts": ["replay = thruster_estimation.cli_replay:main"]},
+    entry_points={
+        "console_scripts": [
+            "observer = thruster_estimation.observer_node:main",
+            "replay = thruster_estimation.cli_replay:main",
+        ]
+    },
     zip_safe=True,
 )

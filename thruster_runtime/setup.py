@@ -5,7 +5,7 @@ name = "thruster_runtime"
 setup(
     name=name,
     version="0.1.0",
-    description="What every node needs once: executor switch, clean stop, QoS profiles, diagnostics.",
+    description="What every node needs once: executor switch, clean stop, QoS profiles, diagnostics, joins.",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",
@@ -15,6 +15,7 @@ setup(
         (f"share/{name}", ["package.xml"]),
     ],
     install_requires=["setuptools"],
-    extras_require={"test": ["pytest"]},
+    extras_require={"test": ["pytest", "hypothesis"]},
+    entry_points={"console_scripts": ["compose = thruster_runtime.compose:main"]},
     zip_safe=True,
 )

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_estimation.belief import Belief, Level, initial_belief, level
+from thruster_estimation.belief import Belief, Level, level
 from thruster_estimation.consistency import nis_interval
 from thruster_estimation.errors import EstimationError
 from thruster_estimation.offline import History, observe
+from thruster_estimation.online import first_belief
 from thruster_estimation.settings import BENCH
 from thruster_model.equations.thruster import ThrusterCoefficients
 
@@ -122,14 +123,9 @@ def problem_with(job: Job) -> str:
 
 def start_of(signals: Signals, form: int) -> Belief:
     """Return the belief before the first instant: the bench's, or the first measurements with wide deviations."""
-    if form == BENCH:
-        return initial_belief(deviation_n=sqrt(3.0), deviation_v=sqrt(0.005), deviation_U=sqrt(0.005))
     n, U = (y[np.isfinite(y)][:1] for y in (signals.y_n, signals.y_U))
-    first = float(n[0]) if n.size else 0.0
-    if signals.unsigned and signals.u_before[0] < 0:
-        first = -first
-    ambient = float(np.clip(U[0], -0.5, 0.5)) if U.size else 0.0
-    return initial_belief(first, 0.0, ambient, deviation_n=20.0, deviation_v=0.1, deviation_U=0.1)
+    first_n, first_U = (float(y[0]) if y.size else np.nan for y in (n, U))
+    return first_belief(first_n, first_U, float(signals.u_before[0]), signals.unsigned, form)
 
 
 def replay(signals: Signals, job: Job) -> Outcome:

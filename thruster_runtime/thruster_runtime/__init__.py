@@ -1,1 +1,1 @@
-"""What every node needs once: executor switch, clean stop, QoS profiles, diagnostics."""
+"""What every node needs once: executor switch, clean stop, QoS profiles, diagnostics, joins."""

@@ -8,7 +8,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from types import FrameType
 
 import rclpy
@@ -63,6 +63,18 @@ def run_node(
     Returns:
         0 after a clean stop, 2 when the node refused to start.
     """
+    return run_nodes([build], args=args, context=context, refusals=refusals, stop=stop)
+
+
+def run_nodes(
+    builds: Sequence[Callable[[], Node]],
+    *,
+    args: Sequence[str] | None = None,
+    context: Context | None = None,
+    refusals: tuple[type[Exception], ...] = (),
+    stop: threading.Event | None = None,
+) -> int:
+    """Run several nodes in one executor as `run_node` does one; they stop in the opposite order."""
     stop = threading.Event() if stop is None else stop
     context = rclpy.get_default_context() if context is None else context
     with _signals_set(stop):
@@ -72,7 +84,7 @@ def run_node(
                 context=context,
                 signal_handler_options=SignalHandlerOptions.NO,
             )
-            return _run_in(context, build, stop)
+            return _run_in(context, builds, stop)
         except (*_REFUSALS, *refusals) as error:
             sys.stderr.write(f"{error}\n")
             return REFUSED
@@ -80,25 +92,30 @@ def run_node(
             rclpy.try_shutdown(context=context)
 
 
-def _run_in(context: Context, build: Callable[[], Node], stop: threading.Event) -> int:
-    node = build()
-    try:
-        executor = make_executor(_executor_kind(node), context=context)
-        try:
-            executor.add_node(node)
-            _spin(executor, context, stop)
-        finally:
-            try:
-                on_stop = getattr(node, "on_stop", None)
-                if on_stop is not None:
-                    on_stop()
-            finally:
+def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: threading.Event) -> int:
+    with ExitStack() as destroyed:
+        nodes = []
+        for build in builds:
+            nodes.append(build())
+            destroyed.callback(nodes[-1].destroy_node)
+        kinds = {_executor_kind(node) for node in nodes}
+        if len(kinds) != 1:
+            raise StartRefused(f"executor: expected one kind for all nodes of a process; found {', '.join(kinds)}")
+        executor = make_executor(kinds.pop(), context=context)
+        with ExitStack() as leaving:  # runs backwards, and to its end whatever fails
+            leaving.callback(executor.shutdown)
+            for node in nodes:
+                executor.add_node(node)
                 # First out of the executor, then destroyed: the other way round may crash it.
-                executor.remove_node(node)
-                executor.shutdown()
-    finally:
-        node.destroy_node()
+                leaving.callback(executor.remove_node, node)
+            for node in nodes:
+                leaving.callback(getattr(node, "on_stop", _nothing))
+            _spin(executor, context, stop)
     return STOPPED
+
+
+def _nothing() -> None:
+    """What a node without `on_stop` does."""
 
 
 def _executor_kind(node: Node) -> str:

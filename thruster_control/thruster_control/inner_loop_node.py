@@ -1,0 +1,138 @@
+"""The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
+
+A strategy without observer takes the `state` in the place of the estimate: as a clock alone, its measurements are not
+used. What is stamped when and waits for what: `thruster_runtime.triggered_join`.
+"""
+
+import sys
+from math import nan
+from typing import Any
+
+from geometry_msgs.msg import WrenchStamped
+from rclpy.node import Node
+
+from thruster_control.inner_loop import Output, Status
+from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy
+from thruster_control.online import START, Inputs, advance
+from thruster_control.settings import SteadyFlowLaw
+from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrustSetpoint
+from thruster_runtime.diagnostics import Level
+from thruster_runtime.join_health import JoinHealth
+from thruster_runtime.node_main import run_node
+from thruster_runtime.parameters import declare, refused
+from thruster_runtime.qos import RELIABLE
+from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
+
+__all__ = ["InnerLoopNode", "main"]
+
+_WORDS: dict[Status, tuple[Level, str]] = {
+    Status.RUNNING: ("ok", "running"),
+    Status.LIMITED: ("ok", "running, the throttle at a limit"),
+    Status.IDLE: ("ok", "idle: no thrust is asked for"),
+    Status.HOLDING: ("warn", "no usable estimate: the throttle follows the set point alone"),
+    Status.RUN_DOWN: ("error", "no usable estimate for too long: the throttle runs down to zero"),
+    Status.NO_SET_POINT: ("warn", "no set point: the throttle runs down to zero"),
+    Status.BAD_PERIOD: ("error", "no valid period: the throttle is zero"),
+}
+_UNKNOWN = ThrusterEstimate(n=nan, v=nan, ambient=nan, status=ThrusterEstimate.STATUS_INVALID)
+
+
+def _known(value: float | None) -> float:
+    return nan if value is None else value
+
+
+class InnerLoopNode(Node):
+    """Subscribes `estimate` or `state`, `thrust_setpoint` and what the law measures; publishes `throttle`."""
+
+    def __init__(self, **options: Any) -> None:
+        """Refuse wrong parameters, compile the law, then listen; `options` are those of rclpy's Node."""
+        super().__init__("inner_loop", **options)
+        values = declare(self, PARAMETERS)
+        ready, problems = chosen_strategy(values)
+        if ready is None:
+            raise refused(self, problems)
+        self._settings, self._p, self._period = ready.settings, ready.coefficients, values["period"]
+        self._setpoint_timeout, self._measured_timeout = (
+            round(values[name] * 1e9) for name in ("setpoint_timeout", "measured_timeout")
+        )
+        self._track = START
+        # Once beside the track: the first message shall not wait for a compiler.
+        advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0), self._period, self._settings, self._p)
+
+        prefix = f"thruster_{values['thruster']}"
+        inputs = {"setpoint": Input(timeout=self._setpoint_timeout, wait=values["wait_for_setpoint"])}
+        measured = Input(timeout=self._measured_timeout)
+        if isinstance(self._settings, SteadyFlowLaw):
+            inputs["flow"] = measured
+            self.create_subscription(FlowVelocity, f"{prefix}/flow", self._on_flow, RELIABLE)
+        if values["load_cell"]:
+            inputs["load"] = measured
+            self.create_subscription(WrenchStamped, f"{prefix}/load", self._on_load, RELIABLE)
+        self._join = TriggeredJoin("trigger", inputs)
+        self._health = JoinHealth(self, self._join)
+        self._throttles = self.create_publisher(Throttle, f"{prefix}/throttle", RELIABLE)
+        self.create_subscription(ThrustSetpoint, f"{prefix}/thrust_setpoint", self._on_setpoint, RELIABLE)
+        if ready.strategy.observer == "none":
+            self.create_subscription(ThrusterState, f"{prefix}/state", self._on_state, RELIABLE)
+        else:
+            self.create_subscription(ThrusterEstimate, f"{prefix}/estimate", self._on_estimate, RELIABLE)
+
+    def on_stop(self) -> None:
+        """Command zero."""
+        message = Throttle(commanded=0.0, sent=nan)
+        message.header.stamp = self.get_clock().now().to_msg()
+        self._throttles.publish(message)
+
+    def _on_setpoint(self, message: ThrustSetpoint) -> None:
+        self._take("setpoint", message, message.thrust)
+
+    def _on_flow(self, message: FlowVelocity) -> None:
+        self._take("flow", message, nan if message.spike else message.ambient)
+
+    def _on_load(self, message: WrenchStamped) -> None:
+        self._take("load", message, message.wrench.force.x)
+
+    def _on_state(self, message: ThrusterState) -> None:
+        self._take("trigger", message, (message.header, _UNKNOWN))
+
+    def _on_estimate(self, message: ThrusterEstimate) -> None:
+        self._take("trigger", message, (message.header, message))
+
+    def _take(self, name: str, message: Any, kept: Any) -> None:
+        for due in self._join.put(name, nanoseconds(message.header.stamp), kept):
+            self._control(due)
+
+    def _control(self, due: Due) -> None:
+        header, estimate = due.message
+        # in simulated time the clock may come after the estimate; none is younger than now
+        age = max(0.0, (self.get_clock().now().nanoseconds - due.stamp) / 1e9)
+        inputs = Inputs(
+            stamp=due.stamp,
+            T_d=_known(held(due, "setpoint", self._setpoint_timeout)),
+            n=estimate.n,
+            v=estimate.v,
+            U=self._measured(due, "flow") if "flow" in due.inputs else estimate.ambient,
+            valid=estimate.status != ThrusterEstimate.STATUS_INVALID,
+            T=self._measured(due, "load") if "load" in due.inputs else nan,
+            age=age,
+        )
+        track = START if due.former is None else self._track
+        self._track, out = advance(track, inputs, self._period, self._settings, self._p)
+        self._publish(header, due.stamp, out)
+
+    def _measured(self, due: Due, name: str) -> float:
+        return _known(held(due, name, self._measured_timeout))
+
+    def _publish(self, header: Any, stamp: int, out: Output) -> None:
+        self._throttles.publish(Throttle(header=header, commanded=out.u, sent=nan))
+        self._health.report(stamp, *_WORDS[Status(out.status)])
+
+
+def main() -> int:
+    """Run the node until it is told to stop."""
+    return run_node(InnerLoopNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,117 @@
+"""The observer of one thruster: every `state` becomes one `estimate` of the same stamp."""
+
+import sys
+from functools import lru_cache
+from math import nan
+from typing import Any
+
+from rclpy.node import Node
+
+from thruster_estimation.belief import Belief, Level, level, reason
+from thruster_estimation.observer_parameters import PARAMETERS, chosen_observer
+from thruster_estimation.online import START, Measured, Track, advance, covariance_matrix, mean_throttle, states
+from thruster_estimation.settings import SpeedEkfSettings
+from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState
+from thruster_runtime.diagnostics import Level as DiagnosticLevel
+from thruster_runtime.join_health import JoinHealth
+from thruster_runtime.node_main import run_node
+from thruster_runtime.parameters import declare, refused
+from thruster_runtime.qos import RELIABLE
+from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, newest_within
+
+__all__ = ["ObserverNode", "main"]
+
+_WORDS: dict[Level, DiagnosticLevel] = {Level.OK: "ok", Level.DEGRADED: "warn", Level.INVALID: "error"}
+
+
+@lru_cache(maxsize=1024)
+def _verdict(status: int) -> tuple[Level, str]:
+    return level(status), reason(status)
+
+
+class ObserverNode(Node):
+    """Subscribes `state`, `flow` where the observer uses it, and the throttle; publishes `estimate`."""
+
+    def __init__(self, **options: Any) -> None:
+        """Refuse wrong parameters, compile the observer, then listen; `options` are those of rclpy's Node."""
+        super().__init__("observer", **options)
+        values = declare(self, PARAMETERS)
+        chosen, problems = chosen_observer(values)
+        if chosen is None:
+            raise refused(self, problems)
+        self._settings, self._p = chosen
+        self._name: str = values["estimator"]
+        self._throttle_timeout = round(values["throttle_timeout"] * 1e9)
+        self._track = START
+        self._compile()
+
+        uses_flow = not isinstance(self._settings, SpeedEkfSettings)
+        inputs = {"throttle": Input(timeout=self._throttle_timeout, wait=values["wait_for_throttle"], former=True)}
+        if uses_flow:
+            inputs["flow"] = Input(timeout=round(values["flow_timeout"] * 1e9), wait=values["wait_for_flow"])
+        self._join = TriggeredJoin("state", inputs)
+        self._health = JoinHealth(self, self._join)
+
+        prefix = f"thruster_{values['thruster']}"
+        self._estimates = self.create_publisher(ThrusterEstimate, f"{prefix}/estimate", RELIABLE)
+        if uses_flow:
+            self.create_subscription(FlowVelocity, f"{prefix}/flow", self._on_flow, RELIABLE)
+        if values["throttle"] == "sent":
+            self.create_subscription(Throttle, f"{prefix}/throttle_sent", self._on_sent, RELIABLE)
+        else:
+            self.create_subscription(Throttle, f"{prefix}/throttle", self._on_commanded, RELIABLE)
+        self.create_subscription(ThrusterState, f"{prefix}/state", self._on_state, RELIABLE)
+
+    def _compile(self) -> None:
+        """Step once beside the track: the first message shall not wait for a compiler."""
+        still = Measured(0, 0.0, 0.0, True)
+        track = advance(START, still, 0.0, self._settings, self._p)
+        advance(track, still._replace(stamp=1), 0.0, self._settings, self._p)
+
+    def _on_state(self, message: ThrusterState) -> None:
+        self._take("state", message, message)
+
+    def _on_flow(self, message: FlowVelocity) -> None:
+        self._take("flow", message, nan if message.spike else message.ambient)
+
+    def _on_commanded(self, message: Throttle) -> None:
+        self._take("throttle", message, message.commanded)
+
+    def _on_sent(self, message: Throttle) -> None:
+        self._take("throttle", message, message.sent)
+
+    def _take(self, name: str, message: Any, kept: Any) -> None:
+        for due in self._join.put(name, nanoseconds(message.header.stamp), kept):
+            self._estimate(due)
+
+    def _estimate(self, due: Due) -> None:
+        state: ThrusterState = due.message
+        signed = state.sign_source == ThrusterState.SIGN_MEASURED
+        U = newest_within(due, "flow") if "flow" in due.inputs else None
+        measured = Measured(due.stamp, state.n if signed else abs(state.n), nan if U is None else U, not signed)
+        u = mean_throttle(due.inputs["throttle"], due.former, due.stamp, self._throttle_timeout)
+        # a restart is told by the join, before the stamps say so
+        track = START if due.former is None else self._track
+        self._track = advance(track, measured, u, self._settings, self._p)
+        self._publish(state, self._track)
+
+    def _publish(self, state: ThrusterState, track: Track) -> None:
+        belief = track.belief
+        assert isinstance(belief, Belief)
+        how, why = _verdict(belief.status)
+        n, v, U = states(belief, self._settings)
+        message = ThrusterEstimate(n=n, v=v, ambient=U, estimator=self._name, status=int(how), reason=why)
+        message.header = state.header
+        message.covariance = covariance_matrix(belief).ravel()
+        self._estimates.publish(message)
+        self._health.report(nanoseconds(state.header.stamp), _WORDS[how], why or "estimating")
+
+
+def main() -> int:
+    """Run the node until it is told to stop."""
+    return run_node(ObserverNode)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,103 @@
+"""Several nodes in one process:   compose FILE.yaml [--ros-args ...]
+
+nodes:
+  - class: thruster_estimation.observer_node:ObserverNode
+    name: observer_0                             # of the node
+    parameters: {thruster: 0, estimator: nlo}    # optional
+
+They share one executor, so that they need no lock; a message between them still goes through the middleware.
+"""
+
+import argparse
+import importlib
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import yaml
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.utilities import remove_ros_args
+
+from thruster_runtime.errors import ThrusterRuntimeError
+from thruster_runtime.node_main import REFUSED, run_nodes
+
+__all__ = ["CompositionError", "builders", "main"]
+
+_KEYS = {"class", "name", "parameters"}
+
+
+class CompositionError(ThrusterRuntimeError):
+    """A composition that cannot be started; `problems` holds one sentence for each thing that is wrong."""
+
+    def __init__(self, source: str, problems: Sequence[str]) -> None:
+        self.source, self.problems = source, tuple(problems)
+        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+
+def builders(document: Any, source: str, *, context: Context | None = None) -> list[Callable[[], Node]]:
+    """Return what makes each node of a composition, as `yaml.safe_load` gives it.
+
+    Args:
+        document: mapping with the key `nodes`.
+        source: names it in errors.
+        context: of the nodes, None: the default one.
+
+    Raises:
+        CompositionError: with all that is wrong.
+    """
+    entries = document.get("nodes") if isinstance(document, Mapping) else None
+    if not isinstance(entries, list) or not entries:
+        raise CompositionError(source, ["key 'nodes': expected a list of nodes; found none"])
+    made: list[Callable[[], Node]] = []
+    problems = []
+    for index, entry in enumerate(entries):
+        problem, node_class = _class_of(entry)
+        if problem:
+            problems.append(f"key 'nodes[{index}]': {problem}")
+        elif node_class is not None:
+            overrides = [Parameter(key, value=value) for key, value in entry.get("parameters", {}).items()]
+            remapped = ["--ros-args", "-r", f"__node:={entry['name']}"]
+            made.append(partial(node_class, context=context, cli_args=remapped, parameter_overrides=overrides))
+    names = [entry["name"] for entry in entries if isinstance(entry, Mapping) and "name" in entry]
+    problems += [f"name '{name}': given to {names.count(name)} nodes" for name in set(names) if names.count(name) > 1]
+    if problems:
+        raise CompositionError(source, problems)
+    return made
+
+
+def _class_of(entry: Any) -> tuple[str, Callable[..., Node] | None]:
+    """Return (what is wrong, the class that an entry names)."""
+    if not isinstance(entry, Mapping) or not {"class", "name"} <= set(entry) <= _KEYS:
+        return f"expected the keys class, name and perhaps parameters; found {entry!r}", None
+    if not isinstance(entry.get("parameters", {}), Mapping):
+        return f"parameters: expected a mapping; found {entry['parameters']!r}", None
+    module, _, name = str(entry["class"]).partition(":")
+    try:
+        found = getattr(importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        return f"class: expected package.module:Class; found {entry['class']!r} ({error})", None
+    if not (isinstance(found, type) and issubclass(found, Node)):
+        return f"class: expected a node; found {entry['class']!r}", None
+    return "", found
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Start the nodes of a file and run them until they are told to stop."""
+    given = sys.argv if arguments is None else ["compose", *arguments]
+    parser = argparse.ArgumentParser(prog="compose", description=__doc__.splitlines()[0])
+    parser.add_argument("file", type=Path, help="YAML file with the nodes")
+    file = parser.parse_args(remove_ros_args(given)[1:]).file
+    try:
+        made = builders(yaml.safe_load(file.read_text("utf-8")), str(file))
+    except (OSError, yaml.YAMLError, CompositionError) as error:
+        sys.stderr.write(f"{error}\n")
+        return REFUSED
+    return run_nodes(made, args=given[1:])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,122 @@
+"""Declare a node's parameters from a table of specifications; refuse wrong ones with all that is wrong, in sentences.
+
+The default is written once, in the table; whoever looks at the running node sees description, unit and range. Values
+are fixed at start: a node's core is built from them, complete.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, isfinite, isnan
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.node import Node
+from rclpy.parameter import Parameter as RosParameter
+
+from thruster_runtime.errors import StartRefused
+
+__all__ = ["Parameter", "declare", "refused"]
+
+_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a text"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One parameter of a node.
+
+    Attributes:
+        name: identifier.
+        default: of type bool, int, float or str, which is the parameter's type.
+        description: in words, without the unit.
+        unit: "" for none.
+        lower, upper: what is allowed, both included.
+        above: whether `lower` itself is not allowed.
+        unset: whether NaN is allowed, for "not given".
+        infinite: whether infinity is allowed.
+        choices: what a text may be; empty: any.
+    """
+
+    name: str
+    default: bool | int | float | str
+    description: str
+    unit: str = ""
+    lower: float = -inf
+    upper: float = inf
+    above: bool = False
+    unset: bool = False
+    infinite: bool = False
+    choices: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        if problem := self.problem(self.default):
+            raise ValueError(f"default of {problem}")
+
+    def problem(self, value: Any) -> str:
+        """Return what is wrong with a value as a sentence, "" where nothing is."""
+        kind = type(self.default)
+        numeric = kind in (int, float) and type(value) in (int, kind)
+        if not (numeric or type(value) is kind):
+            return self._expected(_KINDS[kind], value)
+        if self.choices and value not in self.choices:
+            return self._expected(f"one of {', '.join(self.choices)}", value)
+        if not numeric or (isnan(value) and self.unset):
+            return ""
+        finite = isfinite(value) or (self.infinite and abs(value) == inf)
+        low = value <= self.lower if self.above else value < self.lower
+        if not finite or low or value > self.upper:
+            return self._expected(self._numbers(), value)
+        return ""
+
+    def _expected(self, what: str, value: Any) -> str:
+        unit = f" [{self.unit}]" if self.unit else ""
+        return f"{self.name}{unit}: expected {what}; found {value!r}"
+
+    def _numbers(self) -> str:
+        kind = "an integer" if type(self.default) is int else ("a number" if self.infinite else "a finite number")
+        low = f" above {self.lower:g}" if self.above else (f" from {self.lower:g}" if self.lower > -inf else "")
+        high = f"{' and' if self.above else ''} up to {self.upper:g}" if self.upper < inf else ""
+        return kind + low + high + (", or NaN for none" if self.unset else "")
+
+    @property
+    def descriptor(self) -> ParameterDescriptor:
+        """What the running node says about it; rclpy's ranges hold bounds that are allowed, and no NaN."""
+        unit = f" [{self.unit}]" if self.unit else ""
+        described = ParameterDescriptor(
+            name=self.name,
+            description=f"{self.description}{unit}",
+            additional_constraints=", ".join(self.choices) or (self._numbers() if type(self.default) is float else ""),
+            read_only=True,
+        )
+        if type(self.default) is int and isfinite(self.lower) and isfinite(self.upper):
+            described.integer_range = [IntegerRange(from_value=int(self.lower), to_value=int(self.upper))]
+        if type(self.default) is float and not self.unset and isfinite(self.lower) and isfinite(self.upper):
+            described.floating_point_range = [FloatingPointRange(from_value=self.lower, to_value=self.upper)]
+        return described
+
+
+def declare(node: Node, parameters: Iterable[Parameter]) -> Mapping[str, Any]:
+    """Declare the parameters and return their values by name; an integer given for a number is that number.
+
+    Raises:
+        StartRefused: with the node's name and one sentence for each parameter that is wrong.
+    """
+    found, problems = {}, []
+    for each in parameters:
+        value = node.declare_parameter(each.name, each.default, ParameterDescriptor(dynamic_typing=True)).value
+        if problem := each.problem(value):
+            problems.append(problem)
+            continue
+        found[each.name] = type(each.default)(value)
+        node.set_parameters([RosParameter(each.name, value=found[each.name])])
+        described = each.descriptor
+        described.type = RosParameter.Type.from_parameter_value(found[each.name]).value
+        node.set_descriptor(each.name, described)
+    if problems:
+        raise refused(node, problems)
+    return found
+
+
+def refused(node: Node, problems: Sequence[str]) -> StartRefused:
+    """Return the refusal of a node with one line for each thing that is wrong with its parameters."""
+    name = node.get_fully_qualified_name()
+    return StartRefused("\n".join(f"{name}: parameter {problem}" for problem in problems))
