@@ -1,5 +1,7 @@
 """The errors of this package, with the facts as attributes."""
 
+from collections.abc import Sequence
+
 
 class BenchDriverError(Exception):
     """Base of all errors that this package raises on purpose."""
@@ -39,6 +41,21 @@ class OutOfRange(BenchDriverError, ValueError):
 
     def __reduce__(self) -> tuple[object, ...]:
         return type(self), (self.what, self.expected, self.found)
+
+
+class SettingsRefused(BenchDriverError, ValueError):
+    """Settings that cannot be used.
+
+    Attributes:
+        problems: a sentence for each.
+    """
+
+    def __init__(self, problems: Sequence[str]) -> None:
+        super().__init__("; ".join(problems))
+        self.problems = tuple(problems)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.problems,)
 
 
 class EmulatorFailed(BenchDriverError):

@@ -1,11 +1,11 @@
 """The framed protocol behind the link's face, see `dialect`."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bench_driver import framed_messages as messages
 from bench_driver import framed_protocol, text_protocol
 from bench_driver.converter import LARGEST_CODE, code_from_millivolts, code_volts, millivolts
-from bench_driver.device_clock import DeviceClock
+from bench_driver.device_clock import Clock, DeviceClock
 from bench_driver.dialect import BITS_PER_BYTE, Measurement, added
 from bench_driver.framed_protocol import Frame, FrameDecoder
 
@@ -19,13 +19,15 @@ class FramedDialect:
 
     Args:
         thrusters: how many the device is expected to have.
+        clock: makes what stamps the states, anew whenever the port is opened.
     """
 
     line_speed = framed_protocol.BAUD
     period = 1 / framed_protocol.RATE
 
-    def __init__(self, *, thrusters: int = 1) -> None:
+    def __init__(self, *, thrusters: int = 1, clock: Callable[[], Clock] = DeviceClock) -> None:
         self.thrusters = thrusters
+        self._make_clock = clock
         self.resets = 0
         self.refusal = ""
         self.device = ""
@@ -60,7 +62,7 @@ class FramedDialect:
         self._contradictions = {"contradictory state": 0}
         self._device_errors = dict.fromkeys(_DEVICE_ERRORS, 0)
         self._last_errors: tuple[int, ...] | None = None
-        self._clock = DeviceClock()
+        self._clock = self._make_clock()
         self._hello: messages.Hello | None = None
         self._enabled = False
 

@@ -5,6 +5,7 @@ it resets nothing.
 """
 
 import os
+import select
 import termios
 import tty
 from collections.abc import Callable
@@ -40,18 +41,27 @@ class PtyDevice:
         self.outputs: Outputs | None = None
         self._plant = plant
         self._inputs = start
+        self._heard = b""
         # The far end stays open here, or closing a port would look like a fault to the device.
         self._near, self._far = os.openpty()
         tty.setraw(self._far, termios.TCSANOW)
         os.set_blocking(self._near, False)
         self.path = os.ttyname(self._far)
 
+    def listen(self, timeout: float = 0.0) -> bytes:
+        """Return what the host has written since the device last advanced; wait up to `timeout` [s] for more of it.
+
+        The device does not get it before `advance`.
+        """
+        if select.select([self._near], [], [], timeout)[0]:
+            with suppress(BlockingIOError):
+                self._heard += os.read(self._near, _READ_AT_ONCE)
+        return self._heard
+
     def advance(self, period: float) -> Outputs:
         """Let a period [s] pass with what the host has written, and hand it what the device sends."""
-        try:
-            data = os.read(self._near, _READ_AT_ONCE)
-        except BlockingIOError:
-            data = b""
+        data = self.listen()
+        self._heard = b""
         self.outputs = self.device.advance(period, self._inputs, data)
         self._inputs = self._plant(period, self.outputs)
         if self.outputs.data:

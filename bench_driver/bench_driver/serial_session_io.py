@@ -53,16 +53,29 @@ class SerialSession:
         Returns:
             The measurements received since the last step, oldest first.
         """
-        measurements: list[Measurement] = []
+        measurements = self.receive()
+        self.send()
+        return measurements
+
+    def receive(self) -> list[Measurement]:
+        """Read only; return the measurements received since the last time, oldest first."""
+        now = self._clock()
+        if self._port is None:
+            return []
+        try:
+            return self.link.received(now, self._port.read())
+        except PortFailed as failure:
+            self.link.unplugged(now, failure.reason)
+            return []
+
+    def send(self) -> None:
+        """Do what the link orders: write what is due, open or close the port."""
         now = self._clock()
         try:
-            if self._port is not None:
-                measurements = self.link.received(now, self._port.read())
             self._obey(now)
         except PortFailed as failure:
             self.link.unplugged(now, failure.reason)
             self._obey(now)
-        return measurements
 
     def close(self) -> None:
         """Command zero, end the run and close the port; may be called again."""

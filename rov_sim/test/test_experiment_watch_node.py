@@ -1,0 +1,88 @@
+"""The watch of an experiment: over after the run, or in time with a sentence and what the others said."""
+
+import threading
+from collections.abc import Callable
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rclpy.context import Context
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+
+from rov_sim.experiment_watch_node import ExperimentWatch
+from thruster_msgs.msg import ThrustSetpoint
+from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.qos import RELIABLE
+
+
+class Scene:
+    """A watch whose wall clock the test moves, and somebody who publishes."""
+
+    def __init__(self, context: Context) -> None:
+        self.stop, self.now = threading.Event(), 0.0
+        given = [Parameter("start_delay", value=1.0), Parameter("tail", value=0.5)]
+        self.watch = ExperimentWatch(self.stop, monotonic=lambda: self.now, context=context, parameter_overrides=given)
+        self.node = Node("others", context=context)
+        self.set_points = self.node.create_publisher(ThrustSetpoint, "thruster_0/thrust_setpoint", RELIABLE)
+        self.health = self.node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
+        self.executor = make_executor("single", context=context)
+        for node in (self.watch, self.node):
+            self.executor.add_node(node)
+        connected = lambda: self.set_points.get_subscription_count() and self.health.get_subscription_count()  # noqa: E731
+        assert spin_until(self.executor, lambda: bool(connected()), 10.0)
+
+    def ask(self, milliseconds: int) -> None:
+        message = ThrustSetpoint(thrust=1.0)
+        message.header.stamp.sec, rest = divmod(milliseconds, 1000)
+        message.header.stamp.nanosec = 1_000_000 * rest
+        self.set_points.publish(message)
+
+    def ends(self, timeout: float) -> bool:
+        return spin_until(self.executor, self.stop.is_set, timeout)
+
+    def close(self) -> None:
+        self.executor.shutdown()
+        self.watch.destroy_node()
+        self.node.destroy_node()
+
+
+def test_it_ends_well_once_the_run_and_its_tail_are_over(context: Context) -> None:
+    scene = Scene(context)
+    scene.ask(5_000)
+    scene.ask(5_000 + 11_499)
+    assert not scene.ends(0.4)
+    scene.ask(5_000 + 11_500)
+    assert scene.ends(5.0)
+    assert scene.watch.trouble == ""
+    scene.close()
+
+
+@pytest.mark.parametrize(
+    ("begun", "later", "said"),
+    [
+        (lambda scene: None, 61.0, "no set point within 60 s"),
+        (lambda scene: scene.ask(0), 31.0, "no further set point within 30 s"),
+    ],
+)
+def test_it_ends_in_time_and_names_who_is_not_well(
+    context: Context, begun: Callable[[Scene], None], later: float, said: str
+) -> None:
+    scene = Scene(context)
+    begun(scene)
+    statuses = [
+        DiagnosticStatus(name="/driver", level=DiagnosticStatus.ERROR, message="absent"),
+        DiagnosticStatus(name="/observer", level=DiagnosticStatus.OK, message="estimating"),
+    ]
+    scene.health.publish(DiagnosticArray(status=statuses))
+    assert not scene.ends(0.4)
+    scene.now = later
+    assert scene.ends(5.0)
+    assert scene.watch.trouble == said
+    assert scene.watch.unwell() == ["/driver: absent"]
+    scene.close()
+
+
+def test_a_watch_that_is_stopped_is_no_success(context: Context) -> None:
+    scene = Scene(context)
+    assert scene.watch.trouble == "it was stopped before the run was over"
+    scene.close()

@@ -1,0 +1,214 @@
+#!/usr/bin/env bash
+# One thrust-tracking experiment on the bench, real or emulated: starts the graph, records, stops with the throttle at
+# zero first, scores, and prints the path of the report.
+#
+# usage: scripts/bench_experiment.sh --reference step|triangle|sine --strategy NAME [options]
+#        scripts/bench_experiment.sh --all [options]          the thesis' 8 strategies on the 3 set points
+#
+#   --strategy NAME      lookup simplified steady-flow hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo pi-thrust
+#   --port PORT          a real device, e.g. /dev/ttyACM0, in real time; without it the emulated bench
+#   --real-time          the emulated bench by the wall's clock instead of in lockstep
+#   --protocol text|frames      what the device speaks (text)
+#   --truth SET          parameter set of the emulated thruster (hl_bench)
+#   --parameters SET     parameter set that observer and law believe in (the strategy's own)
+#   --form proper|bench  how the observer is discretised (proper)
+#   --effects 'E.P=SIZE ...'    unmodelled effects of the emulated thruster
+#   --seed N             of the emulated noise (0); --no-noise leaves it out
+#   --out DIR            new folder for run, scores and logs (a new one under runs/)
+#
+# ROS_DOMAIN_ID is used where it is set, else one of its own.
+set -euo pipefail
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+strategies=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
+references=(step triangle sine)
+others=(steady-flow pi-thrust)
+start_delay=1 # s of 0 N before the run
+
+refuse() {
+    printf 'bench_experiment: %s\n' "$1" >&2
+    exit 2
+}
+one_of() { # WORD CHOICE...
+    local word=$1 choice
+    shift
+    for choice in "$@"; do [ "$choice" != "$word" ] || return 0; done
+    return 1
+}
+
+reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
+seed=0 noise=true out='' all=false
+while [ $# -gt 0 ]; do
+    case "$1" in
+    --real-time) real_time=true ;;
+    --no-noise) noise=false ;;
+    --all) all=true ;;
+    --reference | --strategy | --port | --protocol | --truth | --parameters | --form | --effects | --seed | --out)
+        [ $# -ge 2 ] || refuse "$1: expected a value"
+        name=${1#--}
+        printf -v "$name" '%s' "$2"
+        shift
+        ;;
+    -h | --help)
+        sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
+        exit 0
+        ;;
+    *) refuse "unknown option '$1'; --help lists them" ;;
+    esac
+    shift
+done
+if $all; then
+    [ -z "$reference$strategy" ] || refuse "--all runs every reference and strategy: expected neither here"
+else
+    one_of "$reference" "${references[@]}" || refuse "--reference: expected one of ${references[*]}; found '$reference'"
+    one_of "$strategy" "${strategies[@]}" "${others[@]}" ||
+        refuse "--strategy: expected one of ${strategies[*]} ${others[*]}; found '$strategy'"
+fi
+one_of "$protocol" text frames || refuse "--protocol: expected text or frames; found '$protocol'"
+one_of "$form" proper bench || refuse "--form: expected proper or bench; found '$form'"
+[[ $seed =~ ^[0-9]+$ ]] || refuse "--seed: expected an integer, 0 or more; found '$seed'"
+[ -z "$port" ] || [ -e "$port" ] || refuse "--port: expected a serial port; found nothing at $port"
+[ -z "$port" ] || real_time=true
+[ -z "$out" ] || [ ! -e "$out" ] || refuse "--out: expected a folder that does not exist; $out does"
+
+# BENCH_EXPERIMENT_READY: the caller has set up and sourced the workspace.
+if [ -z "${BENCH_EXPERIMENT_READY-}" ]; then
+    "$root/scripts/setup.sh"
+    . "$root/scripts/env.sh"
+fi
+if [ -z "$out" ]; then
+    mkdir -p "$root/runs"
+    out=$(mktemp -d "$root/runs/bench-experiment-$(date +%Y%m%d-%H%M%S)-XXXX")
+else
+    mkdir -p "$(dirname "$out")"
+    mkdir "$out"
+fi
+out=$(cd "$out" && pwd -P)
+export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((RANDOM % 101 + 1))}
+# After a node that was killed, shared memory would leave locks behind that delay the next graph.
+export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}
+# Linear algebra of three states gains nothing from threads, which take the other nodes' time.
+export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+
+# ---- processes: each in a group of its own, as `ros2 run` does not hand signals on
+
+names=() groups=()
+start() { # NAME COMMAND...
+    local name=$1
+    shift
+    setsid "$@" >"$folder/log/$name.txt" 2>&1 &
+    names+=("$name")
+    groups+=($!)
+}
+# The process itself too: its group is not there in the first instant.
+alive() { kill -0 "$1" 2>/dev/null || kill -0 -- "-$1" 2>/dev/null; }
+stop() { # NAME: end its group, within 12 s
+    local i k
+    for i in "${!names[@]}"; do
+        [ "${names[i]}" = "$1" ] || continue
+        kill -TERM -- "-${groups[i]}" 2>/dev/null || kill -TERM "${groups[i]}" 2>/dev/null || true
+        for ((k = 0; k < 100; k++)); do
+            alive "${groups[i]}" || break
+            sleep 0.1
+        done
+        if alive "${groups[i]}"; then
+            printf '[experiment] %s did not stop in 10 s, it is killed\n' "$1" >&2
+            kill -KILL -- "-${groups[i]}" 2>/dev/null || true
+        fi
+        wait "${groups[i]}" 2>/dev/null || true
+        unset "names[$i]" "groups[$i]"
+    done
+}
+stop_all() { # the throttle goes to zero first, the recorder sees it, time stands still last
+    trap '' INT TERM
+    local name
+    for name in watch inner_loop driver reference observer recorder bench; do stop "$name"; done
+    trap 'exit 130' INT
+    trap 'exit 143' TERM
+}
+trap stop_all EXIT
+trap 'exit 130' INT
+trap 'exit 143' TERM
+check_alive() {
+    local i
+    for i in "${!names[@]}"; do
+        alive "${groups[i]}" || {
+            printf '[experiment] %s has ended: ' "${names[i]}" >&2
+            tail -n 3 "$folder/log/${names[i]}.txt" >&2
+            return 1
+        }
+    done
+}
+
+# ---- one experiment
+
+run_one() { # REFERENCE STRATEGY FOLDER
+    local reference=$1 strategy=$2 observer='' set='' device=$port time=() lockstep=true
+    folder=$3
+    mkdir -p "$folder/log"
+    case "$strategy" in
+    lookup) ;;
+    simplified | pi-thrust | steady-flow) observer=speed-ekf set=simplified ;;
+    *) observer=${strategy#*-} set=${strategy%%-*} ;;
+    esac
+    [ -z "$parameters" ] || set=$parameters
+    $real_time && lockstep=false
+    $lockstep && time=(-p use_sim_time:=true)
+    local n=thruster_0 wires=()
+    wires=("$n/state" "$n/thrust_setpoint" "$n/throttle")
+    [ -z "$observer" ] || wires+=("$n/estimate")
+    [ "$observer" = '' ] || [ "$observer" = speed-ekf ] || wires+=("$n/flow")
+
+    start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/run" \
+        -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" \
+        -p "acknowledge:=['/$n/throttle_sent']" \
+        -p "about:='{experiment: closed loop, reference: $reference, strategy: $strategy, form: $form}'"
+    if [ -z "$device" ]; then
+        device=$folder/port
+        start bench ros2 run rov_sim emulated_bench --ros-args "${time[@]}" -p "lockstep:=$lockstep" -p "link:='$device'" \
+            -p "protocol:=$protocol" -p "parameter_set:='$truth'" -p "effects:='$effects'" -p "noise:=$noise" \
+            -p "seed:=$seed" -p "wires:='${wires[*]}'" -p "participants:='recorder/recorded'"
+    fi
+    if [ -n "$observer" ]; then
+        start observer ros2 run thruster_estimation observer --ros-args "${time[@]}" -p "estimator:=$observer" \
+            -p "parameter_set:='$set'" -p "form:=$form" -p throttle:=sent -p "wait_for_throttle:=$lockstep"
+    fi
+    local believed=()
+    [ -z "$parameters" ] || believed=(-p "parameter_set:='$parameters'")
+    start inner_loop ros2 run thruster_control inner_loop --ros-args "${time[@]}" -p "strategy:=$strategy" "${believed[@]}"
+    start reference ros2 run thruster_control reference --ros-args "${time[@]}" -p "kind:=$reference" \
+        -p "start_delay:=$start_delay.0"
+    start watch ros2 run rov_sim experiment_watch --ros-args -p "start_delay:=$start_delay.0"
+    # The driver last: it is the only one that reaches the thruster.
+    start driver ros2 run bench_driver driver --ros-args "${time[@]}" -p "port:='$device'" -p "protocol:=$protocol" \
+        -p "lockstep:=$lockstep"
+
+    local i watch=''
+    for i in "${!names[@]}"; do [ "${names[i]}" != watch ] || watch=${groups[i]}; done
+    # The watch has deadlines of its own; here others that end are noticed.
+    while alive "$watch"; do
+        check_alive || { alive "$watch" || break; return 1; }
+        sleep 0.3
+    done
+    local status=0
+    wait "$watch" || status=$?
+    stop_all
+    if [ $status -ne 0 ]; then
+        cat "$folder/log/watch.txt" >&2
+        printf '[experiment] %s, %s: failed; logs in %s\n' "$strategy" "$reference" "$folder/log" >&2
+        return 1
+    fi
+    ros2 run rov_sim score_experiment "$folder/run" --reference "$reference" --strategy "$strategy" \
+        --out "$folder/scores"
+}
+
+if ! $all; then
+    run_one "$reference" "$strategy" "$out"
+    exit
+fi
+failed=0
+for strategy in "${strategies[@]}"; do
+    for reference in "${references[@]}"; do
+        run_one "$reference" "$strategy" "$out/$strategy-$reference" || { failed=$((failed + 1)); stop_all; }
+    done
+done
+[ $failed -eq 0 ] || { printf '[experiment] %d of 24 experiments failed\n' "$failed" >&2; exit 1; }
