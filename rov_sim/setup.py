@@ -13,9 +13,19 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
+        (f"share/{name}/config", ["config/emulated_bench.yaml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
-    entry_points={"console_scripts": ["bench_campaign = rov_sim.cli_bench_campaign:main"]},
+    entry_points={
+        "console_scripts": [
+            "bench_campaign = rov_sim.cli_bench_campaign:main",
+            "bench_study = rov_sim.cli_bench_study:main",
+            "bench_study_table = rov_sim.cli_bench_study_table:main",
+            "emulated_bench = rov_sim.emulated_bench_node:main",
+            "experiment_watch = rov_sim.experiment_watch_node:main",
+            "score_experiment = rov_sim.cli_score_experiment:main",
+        ]
+    },
     zip_safe=True,
 )

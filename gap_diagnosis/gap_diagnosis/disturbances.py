@@ -100,6 +100,7 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
         places[each.signal] = np.clip(np.round(at).astype(np.int64), 0, basis.shape[1] - 1)
 
     def rows(answers: dict[str, Array]) -> Array:
+        """Return answers by signal, each (K, N), as rows (R, K); zero for signals that this recording does not have."""
         out = np.zeros((problem.series[-1].last, next(iter(answers.values())).shape[0]))
         for each in series:
             if each.signal in answers:
@@ -125,7 +126,7 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
     yield "thrust", np.hstack((force, moment))
     axial, ambient = (through(ones * np.array(unit), {}) for unit in ([0.0, 1.0, 0.0], [0.0, 0.0, 1.0]))
     yield "flow", np.hstack((axial, ambient))
-    names = [each.signal for each in series]
+    names = [name for name in problem.signal_rows if name not in problem.opaque]
     yield "sensor", np.hstack([rows({name: basis}) for name in names])
     time = np.linspace(0.0, 1.0, basis.shape[1])
     when = np.array([np.ones_like(time), time, *((time * 3.0).astype(int) == k for k in range(3))], dtype=np.float64)

@@ -18,7 +18,7 @@ __all__ = ["read_recordings", "recordings_of"]
 
 Array = NDArray[np.float64]
 Samples = tuple[Array, Array]
-_SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
+_SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
 _LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady period
 _SHORTEST_PART = 1.0  # [s]
 _LATEST = 10.0  # [s] that readings may begin after the last command, which is held
@@ -93,13 +93,13 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
     """
     prefix = f"thruster_{thruster}"
     sign = f"{prefix}/state.sign_source"
-    if sign in run and bool(np.any(run[sign].values == _SIGN_INFERRED)):
+    if sign in run and bool(np.any(run[sign].values != _SIGN_MEASURED)):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
-    names = (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
-    throttle = next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
+    throttle = experiment_io.throttle_channel(run, prefix)
     if throttle is None:
-        raise UnfitDataError([f"{run.name}: expected a channel {names[0]} with values; found {', '.join(run)}"])
+        expected = f"expected a channel {prefix}/throttle.commanded with values"
+        raise UnfitDataError([f"{run.name}: {expected}; found {', '.join(run)}"])
     warnings: list[str] = list(run.warnings)
     commands = _finite(throttle, run, warnings)
     signals: dict[str, Samples] = {}

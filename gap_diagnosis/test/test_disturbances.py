@@ -38,6 +38,14 @@ def test_what_turns_the_rotor_is_found_in_its_drive():
     assert set(sorted(evidence, key=evidence.get)[-2:]) == {"command", "rotor"}
 
 
+def test_recordings_need_not_have_the_same_channels():
+    stated, recordings = campaign(outside={"load_cell_creep": {"share": 0.4, "time": 2.0}}, seed=5, runs=2)
+    few = campaign(outside={"load_cell_creep": {"share": 0.4, "time": 2.0}}, seed=6, runs=1, channels=("n", "ambient"))
+    problem = Problem(recordings=(*recordings, *few[1]), parameter_set=stated, deviations=deviations_of(stated))
+    evidence = block_evidence(fit(problem, NOISE, problem.start()), NOISE)
+    assert max(evidence, key=evidence.get) == "sensor"
+
+
 def test_where_nothing_disturbs_no_block_has_evidence():
     assert max(evidence_of({}).values()) < 6.0
 

@@ -5,7 +5,7 @@ import subprocess
 import sys
 import time
 
-PACKAGES = ("thruster_model", "thruster_estimation", "run_bag")
+PACKAGES = ("thruster_model", "thruster_estimation", "rov_sim", "run_bag")
 COLD_START = (
     "from thruster_model.flow_tank import simulate;"
     "from thruster_model.parameter_set_io import load_parameter_set as load;"

@@ -143,6 +143,19 @@ def test_the_command_line_prints_a_table_and_writes_report_and_json(
     assert sorted(p.name for p in out.iterdir()) == ["replay.json", "report.html"]
 
 
+def test_the_throttle_is_what_the_device_got_once_it_got_something(states: Array, tmp_path: Path) -> None:
+    measured = DT * (1 + np.arange(COUNT))
+    sent = np.append([np.nan, np.nan], 0.9 * THROTTLES[2:])
+    one = np.ones(COUNT, dtype=np.uint8)
+    write_run(tmp_path / "sent", [
+        topic("throttle", "Throttle", DT * np.arange(COUNT), commanded=THROTTLES),
+        topic("throttle_sent", "Throttle", DT * np.arange(COUNT), commanded=THROTTLES, sent=sent),
+        topic("state", "ThrusterState", measured, n=states[:, 0], sign_source=one),
+    ])  # fmt: skip
+    (signals,) = read_signals([tmp_path / "sent"])
+    np.testing.assert_allclose(signals.u_before[3:], 0.9 * THROTTLES[3:], atol=1e-9)
+
+
 def test_what_does_not_work_with_a_model_is_left_out_and_said(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert main([str(run), "--estimator", "ekf", "speed-ekf", "--model", "simplified"]) == 0
     told = capsys.readouterr()

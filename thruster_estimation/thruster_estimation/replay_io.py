@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from run_bag import Run, RunError, read_run
 from thruster_estimation.errors import EstimationError
 from thruster_estimation.replay import Outcome, Signals
+from thruster_model.identification.experiment_io import throttle_channel
 
 __all__ = ["PERIOD", "dump_outcomes", "read_signals", "signals_of"]
 
@@ -53,7 +54,7 @@ def signals_of(run: Run, thruster: int = 0, period: float | None = None) -> Sign
     """
     prefix = f"thruster_{thruster}"
     speed = f"{prefix}/state.n"
-    throttle = next((n for n in (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent") if n in run), None)
+    throttle = throttle_channel(run, prefix)
     missing = [name for name, there in ((speed, speed in run), (f"{prefix}/throttle.commanded", throttle)) if not there]
     if missing or throttle is None:
         raise EstimationError([f"{run.name}: expected a channel {m}; found {', '.join(run)}" for m in missing])
@@ -102,6 +103,8 @@ def _thinned(time: Array, period: float) -> NDArray[np.int64]:
 
 def _held(stamps: Array, values: Array, time: Array) -> tuple[Array, Array]:
     """Return the mean of the held signal over the period up to each instant, and its value at the instant."""
+    known = np.isfinite(values)
+    stamps, values = stamps[known], values[known]
     index = np.searchsorted(stamps, time + 1e-9, side="right") - 1
     after = np.where(index >= 0, values[np.maximum(index, 0)], np.nan)
     area = np.concatenate([[0.0], np.cumsum(values[:-1] * np.diff(stamps))])

@@ -12,7 +12,7 @@ from thruster_model.identification.experiment_io import PreparationOptions, prep
 DURATION = 10.0
 FAST = np.arange(0.0, DURATION, 0.001)
 SLOW = np.arange(0.0, DURATION, 0.04)
-INFERRED, MEASURED = 2, 1
+INFERRED, MEASURED, UNKNOWN = 2, 1, 0
 
 
 def throttle_at(time):
@@ -245,3 +245,17 @@ def test_a_truncated_recording_is_read_as_far_as_it_goes_and_the_warnings_say_so
     experiment = prepare(read_run(path))
     assert 1.0 < experiment.duration < DURATION
     assert any("cut_0.mcap" in text for text in experiment.warnings)
+
+
+def test_a_speed_without_sign_gets_the_throttles_and_loses_its_readings_near_rest(tmp_path, bench):
+    bench.speed("thruster_0/state", SLOW, 0.0, UNKNOWN)
+    bench.topics["thruster_0/state"].fields["n"][:] = np.abs(bench.topics["thruster_0/state"].fields["n"])
+    speed = bench.prepared(tmp_path / "run").measurements["speed"]
+    backwards = (speed.time > 6.5) & (speed.time < 9.0)
+    assert np.nanmax(speed.values[backwards]) < -20.0 and np.nanmax(speed.values) > 70.0
+    assert np.all(np.isnan(speed.values[speed.time < 1.9]))
+
+
+def test_what_the_device_got_counts_before_what_it_was_asked_for(tmp_path, bench):
+    bench.add("throttle_sent", "Throttle", SLOW + 0.02, sent=np.where(SLOW < 0.1, np.nan, 0.5 * throttle_at(SLOW)))
+    assert np.max(bench.prepared(tmp_path / "run").throttle) == pytest.approx(1.0)

@@ -74,7 +74,8 @@ def _packages_of(function: Callable[..., Any]) -> set[Path]:
             seen.add(function)
             named = (function.__globals__.get(name) for name in function.__code__.co_names)
             waiting += [getattr(value, "py_func", value) for value in named]
-    return {_package_root(Path(found.__code__.co_filename)) for found in seen}
+    sources = {Path(found.__code__.co_filename) for found in seen}
+    return {_package_root(source) for source in sources if source.is_absolute()}  # generated code has no file
 
 
 def _cache_root() -> Path:

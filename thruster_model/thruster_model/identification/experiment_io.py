@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from run_bag import Run, RunError, read_run
+from run_bag.importers.signals import infer_sign
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
 from thruster_model.identification.flow_quality import FlowLimits, assess_flow
@@ -24,10 +25,11 @@ from thruster_model.identification.preparation import (
     tare_unsigned_speed,
 )
 
-__all__ = ["PreparationOptions", "prepare", "read_experiments"]
+__all__ = ["PreparationOptions", "prepare", "read_experiments", "throttle_channel"]
 
 Array = NDArray[np.float64]
-_SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
+_SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
+_NEAR_REST = 3.0  # standard deviations
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,6 +78,12 @@ def read_experiments(
     return experiments
 
 
+def throttle_channel(run: Run, prefix: str) -> str | None:
+    """Return the channel of the throttle: what the device got at the instant it got it, else what was asked for."""
+    names = (f"{prefix}/throttle_sent.sent", f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
+    return next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
+
+
 def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     """Return a run as an experiment.
 
@@ -84,7 +92,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     """
     options = options or PreparationOptions()
     prefix = f"thruster_{options.thruster}"
-    throttle_name = next((n for n in (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent") if n in run), None)
+    throttle_name = throttle_channel(run, prefix)
     if throttle_name is None:
         raise UnfitDataError([f"{run.name}: expected a channel {prefix}/throttle.commanded; found {', '.join(run)}"])
     if run.metadata.get("water") is False and not options.air:
@@ -145,7 +153,11 @@ class _Preparation:
         name = max(present, key=lambda n: self.run[n].values.size)
         time, values = self.run.time(name), self.run[name].values
         sign = name.replace("state.n", "state.sign_source")
-        unsigned = sign in self.run and bool(np.any(self.run[sign].values == _SIGN_INFERRED))
+        sources = self.run[sign].values if sign in self.run else np.empty(0)
+        signless = bool(np.any(sources == _SIGN_UNKNOWN))
+        if signless:
+            values = values * infer_sign(time, np.nan_to_num(values), _held(self.grid, self.throttle, time))
+        unsigned = signless or bool(np.any(sources == _SIGN_INFERRED))
         values, offset, offset_std = (tare_unsigned_speed if unsigned else tare)(time, values, self.rest)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
@@ -158,15 +170,20 @@ class _Preparation:
         limits = {"peak": self.options.glitch_peak, "foot": self.options.glitch_foot}
         glitches = glitch_mask(values, half_width=half_width, **limits)
         notes = [f"rest value {offset:.2f} rad/s taken off"]
+        if signless:
+            # Near rest a magnitude is that of its noise.
+            glitches |= np.abs(values) < _NEAR_REST * noise_level(values)
+            notes.append("sign inferred from the throttle, readings near rest left out: the tachometer is unsigned")
         if np.any(glitches):
-            notes.append(f"{100 * glitches.mean():.1f} % masked as glitches of the tachometer")
+            notes.append(f"{100 * glitches.mean():.1f} % masked: glitches of the tachometer, or rest")
         return self._measurement("speed", time, np.where(glitches, np.nan, values), notes, offset_std=offset_std)
 
     def loads(self) -> list[Measurement]:
         result = []
         for signal, component in (("thrust", "force.x"), ("torque", "torque.x")):
-            name = f"{self.prefix}/load.wrench.{component}"
-            if name not in self.run:
+            names = (f"{self.prefix}/load.wrench.{component}", f"daq/{self.prefix}/load.wrench.{component}")
+            name = next((name for name in names if name in self.run), None)
+            if name is None:
                 continue
             time = self.run.time(name)
             values, offset, offset_std = tare(time, self.run[name].values, self.rest)

@@ -1,0 +1,89 @@
+"""Results of a study on disk: one file per shard, written whole, so that nothing that was finished is lost.
+
+DIR/plan.json      the plan; a folder with another plan is refused
+DIR/shards/S.json  scores of one strategy and set point, a block of seeds
+"""
+
+import json
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+from rov_sim.bench_study.experiment import SCORES
+
+__all__ = ["BLOCK", "Scores", "Shard", "Store", "shards_of"]
+
+BLOCK = 25
+"""Seeds in a shard."""
+Scores = dict[str, list[float | None]]
+"""Of each score the values over the seeds, None for one that does not exist."""
+
+
+class Shard(NamedTuple):
+    """A strategy, a set point, and seeds first <= seed < last."""
+
+    strategy: str
+    reference: str
+    first: int
+    last: int
+
+    @property
+    def file(self) -> str:
+        """Name of its file."""
+        return f"{self.strategy}.{self.reference}.{self.first:06d}-{self.last:06d}.json"
+
+
+def shards_of(strategies: Iterable[str], references: Iterable[str], seeds: int) -> list[Shard]:
+    """Return the shards of a study; a later study of more seeds has all full ones of an earlier."""
+    blocks = [(first, min(first + BLOCK, seeds)) for first in range(0, seeds, BLOCK)]
+    references = tuple(references)
+    return [Shard(s, r, *block) for s in strategies for r in references for block in blocks]
+
+
+class Store:
+    """The folder of one study.
+
+    Raises:
+        FileExistsError: there is something else, or a study with another plan.
+    """
+
+    def __init__(self, folder: Path, plan: str) -> None:
+        self.folder, self.plan = folder, plan
+        file = folder / "plan.json"
+        if folder.exists() and not folder.is_dir():
+            raise FileExistsError(f"{folder}: expected a folder; found a file")
+        if file.exists():
+            if file.read_text("utf-8") != plan:
+                raise FileExistsError(f"{folder}: expected this plan or a new folder; found a study of another plan")
+        elif folder.exists() and any(folder.iterdir()):
+            raise FileExistsError(f"{folder}: expected a study or a new or empty folder; found other files")
+        (folder / "shards").mkdir(parents=True, exist_ok=True)
+        if not file.exists():
+            _write(file, plan)
+
+    def has(self, shard: Shard) -> bool:
+        """Return whether the shard is finished."""
+        return (self.folder / "shards" / shard.file).exists()
+
+    def save(self, shard: Shard, scores: Scores) -> None:
+        """Keep a finished shard."""
+        _write(self.folder / "shards" / shard.file, json.dumps(scores, allow_nan=False))
+
+    def load(self, shard: Shard) -> Scores:
+        """Return a finished shard's scores.
+
+        Raises:
+            ValueError: the file is not what was written.
+        """
+        file = self.folder / "shards" / shard.file
+        found = json.loads(file.read_text("utf-8"))
+        if set(found) != set(SCORES) or {len(v) for v in found.values()} != {shard.last - shard.first}:
+            raise ValueError(f"{file}: expected {shard.last - shard.first} values of each score; found something else")
+        return dict(found)
+
+
+def _write(file: Path, text: str) -> None:
+    partial = file.with_name(f".{file.name}.{os.getpid()}")
+    partial.write_text(text, "utf-8")
+    partial.replace(file)

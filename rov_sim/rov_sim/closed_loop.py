@@ -1,0 +1,195 @@
+"""The closed loop offline: a plant with its unmodelled effects, the bench's sensors, an observer and an inner loop.
+
+The same step functions that nodes call, at a fixed period, without ROS; a run depends on its arguments and seed alone.
+
+Effects in the plant act inside the integration. Effects on commands and sensors (`Effect.samples`) are functions of a
+whole series: they are given the series up to now, held to its end, and the values that are due now are taken, so that
+a causal effect is what it is in an open-loop simulation. That takes about ten times as long. Effects on the log change
+no run and are left out.
+"""
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from rov_sim.closed_loop_kernel import COLUMNS, OUTPUTS, Clock, Wiring
+from rov_sim.closed_loop_periods import by_sample_effects, compiled_whole, sampled
+from rov_sim.rig_sensors import Rig, disturbances
+from thruster_estimation.belief import Belief
+from thruster_estimation.settings import BENCH, SpeedEkfSettings
+from thruster_model import flow_tank
+from thruster_model.effects.active import NOTHING, ActiveEffects
+from thruster_model.effects.library.load_cell_resonance import EFFECT as RESONANCE
+
+__all__ = ["Controller", "LoopRun", "Plant", "Timing", "simulate_loop"]
+
+Array = NDArray[np.float64]
+_LARGEST_STEP = 1e-3  # s
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plant:
+    """The true thruster: coefficients of any model, effects, state at the beginning, gates as `flow_tank.simulate`."""
+
+    coefficients: Any
+    effects: ActiveEffects = NOTHING
+    start: flow_tank.PlantState = flow_tank.AT_REST
+    gates: Any = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Controller:
+    """An observer and a law, by their settings, the coefficients that both believe in, and the first belief."""
+
+    observer: Any
+    law: Any
+    coefficients: Any
+    belief: Belief
+
+
+@dataclass(frozen=True, kw_only=True)
+class Timing:
+    """When things happen.
+
+    Attributes:
+        period: of the control [s].
+        sample: instant of y_k after t_k [s], negative for before; after it only where the observer's form is the
+            bench's, which uses y_k one period later.
+        computation: from t_k until u_k acts [s], up to one period.
+        step: of the plant's integration [s]; the other times are multiples of it.
+
+    Raises:
+        ValueError: times that cannot be.
+    """
+
+    period: float = 0.04
+    sample: float = 0.0
+    computation: float = 0.0
+    step: float = _LARGEST_STEP
+
+    def __post_init__(self) -> None:
+        wrong = []
+        if not 0.0 < self.step <= _LARGEST_STEP:
+            wrong.append(f"step: expected above 0 and at most {_LARGEST_STEP:g} s; found {self.step:g} s")
+        elif not (self.period > 0.0 and np.isfinite(self.period)):
+            wrong.append(f"period: expected a finite time above 0 s; found {self.period:g} s")
+        else:
+            if not abs(self.sample) <= self.period:
+                wrong.append(f"sample: expected at most one period of {self.period:g} s; found {self.sample:g} s")
+            if not 0.0 <= self.computation <= self.period:
+                wrong.append(f"computation: expected 0 to {self.period:g} s; found {self.computation:g} s")
+            for name in ("period", "sample", "computation"):
+                steps = getattr(self, name) / self.step
+                if np.isfinite(steps) and abs(steps - round(steps)) > 1e-6:
+                    wrong.append(f"{name}: expected a multiple of the step {self.step:g} s; found {steps:g} steps")
+        if wrong:
+            raise ValueError("timing: " + "; ".join(wrong))
+
+    @property
+    def clock(self) -> Clock:
+        """For kernels."""
+        steps = [round(x / self.step) for x in (self.period, self.sample, self.computation)]
+        return Clock(float(self.period), *steps)
+
+
+class LoopRun(NamedTuple):
+    """A run of N periods, SI units.
+
+    Attributes:
+        time: beginnings of the periods [s], T_d: wanted thrust [N], (N,).
+        load: what the load cell tells as a mean over each period [N], (N,); force: the true mean [N], (N,).
+        control: rows of `closed_loop_kernel.COLUMNS`, (len(COLUMNS), N), see `of`.
+        instants: of `plant` [s], (M,); plant: rows of `closed_loop_kernel.OUTPUTS`, (5, M).
+    """
+
+    time: Array
+    T_d: Array
+    load: Array
+    force: Array
+    control: Array
+    instants: Array
+    plant: Array
+
+    def of(self, column: str) -> Array:
+        """Return a row of the controller's record, (N,)."""
+        return np.asarray(self.control[COLUMNS.index(column)])
+
+    def true(self, output: str) -> Array:
+        """Return an output of the plant at the beginnings of the periods, (N,)."""
+        steps = (self.instants.size - 1) // self.time.size
+        return np.asarray(self.plant[OUTPUTS.index(output), :-1:steps])
+
+
+def simulate_loop(
+    T_d: ArrayLike,
+    plant: Plant,
+    controller: Controller,
+    *,
+    rig: Rig | None = None,
+    timing: Timing | None = None,
+    seed: int | tuple[int, ...] = 0,
+    flow: ArrayLike | None = None,
+) -> LoopRun:
+    """Run a controller against a plant.
+
+    Args:
+        T_d: wanted thrust of each period [N], (N,).
+        plant: the true thruster.
+        controller: observer and law.
+        rig: sensors and converters; None: the bench's.
+        timing: None: the bench's period, samples at t_k, no computation delay.
+        seed: of everything random.
+        flow: readings of the ambient flow [m/s] in the place of the simulated velocimeter's, (N,), NaN: simulated.
+
+    Raises:
+        ValueError: a wanted thrust without shape (N,), or a sample that comes too late for the observer's form.
+    """
+    rig, timing = rig or Rig(), timing or Timing()
+    wanted = np.ascontiguousarray(T_d, dtype=np.float64)
+    if wanted.ndim != 1 or wanted.size == 0:
+        raise ValueError(f"T_d: expected values of shape (N,), N > 0; found shape {wanted.shape}")
+    bench = controller.observer.form == BENCH
+    if timing.sample > 0.0 and not bench:
+        expected = "expected a sample at or before the beginning of the period for an observer of the proper form"
+        raise ValueError(f"timing: {expected}; found {timing.sample:g} s after it")
+    clock = timing.clock
+    wiring = Wiring(
+        int(bench), int(isinstance(controller.observer, SpeedEkfSettings)), int(rig.load_cell_in_loop),
+        int(rig.quantised),
+    )  # fmt: skip
+    noise = disturbances(rig, wanted.size, timing.period, np.random.default_rng(_entropy(seed, 0)))
+    if flow is not None:
+        told = np.ascontiguousarray(flow, dtype=np.float64)
+        if told.shape != wanted.shape:
+            raise ValueError(f"flow: expected a reading for each of {wanted.size} periods; found shape {told.shape}")
+        noise = noise._replace(told=told)
+    dense = np.empty((len(OUTPUTS), wanted.size * clock.steps + 1))
+    out = np.empty((len(COLUMNS), wanted.size))
+    loop = by_sample_effects if sampled(plant.effects) else compiled_whole
+    loop(wanted, noise, plant, controller, clock, wiring, _entropy(seed, 1), dense, out)
+    step = timing.period / clock.steps
+    force, load = _thrust_means(dense, plant.effects, rig, step, clock.steps, _entropy(seed, 1))
+    begins: Array = np.asarray(clock.dt * np.arange(wanted.size), dtype=np.float64)
+    instants: Array = np.asarray(step * np.arange(dense.shape[1]), dtype=np.float64)
+    return LoopRun(begins, wanted, load + noise.load, force, out, instants, dense)
+
+
+def _entropy(seed: int | tuple[int, ...], stream: int) -> list[int]:
+    return [*(seed if isinstance(seed, tuple) else (seed,)), stream]
+
+
+def _thrust_means(
+    dense: Array, effects: ActiveEffects, rig: Rig, step: float, steps: int, entropy: list[int]
+) -> tuple[Array, Array]:
+    """Return (true thrust, the load cell's) as means over the periods [N]: of the step ends, by the trapezium."""
+    outputs = dict(zip(OUTPUTS, dense, strict=True))
+    told = effects.reading("thrust", outputs, step, np.random.default_rng([*entropy, 2]))
+    if RESONANCE.samples is not None:
+        told = RESONANCE.samples(told, outputs, step, None, rig.resonance, rig.damping)
+    return _period_means(dense[3], steps), _period_means(told, steps)
+
+
+def _period_means(values: Array, steps: int) -> Array:
+    return np.asarray((0.5 * (values[:-1] + values[1:])).reshape(-1, steps).mean(axis=1))

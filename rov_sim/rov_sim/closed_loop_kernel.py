@@ -1,0 +1,154 @@
+"""The closed loop's kernels: a period of the plant, a period of the controller, and all periods of a run.
+
+The controller's order in a period, at its beginning t_k:
+
+proper    y_k is read, the observer predicts over the last period under the last throttle and takes y_k in, the law
+          answers with u_k
+bench     the law answers with u_k on what the observer predicted for t_k; then y_k is read and the observer goes on
+          to t_k+1 with u_k and y_k, as the bench's did
+
+u_k acts `delay` steps after t_k, until then u_k-1. y_k is what the plant does `sample` steps after t_k, which may be
+negative.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from rov_sim.rig_sensors import flow_read, speed_read, throttle_acting
+from thruster_control.inner_loop import inner_loop_step
+from thruster_estimation.belief import Level, Status, level
+from thruster_estimation.observers import observer_step
+from thruster_model.compilation import compiled, equation
+from thruster_model.flow_tank import plant_step
+from thruster_model.pipeline import pipeline
+
+__all__ = ["COLUMNS", "OUTPUTS", "Clock", "Wiring", "control_period", "plant_period", "run_loop"]
+
+OUTPUTS = ("speed", "axial", "ambient", "thrust", "torque")
+"""Rows of the dense record of the plant, each step: n [rad/s], v, U [m/s], T [N], Q [N m]."""
+COLUMNS = ("u", "acting", "n_d", "alpha", "n", "v", "U", "y_n", "y_U", "loop_status", "observer_status")
+"""Rows of the controller's record, each period. n, v, U: the estimates that u was computed from; acting: u after the
+converter."""
+_INVALID = int(np.bitwise_or.reduce([int(s) for s in Status if level(int(s) | int(Status.USED_N)) == Level.INVALID]))
+
+
+class Clock(NamedTuple):
+    """Period dt [s]; `steps` of the plant in it; `sample`, `delay`: see the module [steps]."""
+
+    dt: float
+    steps: int
+    sample: int
+    delay: int
+
+
+class Wiring(NamedTuple):
+    """How the controller is built, 0 or 1 each.
+
+    bench: the bench's order; measured_ambient: the law takes the measured ambient flow, as its observer has none;
+    load_cell: the law reads the load cell; quantised: converters round.
+    """
+
+    bench: int
+    measured_ambient: int
+    load_cell: int
+    quantised: int
+
+
+@compiled
+def plant_period(state, throttle, step, first, history, gate, p, e, dense):  # type: ignore[no-untyped-def]
+    """Return the plant's state after the steps of `throttle` [V], (S,), `step` [s] each; fill `dense` from `first` on.
+
+    history: ring of the ambient flow, one longer than the memory; gate: see `effects.effect.STAGES`.
+    """
+    ring = history.size
+    back = ring - 1
+    for i in range(first, first + throttle.size + 1):
+        past = history[i % ring] if i >= back else 0.0
+        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, p, e)
+        dense[0, i], dense[1, i], dense[2, i], dense[3, i], dense[4, i] = now[3], now[4], now[5], now[6], now[7]
+        if i < first + throttle.size:
+            history[(i + back) % ring] = state.ambient
+            state = plant_step(state, throttle[i - first], step, past, gate, p, e)
+    return state
+
+
+@equation
+def _answer(memory, belief, T_d, y_U, T, clock, wiring, law, p):  # type: ignore[no-untyped-def]
+    """Return (memory, output) of the law for the belief."""
+    valid = wiring.bench == 1 or (belief.status != 0 and belief.status & _INVALID == 0)
+    U = y_U if wiring.measured_ambient == 1 else belief.U
+    T = T if wiring.load_cell == 1 else np.nan
+    return inner_loop_step(memory, T_d, belief.n, belief.v, U, valid, clock.dt, law, p, T, 0.0)
+
+
+@equation
+def _recorded(out, k, belief, answer, wiring):  # type: ignore[no-untyped-def]
+    out[0, k], out[1, k], out[2, k] = answer.u, throttle_acting(answer.u, wiring.quantised == 1), answer.n_d
+    out[3, k], out[9, k] = answer.alpha, answer.status
+    out[4, k], out[5, k], out[6, k], out[10, k] = belief.n, belief.v, belief.U, belief.status
+
+
+@equation
+def _before_sample(memory, belief, T_d, y_U, T, k, clock, wiring, law, p, out):  # type: ignore[no-untyped-def]
+    """Return the memory after the law's answer where it comes before the sample, recorded in `out`."""
+    if wiring.bench == 1:
+        memory, answer = _answer(memory, belief, T_d, y_U, T, clock, wiring, law, p)
+        _recorded(out, k, belief, answer, wiring)
+    return memory
+
+
+@equation
+def _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, law, p, out):  # type: ignore[no-untyped-def]
+    """Return (memory, belief) after the sample of period k."""
+    out[7, k], out[8, k] = y_n, y_U
+    if wiring.bench == 1:
+        belief, _ = observer_step(belief, y_n, y_U, clock.dt, out[0, k], observer, p)
+        return memory, belief
+    last, dt = (out[0, k - 1], clock.dt) if k > 0 else (0.0, 0.0)
+    belief, _ = observer_step(belief, y_n, y_U, dt, last, observer, p)
+    memory, answer = _answer(memory, belief, T_d, y_U, T, clock, wiring, law, p)
+    _recorded(out, k, belief, answer, wiring)
+    return memory, belief
+
+
+@compiled
+def control_period(stage, memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, law, p, out):  # type: ignore[no-untyped-def]
+    """Return (memory, belief) after one stage of period k: 0 before the sample, 1 with it; for callers from Python."""
+    if stage == 0:
+        return _before_sample(memory, belief, T_d, y_U, T, k, clock, wiring, law, p, out), belief
+    return _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, law, p, out)
+
+
+@compiled
+def run_loop(T_d, noise, state, memory, belief, clock, wiring, observer, law, p_c, p, e, gates, history, dense, out):  # type: ignore[no-untyped-def]
+    """Run all periods; fill `dense` (5, N S + 1) and `out` (len(COLUMNS), N).
+
+    noise: `Disturbances`; observer, law: settings; p_c: what the controller believes; p, e: of the plant.
+    """
+    step, S = clock.dt / clock.steps, clock.steps
+    throttle = np.empty(S)
+    acting, seen_U, seen_T = 0.0, 0.0, 0.0
+    for k in range(T_d.size):
+        gate = gates[min(k, gates.size - 1)] if gates.size > 0 else 1.0
+        first = k * S
+        memory = _before_sample(memory, belief, T_d[k], seen_U, seen_T, k, clock, wiring, law, p_c, out)
+        if wiring.bench == 1:
+            throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
+            state = plant_period(state, throttle, step, first, history, gate, p, e, dense)
+        elif k == 0:
+            plant_period(state, throttle[:0], step, 0, history, gate, p, e, dense)
+        at = max(first + clock.sample, 0)
+        y_n = speed_read(dense[0, at], noise.speed[k], wiring.quantised == 1)
+        seen_U = noise.told[k]
+        if not np.isfinite(seen_U):
+            seen_U = flow_read(dense[2, at], noise.flow[k], noise.eddies[k], wiring.quantised == 1)
+        seen_T = dense[3, at] + noise.load[k]
+        memory, belief = _with_sample(
+            memory, belief, T_d[k], y_n, seen_U, seen_T, k, clock, wiring, observer, law, p_c, out
+        )
+        if wiring.bench == 0:
+            throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
+            state = plant_period(state, throttle, step, first, history, gate, p, e, dense)
+        acting = out[1, k]
+    return state
