@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# The main job, end to end: bench recordings -> runs -> identified thruster models -> report; then a thruster with a
-# hidden effect -> recordings -> diagnosis -> what was hidden.
+# The main job, end to end: bench recordings -> runs -> identified thruster models -> report; three control strategies
+# compared in simulation; a live experiment on the emulated bench, recorded, replayed and diagnosed; then a thruster
+# with a hidden effect -> recordings -> diagnosis -> what was hidden.
 #
 # usage: scripts/demo.sh              a short synthetic bench campaign, simulated here
 #        scripts/demo.sh PATH...      recordings of a bench (csv, csv.xz with dat or mat beside them), files or folders
@@ -36,10 +37,19 @@ fi
 printf '[demo] fitting simplified, HL and HQ to %d runs\n' "${#fit[@]}"
 ros2 run thruster_model fit "${fit[@]}" --model simplified hl hq "${options[@]}" --out "$out/fit"
 
+printf '\n[demo] comparing three control strategies on ten simulated thrusters\n'
+ros2 run rov_sim bench_study --strategies lookup,hl-ekf,hl-nlo --references step,sine --seeds 10 --out "$out/control"
+
+printf '\n[demo] a live experiment on the emulated bench: recorded, replayed through two observers, diagnosed\n'
+"$root/scripts/bench_experiment.sh" --reference triangle --strategy hl-ekf --out "$out/live"
+ros2 run thruster_estimation replay "$out/live/run" --estimator ekf nlo --model hl_bench --out "$out/replay"
+ros2 run gap_diagnosis diagnose "$out/live/run" --model hl_bench --out "$out/live_diagnosis"
+
 printf '\n[demo] recording a thruster whose unmodelled effect is drawn at random and sealed\n'
 ros2 run gap_diagnosis sealed_case "$out/sealed"
 printf '[demo] diagnosing it from its recordings alone\n'
 ros2 run gap_diagnosis diagnose "$out"/sealed/runs/*/ --model "$out/sealed/model.yaml" --out "$out/diagnosis"
 printf '[demo] opening the seal\n'
 ros2 run gap_diagnosis sealed_case "$out/sealed" --open "$out/diagnosis/diagnosis.json"
-printf '%s\n' "$out/fit/report.html" "$out/diagnosis/report.html"
+printf '%s\n' "$out/fit/report.html" "$out/control/report.html" "$out/live/scores/report.html" \
+    "$out/replay/report.html" "$out/live_diagnosis/report.html" "$out/diagnosis/report.html"
