@@ -73,7 +73,7 @@ def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
     else:
         remaining = _probable(found)
     rivals = [_rival(each) for each in remaining]
-    if leading is None and found.posterior.none > 0.5:
+    if leading is None and remaining[0] is investigation.none:
         known = {rival.keys for rival in rivals}
         hidden = [s for s in _hidden(investigation) if (s.suspect.key,) not in known]
         rivals += [_unseen(investigation, each) for each in hidden[: MOST - len(rivals)]]

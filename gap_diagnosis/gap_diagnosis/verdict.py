@@ -19,7 +19,7 @@ __all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
 CLAIMED = 0.9
 """Probability from which a group of effects is claimed."""
-AGAINST_NONE = 30.0
+AGAINST_NONE = 60.0
 """And how much more probable than none it has to be: a false alarm is worse than a small effect that is passed over."""
 QUIET = 0.2
 """Probability of none from which nothing is said to be wrong, where nothing is claimed: the rest is spread over all

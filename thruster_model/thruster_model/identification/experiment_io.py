@@ -154,7 +154,8 @@ class _Preparation:
         time, values = self.run.time(name), self.run[name].values
         sign = name.replace("state.n", "state.sign_source")
         sources = self.run[sign].values if sign in self.run else np.empty(0)
-        signless = bool(np.any(sources == _SIGN_UNKNOWN))
+        # A field that was never set says "unknown" too: speeds below zero tell otherwise.
+        signless = bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(values < 0.0)
         if signless:
             values = values * infer_sign(time, np.nan_to_num(values), _held(self.grid, self.throttle, time))
         unsigned = signless or bool(np.any(sources == _SIGN_INFERRED))
