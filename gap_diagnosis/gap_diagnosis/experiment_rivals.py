@@ -14,7 +14,7 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.screening import Screened
 from gap_diagnosis.ventilation import RATE
-from gap_diagnosis.verdict import VISIBLE
+from gap_diagnosis.verdict import QUIET, VISIBLE
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import Experiment, Measurement
 
@@ -72,8 +72,11 @@ def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
         remaining = [leading, *_lookalikes(found, leading)][:MOST]
     else:
         remaining = _probable(found)
+    quiet = leading is None and found.posterior.none > QUIET
+    if quiet:
+        remaining = [investigation.none, *(each for each in remaining if each is not investigation.none)][:MOST]
     rivals = [_rival(each) for each in remaining]
-    if leading is None and remaining[0] is investigation.none:
+    if quiet:
         known = {rival.keys for rival in rivals}
         hidden = [s for s in _hidden(investigation) if (s.suspect.key,) not in known]
         rivals += [_unseen(investigation, each) for each in hidden[: MOST - len(rivals)]]

@@ -15,7 +15,6 @@ from gap_diagnosis.investigation import Candidate, Investigation
 
 __all__ = ["Posterior", "posterior_of"]
 
-_USUAL = 40  # suspects, over which the priors of single effects and pairs are spread; fewer leave more to none
 PRIOR_NONE = 0.15
 PRIOR_SINGLE = 0.63
 PRIOR_PAIR = 0.12
@@ -48,7 +47,7 @@ class Posterior:
 
 def posterior_of(found: Investigation) -> Posterior:
     """Return the probabilities of all hypotheses that were weighed."""
-    count = max(len(found.screened), _USUAL)
+    count = max(len(found.screened), 1)
     couples = count * (count - 1) / 2.0
     doubt = np.log(PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
     weights: list[tuple[str, tuple[str, ...], float]] = [("none", (), float(np.log(PRIOR_NONE)))]
