@@ -60,6 +60,23 @@ def test_of_old_caches_the_newest_are_kept(own_cache, monkeypatch):
     assert kept == [False] * 6 + [True] * 8
 
 
+def test_processes_that_remove_the_same_caches_do_not_trip_over_each_other(tmp_path):
+    """Four processes at once, each clearing the same twenty old caches of a hundred files."""
+    parent = tmp_path / "caches"
+    for k in range(28):
+        (parent / f"{k:02d}").mkdir(parents=True)
+        for name in range(100):
+            (parent / f"{k:02d}" / f"{name}.nbc").write_text("")
+        os.utime(parent / f"{k:02d}", (1e9 + k, 1e9 + k))
+    os.utime(parent / "27", (2e9, 2e9))
+    remove = (
+        "import sys, pathlib; from thruster_model.compilation import _remove_oldest as r; r(pathlib.Path(sys.argv[1]))"
+    )
+    removing = [subprocess.Popen([sys.executable, "-c", remove, str(parent)]) for _ in range(4)]
+    assert [process.wait(timeout=60) for process in removing] == [0] * 4
+    assert sorted(folder.name for folder in parent.iterdir()) == [f"{k:02d}" for k in range(20, 28)]
+
+
 def test_caches_that_may_be_in_use_are_kept(own_cache, monkeypatch):
     assert all(caches_after_use(own_cache, monkeypatch, [0.5] * 14))
 

@@ -101,14 +101,19 @@ def _sources_hash(packages: frozenset[Path]) -> str:
 def _remove_oldest(parent: Path) -> None:
     """Keep the most recently used caches and all of the last hour; other processes may be removing the same ones."""
     used = {}
-    for folder in parent.iterdir():
+    for folder in parent.glob("[!.]*"):
         with suppress(FileNotFoundError):
             used[folder] = folder.stat().st_mtime
     latest = max(used.values(), default=0.0)
     for folder in sorted(used, key=lambda folder: used[folder], reverse=True)[_KEPT_CACHES:]:
         if used[folder] < latest - _IN_USE:
-            for found in sorted(folder.rglob("*"), reverse=True):
-                with suppress(OSError):
-                    found.rmdir() if found.is_dir() else found.unlink()
+            # Renamed first: a folder that is being emptied has just changed and would pass for a newly used one.
             with suppress(OSError):
-                folder.rmdir()
+                folder.rename(parent / f".{folder.name}.{os.getpid()}")
+    for removed in parent.glob(".*"):  # and what an interrupted process left behind
+        for path, _, files in os.walk(removed, topdown=False):  # passes over what it can no longer list
+            for name in files:
+                with suppress(OSError):
+                    os.unlink(os.path.join(path, name))
+            with suppress(OSError):
+                os.rmdir(path)
