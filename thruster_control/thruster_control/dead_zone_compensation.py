@@ -18,9 +18,11 @@ unknown is left to run down. Infinite inputs give an infinite throttle or, where
 taken as checked.
 """
 
+import numpy as np
+
 from thruster_model.compilation import equation
-from thruster_model.equations.dead_zone import dead_zone_inverse
-from thruster_model.equations.thruster import torque
+from thruster_model.equations.selection import selected
+from thruster_model.equations.thruster import input_map_inverse, torque
 
 __all__ = ["compensated_throttle", "demanded_drive"]
 
@@ -34,4 +36,5 @@ def demanded_drive(n, n_d, n_d_rate, k_u, p):  # type: ignore[no-untyped-def]
 @equation
 def compensated_throttle(n, n_d, n_d_rate, k_u, p):  # type: ignore[no-untyped-def]
     """Return u of (3.12) [V], unlimited; arguments broadcast, `p` = ThrusterCoefficients, 0 V where one is NaN."""
-    return dead_zone_inverse(demanded_drive(n, n_d, n_d_rate, k_u, p), p.c_u1, p.delta_u1, p.c_u2, p.delta_u2)
+    u = input_map_inverse(demanded_drive(n, n_d, n_d_rate, k_u, p), p)
+    return selected(np.isnan(u), 0.0, u)

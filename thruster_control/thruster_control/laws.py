@@ -21,14 +21,13 @@ from typing import Any, NamedTuple
 
 from numba.extending import overload
 
-from thruster_control.scalar_throttle import throttle_for_drive
 from thruster_control.settings import FlowLaw, RateForm, SimplifiedLaw, SteadyFlowLaw, TableLaw, ThrustLaw
 from thruster_control.wanted_speed import side_for_thrust, speed_on_side
 from thruster_model.compilation import equation
 from thruster_model.equations.classes import axial_flow
 from thruster_model.equations.inflow import steady_axial_flow
 from thruster_model.equations.inversion import speed_for_thrust_as_printed
-from thruster_model.equations.thruster import input_map, rotor_acceleration, thrust, torque
+from thruster_model.equations.thruster import input_map, input_map_inverse, rotor_acceleration, thrust, torque
 
 __all__ = ["Demand", "demand", "usable"]
 
@@ -80,7 +79,7 @@ def _speed_demand(memory, n_d, side, v, n, feedback, dt, gains, p):  # type: ign
             n_forward = n
     wanted = rate + _losses(n_forward, v, p) - gains.k_P * error - gains.k_I * memory.sigma
     alpha = wanted / p.drive_gain
-    return Demand(throttle_for_drive(alpha, p), alpha, n_d, n_d_rate, side, error)
+    return Demand(input_map_inverse(alpha, p), alpha, n_d, n_d_rate, side, error)
 
 
 @equation
@@ -127,7 +126,7 @@ def _thrust_loop(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: i
     error = _fed_back_thrust(n, v, U, T, p) - T_d if feedback else 0.0
     wanted = settings.feed_forward * _losses(n_d, 0.0, p) - settings.k_P * error - settings.k_I * memory.sigma
     alpha = wanted / p.drive_gain
-    return Demand(throttle_for_drive(alpha, p), alpha, n_d, 0.0, side, error)
+    return Demand(input_map_inverse(alpha, p), alpha, n_d, 0.0, side, error)
 
 
 @equation

@@ -80,6 +80,10 @@ def test_3_10_inverts_3_9(a):
     assert dead_zone(u, HL.c_u1, HL.delta_u1, HL.c_u2, HL.delta_u2) == pytest.approx(a, rel=1e-9, abs=1e-9)
 
 
+def test_3_10_leaves_what_is_not_a_number():
+    assert np.isnan(dead_zone_inverse(np.nan, HL.c_u1, HL.delta_u1, HL.c_u2, HL.delta_u2))
+
+
 @given(force=forces.filter(lambda f: abs(f) > 1e-6))
 def test_3_6_inverts_3_5(force):
     assert thrust(speed_for_thrust_map(force, SIMPLIFIED), 0.0, SIMPLIFIED) == pytest.approx(force, rel=1e-9)

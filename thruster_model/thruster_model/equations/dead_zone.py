@@ -12,6 +12,7 @@ with c_1, c_2 > 0, delta_1 <= 0 <= delta_2. (3.5) and (3.11) are the same functi
 import numpy as np
 
 from thruster_model.compilation import equation
+from thruster_model.equations.selection import selected
 
 
 @equation
@@ -23,7 +24,7 @@ def dead_zone(x, c_1, delta_1, c_2, delta_2):  # type: ignore[no-untyped-def]
 @equation
 def dead_zone_inverse(a, c_1, delta_1, c_2, delta_2):  # type: ignore[no-untyped-def]
     """Return (3.10) at a: the smallest |x| that gives a, and 0 for a = 0; arguments broadcast."""
-    return np.where(a < 0.0, a / c_1 + delta_1, np.where(a > 0.0, a / c_2 + delta_2, 0.0))
+    return selected(a < 0.0, a / c_1 + delta_1, selected(a > 0.0, a / c_2 + delta_2, a))
 
 
 @equation

@@ -17,6 +17,7 @@ import numpy as np
 
 from thruster_model.compilation import equation
 from thruster_model.equations.dead_zone import dead_zone_inverse
+from thruster_model.equations.selection import selected
 
 
 @equation
@@ -30,7 +31,7 @@ def speed_for_thrust(thrust, v, c_n, c_nv, c_v):  # type: ignore[no-untyped-def]
     """Return the exact n_d [rad/s] for the wanted thrust [N] at axial flow v [m/s]; HL with c_v = 0."""
     needed = thrust + c_v * v * np.abs(v)
     root = _root(v, needed, np.sign(needed), c_n, c_nv)
-    return np.where((thrust == 0.0) | (needed == 0.0), 0.0, root)
+    return selected((thrust == 0.0) | (needed == 0.0), 0.0, root)
 
 
 @equation

@@ -26,7 +26,7 @@ from typing import NamedTuple
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.equations.dead_zone import dead_zone
+from thruster_model.equations.dead_zone import dead_zone, dead_zone_inverse
 
 
 class ThrusterCoefficients(NamedTuple):
@@ -66,6 +66,12 @@ class ThrusterCoefficients(NamedTuple):
 def input_map(u, p):  # type: ignore[no-untyped-def]
     """Return gamma(u) of (3.9) [rad/s^2] for the acting throttle u [V]."""
     return dead_zone(u, p.c_u1, p.delta_u1, p.c_u2, p.delta_u2)
+
+
+@equation
+def input_map_inverse(alpha, p):  # type: ignore[no-untyped-def]
+    """Return gamma^-1(alpha) of (3.10) [V] for alpha [rad/s^2]."""
+    return dead_zone_inverse(alpha, p.c_u1, p.delta_u1, p.c_u2, p.delta_u2)
 
 
 @equation

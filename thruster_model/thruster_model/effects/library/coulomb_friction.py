@@ -8,6 +8,7 @@ import numpy as np
 
 from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.equations.selection import selected
 
 STEEPNESS = 1000.0
 
@@ -17,7 +18,7 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
     """Return dn/dt less the friction; near rest the friction takes up what drives the rotor."""
     s = e.coulomb_friction_deceleration
     holding = np.minimum(np.maximum(n_dot + STEEPNESS * n, -s), s)
-    return n_dot - np.where(STEEPNESS * np.abs(n) < s, holding, s * np.sign(n))
+    return n_dot - selected(STEEPNESS * np.abs(n) < s, holding, s * np.sign(n))
 
 
 EFFECT = Effect(
