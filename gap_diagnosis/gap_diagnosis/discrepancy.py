@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.noise import NoiseModel, Series
-from gap_diagnosis.prediction import true_time
+from gap_diagnosis.prediction import nearest
 
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
@@ -68,10 +68,7 @@ def discrepancy(
             known = np.where(problem.known[rows_of, None], raw[place, rows_of].T, np.nan)
             series = next(s for s in problem.series if s.first == rows_of.start)
             white[place, rows_of] = noise.whiten([Series(0, series.signal, 0, known.shape[0])], known).T
-    information = fitted.jacobian.T @ fitted.jacobian
-    information[np.arange(problem.nuisances), np.arange(problem.nuisances)] += 1.0
-    information += 1e-9 * np.eye(information.shape[0])
-    cross = np.zeros((information.shape[0], columns))
+    cross = np.zeros((fitted.x.size, columns))
     gram = np.zeros((columns, columns))
     slope = np.zeros(columns)
     for k, (pieces, place) in enumerate(spans):
@@ -87,18 +84,16 @@ def discrepancy(
                         gram[place, other] += product
                         gram[other, place] += product.T
     power = np.diag(gram).copy()
-    gram -= cross.T @ np.linalg.solve(information, cross)
-    remaining = fitted.jacobian.T @ fitted.white
-    remaining[: problem.nuisances] -= fitted.x[: problem.nuisances]
-    slope -= cross.T @ np.linalg.solve(information, remaining)
+    retuning = fitted.retuning(cross)
+    gram -= cross.T @ retuning
+    slope -= retuning.T @ fitted.pull
     weights = np.zeros(columns)
     chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
     features = [Feature(labels[k], names[k], gain) for k, gain in zip(chosen, gains, strict=True)]
     if chosen:
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
-    retuned = np.linalg.solve(information, cross @ weights)
-    explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ retuned
+    explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
     return Discrepancy(tuple(features), evidence, explained)
 
 
@@ -145,14 +140,10 @@ def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]
         recording = problem.recordings[index]
         shifts = problem.situation(fitted.x, index).shifts
         names, basis = basis_of(happened.outputs, happened.throttle, recording.experiment.dt)
-        position = 1.0 / recording.experiment.dt
         for each in problem.series:
             if each.recording == index and each.signal in found:
-                stamps = recording.experiment.measurements[each.signal].time
-                at = true_time(each.signal, stamps, sizes, shifts) * position
-                nearest = np.clip(np.round(at).astype(np.int64), 0, basis.shape[1] - 1)
                 found[each.signal][0].append(each.rows)
-                found[each.signal][1].append(basis[:, nearest].T)
+                found[each.signal][1].append(basis[:, nearest(each.signal, recording, sizes, shifts)].T)
     blocks = []
     for signal in signals:
         columns = np.vstack(found[signal][1])

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.discrepancy import MOST_FEATURES, basis_of, chosen_greedily
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.prediction import Simulated, true_time
+from gap_diagnosis.prediction import Simulated, nearest
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import NO_EFFECTS, effect_values
 from thruster_model.equations.classes import axial_rate, rotor_rate
@@ -62,11 +62,6 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     for index, happened in enumerate(problem.happened(fitted.x)):
         for block, columns in _answers(fitted, index, happened):
             blocks.setdefault(block, []).append(columns)
-    information = fitted.jacobian.T @ fitted.jacobian
-    information[np.arange(problem.nuisances), np.arange(problem.nuisances)] += 1.0
-    information += 1e-9 * np.eye(information.shape[0])
-    remaining = fitted.jacobian.T @ fitted.white
-    remaining[: problem.nuisances] -= fitted.x[: problem.nuisances]
     evidence: dict[str, float] = {}
     for block, pieces in blocks.items():
         raw = sum(np.asarray(piece) for piece in pieces)  # each recording fills its own rows
@@ -76,8 +71,9 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
         cross = fitted.jacobian.T @ white
         gram = white.T @ white
         power = np.diag(gram).copy()
-        gram -= cross.T @ np.linalg.solve(information, cross)
-        slope = white.T @ fitted.white - cross.T @ np.linalg.solve(information, remaining)
+        retuning = fitted.retuning(cross)
+        gram -= cross.T @ retuning
+        slope = white.T @ fitted.white - retuning.T @ fitted.pull
         # Columns have unit length: what is left of one beside the nuisances is compared with that.
         _, _, evidence[block] = chosen_greedily(1e6 * gram, 1e3 * slope, 1e6 * power, MOST_FEATURES)
     return evidence
@@ -86,18 +82,15 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
 def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[str, Any]]:
     """Yield (block, answers of all readings (R, K)) of one recording; rows of others are zero."""
     problem = fitted.problem
-    experiment = problem.recordings[index].experiment
-    dt = experiment.dt
+    recording = problem.recordings[index]
+    dt = recording.experiment.dt
     linear = _linearised(fitted, happened, dt)
     basis = basis_of(happened.outputs, happened.throttle, dt)[1]
     size = np.sqrt(np.mean(basis**2, axis=1, keepdims=True))
     basis = basis / np.where(size > 0.0, size, 1.0)
     shifts, sizes = problem.situation(fitted.x, index).shifts, problem.sizes(fitted.x)
     series = [each for each in problem.series if each.recording == index and each.signal not in problem.opaque]
-    places = {}
-    for each in series:
-        at = true_time(each.signal, experiment.measurements[each.signal].time, sizes, shifts) / dt
-        places[each.signal] = np.clip(np.round(at).astype(np.int64), 0, basis.shape[1] - 1)
+    places = {each.signal: nearest(each.signal, recording, sizes, shifts) for each in series}
 
     def rows(answers: dict[str, Array]) -> Array:
         """Return answers by signal, each (K, N), as rows (R, K); zero for signals that this recording does not have."""

@@ -46,6 +46,23 @@ class Fitted:
         """Of the unknowns, shape (K, K)."""
         return np.asarray(np.linalg.inv(_information(self.jacobian, self.problem.nuisances)))
 
+    def retuning(self, columns: Array) -> Array:
+        """Return by how much the unknowns move, to first order, beside further columns with these products.
+
+        `columns`: jacobian' times whitened columns, shape (K, C); sizes are free.
+        """
+        information = self.jacobian.T @ self.jacobian
+        nuisances = np.arange(self.problem.nuisances)
+        information[nuisances, nuisances] += 1.0
+        return np.asarray(np.linalg.solve(information + 1e-9 * np.eye(information.shape[0]), columns))
+
+    @property
+    def pull(self) -> Array:
+        """Half the downward slope of the cost over the unknowns, shape (K,); zero at the very minimum."""
+        pull = self.jacobian.T @ self.white
+        pull[: self.problem.nuisances] -= self.x[: self.problem.nuisances]
+        return np.asarray(pull)
+
 
 def fit(
     problem: Problem,

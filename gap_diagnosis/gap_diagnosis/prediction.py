@@ -24,6 +24,7 @@ __all__ = [
     "Situation",
     "Sizes",
     "acts_in_plant",
+    "nearest",
     "predict",
     "simulated",
     "true_time",
@@ -109,6 +110,13 @@ def predict(
 def acts_in_plant(effect: str) -> bool:
     """Tell whether the plant has to be simulated anew for an effect."""
     return LIBRARY[effect].block not in ("log", "sensor") and effect != "command_delay"
+
+
+def nearest(signal: str, recording: Recording, sizes: Sizes, shifts: Shifts) -> NDArray[np.int64]:
+    """Return at which instant of the simulation each sample of a signal was taken, rounded; shape of the samples."""
+    experiment = recording.experiment
+    at = true_time(signal, experiment.measurements[signal].time, sizes, shifts) / experiment.dt
+    return np.clip(np.round(at).astype(np.int64), 0, experiment.throttle.size)
 
 
 def true_time(signal: str, stamps: Array, sizes: Sizes, shifts: Shifts) -> Array:

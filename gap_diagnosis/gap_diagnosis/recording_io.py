@@ -18,7 +18,6 @@ __all__ = ["read_recordings", "recordings_of"]
 
 Array = NDArray[np.float64]
 Samples = tuple[Array, Array]
-_SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
 _LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady period
 _SHORTEST_PART = 1.0  # [s]
 _LATEST = 10.0  # [s] that readings may begin after the last command, which is held
@@ -93,7 +92,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
     """
     prefix = f"thruster_{thruster}"
     sign = f"{prefix}/state.sign_source"
-    if sign in run and _taken_without_sign(run[sign].values, run[f"{prefix}/state.n"].values):
+    if sign in run and experiment_io.unsigned(run[sign].values, run[f"{prefix}/state.n"].values):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
     throttle = experiment_io.throttle_channel(run, prefix)
@@ -126,11 +125,6 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         told = (*(warnings if not recordings else ()), *left_out)
         recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
     return recordings
-
-
-def _taken_without_sign(sources: Array, n: Array) -> bool:
-    """Tell whether the tachometer has no sign; a source that was never set says "unknown" beside signed speeds too."""
-    return bool(np.any(sources == _SIGN_INFERRED)) or bool(np.any(sources == _SIGN_UNKNOWN) and not np.any(n < 0.0))
 
 
 def _finite(name: str, run: Run, warnings: list[str]) -> Samples:

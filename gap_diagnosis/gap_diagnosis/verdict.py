@@ -88,7 +88,6 @@ def verdict_of(
         scatters: what the logs show of effects that only scatter.
         foreign: the same of effects that are not considered: something is there that has no name.
     """
-    marginal = posterior.marginal
     noise_claims = tuple(_scatter_claim(s) for s in scatters)
     probabilities = _single_probabilities(posterior, scatters)
     none = posterior.none if not scatters else 0.0
@@ -96,15 +95,16 @@ def verdict_of(
     claims: tuple[Claim, ...] = ()
     leading = posterior.leading
     if leading is not None:
-        claims = tuple(_claim(found, posterior, leading, suspect, marginal) for suspect in leading.suspects)
+        claims = tuple(_claim(found, posterior, leading, suspect) for suspect in leading.suspects)
         chosen = leading
-    named = bool(claims) and min(c.group_probability for c in claims) >= max(CLAIMED, AGAINST_NONE * posterior.none)
+    least = max(CLAIMED, AGAINST_NONE * posterior.none)
+    named = bool(claims) and min(c.group_probability for c in claims) >= least
     if len(claims) == 2 and not named:
         # One of the two may be certain even though the other is not.
-        sure = tuple(c for c in claims if c.group_probability >= CLAIMED)
+        sure = tuple(c for c in claims if c.group_probability >= least)
         if sure:
             single = next((c for c in found.candidates if c.keys == _key(sure[0])), None)
-            if single is not None and _at_work(posterior, single.keys[0]) >= CLAIMED:
+            if single is not None and _at_work(posterior, single.keys[0]) >= least:
                 claims, chosen, named = sure, single, True
     if posterior.unknown > 0.5 or foreign:
         verdict = "unknown"
@@ -141,9 +141,7 @@ def _at_work(posterior: Posterior, key: str) -> float:
     return posterior.marginal.get(key, 0.0) + posterior.beside.get(key, 0.0)
 
 
-def _claim(
-    found: Investigation, posterior: Posterior, leading: Candidate, suspect: Suspect, marginal: dict[str, float]
-) -> Claim:
+def _claim(found: Investigation, posterior: Posterior, leading: Candidate, suspect: Suspect) -> Claim:
     others = set(leading.keys) - {suspect.key}
     alike = []
     for candidate in found.candidates:
@@ -156,7 +154,7 @@ def _claim(
     return Claim(
         effect=suspect.effect,
         channel=suspect.channel,
-        probability=marginal.get(suspect.key, 0.0),
+        probability=posterior.marginal.get(suspect.key, 0.0),
         group_probability=group,
         sizes=_sizes(leading, suspect),
         kind=class_of(leading, suspect),

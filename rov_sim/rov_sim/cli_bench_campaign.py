@@ -12,9 +12,7 @@ from rov_sim.bench_campaign import altered, run_campaign
 from rov_sim.campaign_io import write_bench_run
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from thruster_model.effects.active import ActiveEffects
 from thruster_model.errors import ThrusterModelError
-from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
 
@@ -36,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise ValueError(f"expected --seed and --spread >= 0; found {given.seed} and {given.spread:g}")
         rng = np.random.default_rng(given.seed)
         truth = altered(load_parameter_set(given.parameters), given.spread, rng)
-        truth = replace(truth, effects=_with_effects(truth, given.effect))
+        truth = replace(truth, effects=truth.effects.with_words(given.effect))
         given.out.mkdir(parents=True, exist_ok=True)
         for run in run_campaign(truth, rng):
             metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
@@ -49,21 +47,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("interrupted: the runs written so far are complete", file=sys.stderr)
         return 130
     return 0
-
-
-def _with_effects(truth: ParameterSet, words: Sequence[str]) -> ActiveEffects:
-    """Return the set's effects and those of EFFECT.PARAMETER=SIZE; ValueError says what is wrong with a word."""
-    sizes = {name: dict(parameters) for name, parameters in truth.effects.sizes.items()}
-    for word in words:
-        effect, dot, rest = word.partition(".")
-        parameter, sign, size = rest.partition("=")
-        try:
-            sizes.setdefault(effect, {})[parameter] = float(size)
-        except ValueError:
-            dot = ""
-        if not (dot and sign):
-            raise ValueError(f"--effect {word}: expected EFFECT.PARAMETER=SIZE with a number as size")
-    return ActiveEffects(sizes=sizes)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """The parameters of the emulated bench's node, and the settings that they make."""
 
 from pathlib import Path
-from typing import Any, NamedTuple, get_args
+from typing import NamedTuple, get_args
 
 from rclpy.node import Node
 
@@ -10,7 +10,6 @@ from bench_driver.errors import SettingsRefused
 from rov_sim.emulated_bench import QUIET, BenchSettings
 from rov_sim.emulated_bench_io import DeviceSettings, ProtocolName
 from rov_sim.rig_sensors import Rig
-from thruster_model.effects.active import ActiveEffects
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_runtime.parameters import Parameter, declare, refused
@@ -87,7 +86,7 @@ def settings_of(node: Node) -> BenchNodeSettings:
             protocol=given["protocol"], firmware=_path(given["firmware"]), link=_path(given["link"]), load_cell=cell
         )
         bench = BenchSettings(
-            coefficients=truth.coefficients, effects=_effects(truth.effects, given["effects"]),
+            coefficients=truth.coefficients, effects=truth.effects.with_words(given["effects"].split()),
             rig=Rig() if given["noise"] else QUIET, period=device.period, seed=given["seed"],
         )  # fmt: skip
     except SettingsRefused as error:
@@ -98,20 +97,6 @@ def settings_of(node: Node) -> BenchNodeSettings:
     return BenchNodeSettings(
         device, bench, given["lockstep"], words["participants"], words["wires"], given["settle"], given["timeout"]
     )
-
-
-def _effects(own: ActiveEffects, text: str) -> ActiveEffects:
-    sizes: dict[str, dict[str, Any]] = {name: dict(parameters) for name, parameters in own.sizes.items()}
-    for word in text.split():
-        effect, dot, rest = word.partition(".")
-        parameter, sign, size = rest.partition("=")
-        try:
-            sizes.setdefault(effect, {})[parameter] = float(size)
-        except ValueError:
-            dot = ""
-        if not (dot and sign):
-            raise ValueError(f"effects: expected EFFECT.PARAMETER=SIZE with a number as size; found {word!r}")
-    return ActiveEffects(sizes=sizes)
 
 
 def _numbers(text: str) -> list[float]:

@@ -4,7 +4,7 @@ Between a command and the plant effects follow each other as in the device: the 
 its limits, its lag. Behind the plant each sensor has a chain: its dynamics, then scale and offset, then its converter.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
@@ -53,6 +53,20 @@ class ActiveEffects:
             raise ValueError("; ".join(problems))
         frozen = {name: MappingProxyType(dict(parameters)) for name, parameters in self.sizes.items()}
         object.__setattr__(self, "sizes", MappingProxyType(frozen))
+
+    def with_words(self, words: Iterable[str]) -> "ActiveEffects":
+        """Return these effects and those of words EFFECT.PARAMETER=SIZE; ValueError says what is wrong with a word."""
+        sizes = {name: dict(parameters) for name, parameters in self.sizes.items()}
+        for word in words:
+            effect, dot, rest = word.partition(".")
+            parameter, sign, size = rest.partition("=")
+            try:
+                sizes.setdefault(effect, {})[parameter] = float(size)
+            except ValueError:
+                dot = ""
+            if not (dot and sign):
+                raise ValueError(f"effect {word!r}: expected EFFECT.PARAMETER=SIZE with a number as size")
+        return ActiveEffects(sizes=sizes)
 
     @property
     def plant(self) -> Any:

@@ -25,7 +25,7 @@ from thruster_model.identification.preparation import (
     tare_unsigned_speed,
 )
 
-__all__ = ["PreparationOptions", "prepare", "read_experiments", "throttle_channel"]
+__all__ = ["PreparationOptions", "lacks_sign", "prepare", "read_experiments", "throttle_channel", "unsigned"]
 
 Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
@@ -82,6 +82,19 @@ def throttle_channel(run: Run, prefix: str) -> str | None:
     """Return the channel of the throttle: what the device got at the instant it got it, else what was asked for."""
     names = (f"{prefix}/throttle_sent.sent", f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
     return next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
+
+
+def lacks_sign(sources: Array, n: Array) -> bool:
+    """Tell from a run's sign sources whether speeds are magnitudes.
+
+    A source that was never set says "unknown" too: speeds below zero tell otherwise.
+    """
+    return bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(n < 0.0)
+
+
+def unsigned(sources: Array, n: Array) -> bool:
+    """Tell whether the tachometer has no sign; the speeds may have been given one since."""
+    return lacks_sign(sources, n) or bool(np.any(sources == _SIGN_INFERRED))
 
 
 def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
@@ -154,12 +167,11 @@ class _Preparation:
         time, values = self.run.time(name), self.run[name].values
         sign = name.replace("state.n", "state.sign_source")
         sources = self.run[sign].values if sign in self.run else np.empty(0)
-        # A field that was never set says "unknown" too: speeds below zero tell otherwise.
-        signless = bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(values < 0.0)
+        signless = lacks_sign(sources, values)
+        taring = tare_unsigned_speed if unsigned(sources, values) else tare
         if signless:
             values = values * infer_sign(time, np.nan_to_num(values), _held(self.grid, self.throttle, time))
-        unsigned = signless or bool(np.any(sources == _SIGN_INFERRED))
-        values, offset, offset_std = (tare_unsigned_speed if unsigned else tare)(time, values, self.rest)
+        values, offset, offset_std = taring(time, values, self.rest)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
             first = float(time[0]) - 0.5 * float(np.median(np.diff(time)))

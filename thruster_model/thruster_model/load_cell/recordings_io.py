@@ -7,6 +7,7 @@ import numpy as np
 
 from run_bag import Run, RunError, Topic, read_run, write_run
 from thruster_model.errors import UnfitDataError
+from thruster_model.identification.experiment_io import throttle_channel
 from thruster_model.load_cell.preparation import Array, Recording
 from thruster_model.load_cell.recovery import Recovered
 
@@ -52,13 +53,13 @@ def recording_of(run: Run, thruster: int = 0) -> Recording:
         wrench=np.stack([run[name].values for name in names], axis=1),
         legs=np.stack([run[name].values for name in gauges], axis=1) if has_gauges else None,
         speed=_on(run, (f"daq/{prefix}/state.n", f"{prefix}/state.n"), time, hold=False),
-        throttle=_on(run, (f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent"), time, hold=True),
+        throttle=_on(run, (throttle_channel(run, prefix),), time, hold=True),
         setpoint=(run.time(setpoint), run[setpoint].values) if setpoint in run else None,
         turned=_turned(run),
     )
 
 
-def _on(run: Run, names: tuple[str, ...], time: Array, *, hold: bool) -> Array | None:
+def _on(run: Run, names: tuple[str | None, ...], time: Array, *, hold: bool) -> Array | None:
     name = next((n for n in names if n in run), None)
     if name is None:
         return None
