@@ -112,7 +112,7 @@ def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple
     chosen: list[int] = []
     gains: list[float] = []
     evidence = 0.0
-    for _ in range(most):
+    for _ in range(min(most, slope.size)):
         diagonal = np.where(usable, np.diag(gram), np.inf)
         possible = np.where(usable & (diagonal > 1e-3 * whole), slope**2 / np.maximum(diagonal, 1e-12), 0.0)
         k = int(np.argmax(possible))
@@ -167,6 +167,8 @@ def basis_of(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str],
         "n^3": n**3,
         "u": u,
         "|u|": np.abs(u),
+        "u|u|": u * np.abs(u),
+        "u^3": u**3,
         "T": force,
         "|T|": np.abs(force),
         "dn/dt": n_dot,
@@ -185,9 +187,12 @@ def basis_of(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str],
         "|n|v": np.abs(n) * v,
         "|n|U": np.abs(n) * ambient,
         "T against the flow": force * (n * v < 0.0),
+        "u time": u * time,
         "n time": n * time,
         "T time": force * time,
         "sgn n": np.tanh(n / 5.0),
+        "sgn n near rest": np.tanh(n / 2.0) * np.exp(-0.5 * (n / 10.0) ** 2),
+        "sgn u": np.tanh(u / 0.05),
         "sin n/10": np.sin(n / 10.0),
         "sin n/5": np.sin(n / 5.0),
     }

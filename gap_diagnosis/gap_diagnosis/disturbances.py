@@ -8,7 +8,7 @@ rotor     d (dn/dt)       [rad/s^2]
 thrust    d T, d Q        [N], [N m], with what they do to rotor and flow
 flow      d (dv/dt), d (dU/dt)   [m/s^2]
 sensor    d y             one reading alone, its unit
-log       d t             time of one reading alone or of all, constant, growing, or in a third of the run [s]
+log       d t             time of one reading alone or of all, constant, growing, or from an eighth of the run on [s]
 
 The answer of all readings follows from the model linearised along the simulated run,
         x_{k+1} = exp(A_k h) x_k + (int_0^h exp(A_k s) ds) b_k w_k,      x = (dn, dv, dU).
@@ -122,7 +122,7 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
     names = [name for name in problem.signal_rows if name not in problem.opaque]
     yield "sensor", np.hstack([rows({name: basis}) for name in names])
     time = np.linspace(0.0, 1.0, basis.shape[1])
-    when = np.array([np.ones_like(time), time, *((time * 3.0).astype(int) == k for k in range(3))], dtype=np.float64)
+    when = np.array([np.ones_like(time), time, *(time >= k / 8.0 for k in range(1, 8))], dtype=np.float64)
     late = {name: np.gradient(happened.outputs[name], dt) * when for name in names}
     yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names)])
 

@@ -14,6 +14,7 @@ __all__ = ["Fitted", "fit"]
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
 _BORROWED_IS_DONE = 2.0
+_SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _TRIES = 8  # dampings tried for a step, each ten times the one before
 
 
@@ -91,15 +92,18 @@ def fit(
     borrowed = near is not None
     sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
     jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
+    rows_known = int(np.sum(problem.known & counts))
     damping = 1e-6
     for _ in range(iterations):
         information = _information(jacobian, problem.nuisances)
         gradient = jacobian.T @ white
         gradient[: problem.nuisances] -= x[: problem.nuisances]
+        # Where the model is wrong as such, its last thousandth is not worth the time.
+        done = max(_DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
         promised = float(gradient @ cho_solve(cho_factor(information), gradient))
         gain = 0.0
-        for _ in range(_TRIES if promised > _DONE else 0):
+        for _ in range(_TRIES if promised > done else 0):
             factor = cho_factor(information + damping * np.diag(np.diag(information)))
             step = cho_solve(factor, gradient)
             turn = np.zeros_like(step)
@@ -115,9 +119,9 @@ def fit(
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10.0, 1e-5)
-        if gain < (_BORROWED_IS_DONE if borrowed and not polish else _DONE) and not (borrowed and polish):
+        if gain < (_BORROWED_IS_DONE if borrowed and not polish else done) and not (borrowed and polish):
             break
-        if borrowed and near is not None and (gain >= _BORROWED_IS_DONE or not polish):
+        if borrowed and near is not None and (gain >= max(done, _BORROWED_IS_DONE) or not polish):
             sensitivities = _borrowed(problem, x, near)
         else:
             borrowed = False

@@ -2,7 +2,7 @@
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.ndimage import median_filter
+from scipy.ndimage import median_filter, uniform_filter1d
 
 from thruster_model.identification.preparation import noise_level
 
@@ -11,6 +11,7 @@ __all__ = ["hole_around_zero", "lattice_step", "regular_stamps", "repeated_sampl
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
+_WANDERS = 0.7  # share of the deviation of stamps that lasts longer than some fifty samples
 
 
 def lattice_step(values: Array, *, least_values: int = 4) -> float:
@@ -83,7 +84,10 @@ def spikes(values: Array, noise: float, *, half_width: int = 6, limit: float = 6
 
 
 def regular_stamps(stamps: Array) -> tuple[Array, float]:
-    """Return (regular stamps through these ones [s], standard deviation of these about them [s])."""
+    """Return (regular stamps through these ones [s], standard deviation of these about them [s]).
+
+    Stamps that jump, wander or pause do not scatter: they come back as they are, with 0.
+    """
     index = np.arange(stamps.size)
     if stamps.size < 8:
         return stamps, 0.0
@@ -94,7 +98,10 @@ def regular_stamps(stamps: Array) -> tuple[Array, float]:
     if np.sum(kept) > 0.5 * stamps.size:
         slope, first = np.polyfit(index[kept], stamps[kept], 1)
         regular = first + slope * index
-    scatter = float(np.std(stamps - regular))
+    residual = stamps - regular
+    scatter = float(np.std(residual))
+    if float(np.std(uniform_filter1d(residual, min(51, stamps.size // 2)))) > _WANDERS * scatter:
+        return stamps, 0.0
     period = _round_period(float(slope), scatter * np.sqrt(12.0) / stamps.size**1.5)
     regular += (period - slope) * (index - np.mean(index))
     return np.asarray(regular), scatter if scatter < 3.0 * slope else 0.0

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import maximum_filter1d
 
 from gap_diagnosis.fitting import Fitted, fit
 from gap_diagnosis.noise import NoiseModel, Series
@@ -79,32 +80,55 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
 
 
 def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: tuple[Array, ...]) -> bool:
-    """Tell whether speed, its rate, its sign or the flow foresee the gates: air comes at random."""
-    shut: list[NDArray[np.bool_]] = []
+    """Tell whether speed, its rate, its sign, the flow or what was before foresee the gates: air comes at random.
+
+    Gates shifted round their recording know nothing of the states: what they seem to know is chance.
+    """
+    closed: list[NDArray[np.bool_]] = []
+    fast: list[NDArray[np.bool_]] = []
     seen: list[Array] = []
     for each, happened in zip(series, fitted.problem.happened(fitted.x), strict=True):
         n, v = happened.outputs["speed"][1:], happened.outputs["axial"][1:]
         rate = np.abs(np.diff(happened.outputs["speed"]))
         size = min(n.size, gates[each.recording].size)
-        closed_here = gates[each.recording][:size] < 0.5
-        if not np.any(closed_here):
+        here = gates[each.recording][:size] < 0.5
+        if not np.any(here):
             continue
-        fast = np.abs(n[:size]) >= np.percentile(np.abs(n[:size][closed_here]), 10.0)
-        shut.append(gates[each.recording][:size][fast] < 0.5)
-        seen.append(np.array([rate, np.abs(n), n, n * v])[:, :size][:, fast])
-    if not shut:
+        able = np.abs(n[:size]) >= np.percentile(np.abs(n[:size][here]), 10.0)
+        dt = problem.recordings[each.recording].experiment.dt
+        before = [_largest_of_late(rate, round(past / dt)) for past in _PASTS]
+        closed.append(here)
+        fast.append(able)
+        seen.append(np.array([rate, np.abs(n), n, n * v, *before])[:, :size][:, able])
+    if not closed:
         return False
-    closed, features = np.concatenate(shut), np.hstack(seen)
-    if not 10 < np.sum(closed) < closed.size - 10:
-        return False
+    features = np.hstack(seen)
     ranks = np.argsort(np.argsort(features, axis=1), axis=1) + 1.0
-    count = float(np.sum(closed))
-    area = (ranks[:, closed].sum(axis=1) - 0.5 * count * (count + 1.0)) / (count * (closed.size - count))
-    return bool(np.max(np.abs(area - 0.5)) > _FORESEEN)
+
+    def known(shut: list[NDArray[np.bool_]]) -> float:
+        """Return the area under the curve of the feature that foresees best, beyond one half."""
+        taken = np.concatenate([mask[able] for mask, able in zip(shut, fast, strict=True)])
+        count = float(np.sum(taken))
+        if not 10 < count < taken.size - 10:
+            return 0.0
+        area = (ranks[:, taken].sum(axis=1) - 0.5 * count * (count + 1.0)) / (count * (taken.size - count))
+        return float(np.max(np.abs(area - 0.5)))
+
+    rng = np.random.default_rng(0)
+    chance = [known([np.roll(mask, rng.integers(mask.size)) for mask in closed]) for _ in range(_SHIFTS)]
+    return known(closed) > max(_FORESEEN, float(np.quantile(chance, 0.95)))
 
 
-_FORESEEN = 0.3
-"""Area under the curve of a foreseeing feature, beyond one half."""
+def _largest_of_late(values: Array, samples: int) -> Array:
+    """Return at each sample the largest of the last ones."""
+    return np.asarray(maximum_filter1d(values, max(samples, 1), origin=(max(samples, 1) - 1) // 2))
+
+
+_FORESEEN = 0.2
+"""Area under the curve of a foreseeing feature, beyond one half, and beyond what chance gives."""
+_PASTS = (0.3, 0.6, 1.2)
+"""How long ago [s] what closes the gates may have happened."""
+_SHIFTS = 200
 
 
 def change_cost(problem: Problem) -> float:

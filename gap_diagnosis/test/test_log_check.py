@@ -60,5 +60,27 @@ def test_scatter_of_stamps_is_measured_about_a_line_and_undone_of_sorting():
     assert scattered_before_sorting(scatter, 0.04) == pytest.approx(0.02, rel=0.06)
 
 
+@pytest.mark.parametrize("deviation", [0.002, 0.03, 0.1])
+def test_stamps_that_scatter_by_more_than_a_period_scatter_still(deviation):
+    rng = np.random.default_rng(3)
+    scattered = np.sort(0.02 * np.arange(1500) + deviation * rng.standard_normal(1500))
+    assert regular_stamps(scattered)[1] > 0.3 * min(deviation, 0.02)
+
+
+@pytest.mark.parametrize("wander", ["jump", "pause", "swing"])
+def test_stamps_that_jump_pause_or_wander_do_not_scatter(wander):
+    """An eighth of a second each, beside a scatter of a millisecond."""
+    time = 0.04 * np.arange(750)
+    late = {
+        "jump": 0.125 * (time > 15.0),
+        "pause": 0.125 * (time > 7.0) + 0.125 * (time > 20.0),
+        "swing": 0.125 * np.sin(time / 3.0),
+    }[wander]
+    stamps = time + late + 1e-3 * np.random.default_rng(0).standard_normal(time.size)
+    as_they_are, scatter = regular_stamps(stamps)
+    assert scatter == 0.0
+    np.testing.assert_array_equal(as_they_are, stamps)
+
+
 def test_regular_stamps_do_not_scatter():
     assert regular_stamps(0.04 * np.arange(100))[1] == pytest.approx(0.0, abs=1e-9)
