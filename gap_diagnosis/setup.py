@@ -20,6 +20,7 @@ setup(
         "console_scripts": [
             "diagnose = gap_diagnosis.cli_diagnose:main",
             "diagnosis_table = gap_diagnosis.cli_diagnosis_table:main",
+            "steady_states = gap_diagnosis.cli_steady_states:main",
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
             "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]

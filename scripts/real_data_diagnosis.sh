@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # The study behind docs/real_data.md: the thesis' bench recordings diagnosed against the parameter sets.
 #
-# usage: scripts/real_data_diagnosis.sh PATH [OUT]     PATH: the bench's recordings; writes OUT/table.md and the reports
+# usage: scripts/real_data_diagnosis.sh PATH [OUT]     PATH: the bench's recordings; writes OUT/table.md, OUT/steady_states.md, the reports
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 [ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings\n' "$0" >&2; exit 2; }
@@ -24,5 +24,19 @@ done
 runs 'closed loop' | diagnose closed_loop hl_bench
 runs reversal | diagnose reversal hl
 runs 'in air' | diagnose in_air hl
+# Steady states: two tables of other years, with deviations of readings that repeated runs suggest.
+steady() {  # name, parameter set, columns
+    ros2 run gap_diagnosis steady_states "$1" --model "$2" --columns "$3" \
+        --deviation thrust=0.3 --deviation torque=0.002 --deviation speed=1.5 --deviation axial=0.02 2>>"$out/steady.log"
+}
+for set in simplified hl; do
+    {
+        printf '## Steady_State_Data against %s\n\n' "$set"
+        steady "$1/tables/Steady_State_Data.csv" "$set" throttle,thrust,torque,speed,axial
+        printf '\n## Tach_RPM_Thrust_Data against %s\n\n' "$set"
+        steady "$1/tables/Tach_RPM_Thrust_Data.csv" "$set" throttle,-,rpm,-,thrust,-,-
+        printf '\n'
+    } >>"$out/steady_states.md"
+done
 ros2 run gap_diagnosis diagnosis_table "$out"/*/diagnosis.json >"$out/table.md"
-printf '%s\n' "$out/table.md"
+printf '%s\n' "$out/table.md" "$out/steady_states.md"
