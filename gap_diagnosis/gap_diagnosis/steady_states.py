@@ -30,7 +30,8 @@ STAIR = 20.0
 """Length of a stair [s]."""
 _EQUAL = 5.0  # difference of evidence (logarithm) below which explanations are equals: deviations are guesses
 _SURE = 0.99  # of the chi-squared distribution: costs beyond it are no chance
-_OF_TIME = ("load_cell_resonance", "load_cell_drift", "thermal_fade")  # effects that time alone decides
+_OF_TIME = ("load_cell_resonance", "load_cell_drift", "thermal_fade", "tank_recirculation")
+"""Effects of which a reading shows how long one has waited."""
 _TRIED = 8
 
 

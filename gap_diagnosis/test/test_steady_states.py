@@ -69,7 +69,7 @@ def test_a_parameter_that_is_off_is_re_tuned_and_no_effect(diagnosed):
 
 def test_effects_that_need_time_are_not_considered(diagnosed):
     names = {each.effect for each in diagnosed["thrust_asymmetry"].explanations}
-    assert not names & {"log_alignment", "load_cell_resonance", "load_cell_drift", "thermal_fade", "clock_drift"}
+    assert not names & {"log_alignment", "load_cell_resonance", "load_cell_drift", "thermal_fade", "tank_recirculation"}
 
 
 @pytest.mark.parametrize(

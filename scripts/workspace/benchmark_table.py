@@ -1,11 +1,15 @@
-"""Print the benchmark rows of every package that has a module `benchmark` as one table."""
+"""Print the rows of every module `benchmark` as one table.
+
+Of the graph, "ours" is all nodes in one process and "plain" a process each; of the recorder, "plain" is what was
+published, and the whole of a core.
+"""
 
 import importlib
 import subprocess
 import sys
 import time
 
-PACKAGES = ("thruster_model", "thruster_estimation", "rov_sim", "run_bag")
+MODULES = ("thruster_model", "thruster_estimation", "rov_sim", "run_bag", "run_bag.live", "thruster_runtime")
 COLD_START = (
     "from thruster_model.flow_tank import simulate;"
     "from thruster_model.parameter_set_io import load_parameter_set as load;"
@@ -16,10 +20,11 @@ COLD_START = (
 def main() -> None:
     """Measure and print."""
     print(f"{'what':<42}{'unit':<14}{'ours':>14}{'plain':>14}{'ratio':>9}")
-    for package in PACKAGES:
-        for row in importlib.import_module(f"{package}.benchmark").rows():
-            ratio = f"{row.ours / row.plain:8.1f}x"
-            print(f"{row.what:<42}{row.unit:<14}{row.ours:>14,.0f}{row.plain:>14,.0f}{ratio:>9}")
+    for module in MODULES:
+        for row in importlib.import_module(f"{module}.benchmark").rows():
+            ratio = f"{row.ours / row.plain:8.2g}x" if row.ours < row.plain else f"{row.ours / row.plain:8.1f}x"
+            ours, plain = (f"{x:>14,.{0 if x >= 100.0 else 1}f}" for x in (row.ours, row.plain))
+            print(f"{row.what:<42}{row.unit:<14}{ours}{plain}{ratio:>9}", flush=True)
     print(f"{'process with a plant, from its cache':<42}{'s':<14}{_cold_start():>14.2f}")
 
 
