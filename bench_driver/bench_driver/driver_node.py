@@ -27,7 +27,7 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.diagnostics import Level as Word
 from thruster_runtime.node_main import run_node
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.stamps import nanoseconds
 
 __all__ = ["Driver", "main"]
 

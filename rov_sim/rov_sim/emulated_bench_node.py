@@ -30,7 +30,7 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import refused
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.stamps import nanoseconds
 
 __all__ = ["EmulatedBenchNode", "main"]
 

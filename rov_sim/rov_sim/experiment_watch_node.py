@@ -19,7 +19,7 @@ from thruster_msgs.msg import ThrustSetpoint
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.stamps import nanoseconds
 
 __all__ = ["PARAMETERS", "ExperimentWatch", "main"]
 

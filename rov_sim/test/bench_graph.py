@@ -15,7 +15,7 @@ from rov_sim.emulated_bench_node import EmulatedBenchNode
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterState, ThrusterTruth, ThrustSetpoint
 from thruster_runtime.executors import make_executor, spin_until
 from thruster_runtime.qos import RECORDER
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.stamps import nanoseconds
 
 __all__ = ["Graph", "parameters"]
 

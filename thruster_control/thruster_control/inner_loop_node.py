@@ -21,11 +21,12 @@ from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.records import format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
 
 __all__ = ["InnerLoopNode", "main"]
 
+_THROTTLE = format_of(Throttle)
 _WORDS: dict[Status, tuple[Level, str]] = {
     Status.RUNNING: ("ok", "running"),
     Status.LIMITED: ("ok", "running, the throttle at a limit"),
@@ -65,46 +66,48 @@ class InnerLoopNode(Node):
         measured = Input(timeout=self._measured_timeout)
         if isinstance(self._settings, SteadyFlowLaw):
             inputs["flow"] = measured
-            self.create_subscription(FlowVelocity, f"{prefix}/flow", self._on_flow, RELIABLE)
+            listen(self, FlowVelocity, f"{prefix}/flow", self._on_flow)
         if values["load_cell"]:
             inputs["load"] = measured
-            self.create_subscription(WrenchStamped, f"{prefix}/load", self._on_load, RELIABLE)
+            listen(self, WrenchStamped, f"{prefix}/load", self._on_load)
+        self._frame_id = ""
         self._join = TriggeredJoin("trigger", inputs)
         self._health = JoinHealth(self, self._join)
         self._throttles = self.create_publisher(Throttle, f"{prefix}/throttle", RELIABLE)
-        self.create_subscription(ThrustSetpoint, f"{prefix}/thrust_setpoint", self._on_setpoint, RELIABLE)
+        listen(self, ThrustSetpoint, f"{prefix}/thrust_setpoint", self._on_setpoint)
         if ready.strategy.observer == "none":
-            self.create_subscription(ThrusterState, f"{prefix}/state", self._on_state, RELIABLE)
+            listen(self, ThrusterState, f"{prefix}/state", self._on_state)
         else:
-            self.create_subscription(ThrusterEstimate, f"{prefix}/estimate", self._on_estimate, RELIABLE)
+            listen(self, ThrusterEstimate, f"{prefix}/estimate", self._on_estimate)
 
     def on_stop(self) -> None:
         """Command zero."""
         message = Throttle(commanded=0.0, sent=nan)
         message.header.stamp = self.get_clock().now().to_msg()
+        message.header.frame_id = self._frame_id
         self._throttles.publish(message)
 
-    def _on_setpoint(self, message: ThrustSetpoint) -> None:
-        self._take("setpoint", message, message.thrust)
+    def _on_setpoint(self, setpoint: Any) -> None:
+        self._take("setpoint", setpoint.stamp, setpoint.thrust)
 
-    def _on_flow(self, message: FlowVelocity) -> None:
-        self._take("flow", message, nan if message.spike else message.ambient)
+    def _on_flow(self, flow: Any) -> None:
+        self._take("flow", flow.stamp, nan if flow.spike else flow.ambient)
 
-    def _on_load(self, message: WrenchStamped) -> None:
-        self._take("load", message, message.wrench.force.x)
+    def _on_load(self, load: Any) -> None:
+        self._take("load", load.stamp, load.wrench_force_x)
 
-    def _on_state(self, message: ThrusterState) -> None:
-        self._take("trigger", message, (message.header, _UNKNOWN))
+    def _on_state(self, state: Any) -> None:
+        self._take("trigger", state.stamp, (state.frame_id, _UNKNOWN))
 
-    def _on_estimate(self, message: ThrusterEstimate) -> None:
-        self._take("trigger", message, (message.header, message))
+    def _on_estimate(self, estimate: Any) -> None:
+        self._take("trigger", estimate.stamp, (estimate.frame_id, estimate))
 
-    def _take(self, name: str, message: Any, kept: Any) -> None:
-        for due in self._join.put(name, nanoseconds(message.header.stamp), kept):
+    def _take(self, name: str, stamp: int, kept: Any) -> None:
+        for due in self._join.put(name, stamp, kept):
             self._control(due)
 
     def _control(self, due: Due) -> None:
-        header, estimate = due.message
+        frame_id, estimate = due.message
         # in simulated time the clock may come after the estimate; none is younger than now
         age = max(0.0, (self.get_clock().now().nanoseconds - due.stamp) / 1e9)
         inputs = Inputs(
@@ -119,13 +122,15 @@ class InnerLoopNode(Node):
         )
         track = START if due.former is None else self._track
         self._track, out = advance(track, inputs, self._period, self._settings, self._p)
-        self._publish(header, due.stamp, out)
+        self._publish(due.stamp, frame_id, out)
 
     def _measured(self, due: Due, name: str) -> float:
         return _known(held(due, name, self._measured_timeout))
 
-    def _publish(self, header: Any, stamp: int, out: Output) -> None:
-        self._throttles.publish(Throttle(header=header, commanded=out.u, sent=nan))
+    def _publish(self, stamp: int, frame_id: str, out: Output) -> None:
+        self._frame_id = frame_id
+        throttle = _THROTTLE.record(stamp=stamp, frame_id=frame_id, commanded=out.u, sent=nan)
+        self._throttles.publish(_THROTTLE.write(throttle))
         self._health.report(stamp, *_WORDS[Status(out.status)])
 
 

@@ -15,10 +15,11 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.records import format_of, listen
 
 __all__ = ["PARAMETERS", "ReferenceNode", "main"]
 
+_SETPOINT = format_of(ThrustSetpoint)
 PARAMETERS = (
     Parameter(name="thruster", default=0, lower=0, upper=99, description="index of the thruster"),
     Parameter(
@@ -57,32 +58,30 @@ class ReferenceNode(Node):
         prefix = f"thruster_{values['thruster']}"
         self._set_points = self.create_publisher(ThrustSetpoint, f"{prefix}/thrust_setpoint", RELIABLE)
         if values["trigger"] == "state":
-            self.create_subscription(ThrusterState, f"{prefix}/state", self._on_state, RELIABLE)
+            listen(self, ThrusterState, f"{prefix}/state", self._on_state)
         else:
             self.create_timer(values["period"], self._on_timer)
 
     def on_stop(self) -> None:
         """Take the request back."""
-        self._publish(self.get_clock().now().to_msg(), nan)
+        self._publish(self.get_clock().now().nanoseconds, nan)
 
-    def _on_state(self, message: ThrusterState) -> None:
-        self._tick(message.header.stamp)
+    def _on_state(self, state: Any) -> None:
+        self._tick(state.stamp)
 
     def _on_timer(self) -> None:
-        self._tick(self.get_clock().now().to_msg())
+        self._tick(self.get_clock().now().nanoseconds)
 
-    def _tick(self, stamp: Any) -> None:
-        now = nanoseconds(stamp)
+    def _tick(self, now: int) -> None:
         if self._first is None or now < self._last:
             self._first = now  # the source of the ticks started again
             self._diagnostics.report("ok", f"asking for thrust: {self._set_point.kind}")
         self._last = now
-        self._publish(stamp, self._set_point.thrust(now - self._first))
+        self._publish(now, self._set_point.thrust(now - self._first))
 
-    def _publish(self, stamp: Any, thrust: float) -> None:
-        message = ThrustSetpoint(thrust=thrust)
-        message.header.stamp = stamp
-        self._set_points.publish(message)
+    def _publish(self, stamp: int, thrust: float) -> None:
+        setpoint = _SETPOINT.record(stamp=stamp, frame_id="", thrust=thrust)
+        self._set_points.publish(_SETPOINT.write(setpoint))
 
 
 def main() -> int:

@@ -17,11 +17,12 @@ from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.records import format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, newest_within
 
 __all__ = ["ObserverNode", "main"]
 
+_ESTIMATE = format_of(ThrusterEstimate)
 _WORDS: dict[Level, DiagnosticLevel] = {Level.OK: "ok", Level.DEGRADED: "warn", Level.INVALID: "error"}
 
 
@@ -41,8 +42,8 @@ class ObserverNode(Node):
         if chosen is None:
             raise refused(self, problems)
         self._settings, self._p = chosen
-        self._name: str = values["estimator"]
         self._throttle_timeout = round(values["throttle_timeout"] * 1e9)
+        self._name: str = values["estimator"]
         self._track = START
         self._compile()
 
@@ -56,12 +57,12 @@ class ObserverNode(Node):
         prefix = f"thruster_{values['thruster']}"
         self._estimates = self.create_publisher(ThrusterEstimate, f"{prefix}/estimate", RELIABLE)
         if uses_flow:
-            self.create_subscription(FlowVelocity, f"{prefix}/flow", self._on_flow, RELIABLE)
+            listen(self, FlowVelocity, f"{prefix}/flow", self._on_flow)
         if values["throttle"] == "sent":
-            self.create_subscription(Throttle, f"{prefix}/throttle_sent", self._on_sent, RELIABLE)
+            listen(self, Throttle, f"{prefix}/throttle_sent", self._on_sent)
         else:
-            self.create_subscription(Throttle, f"{prefix}/throttle", self._on_commanded, RELIABLE)
-        self.create_subscription(ThrusterState, f"{prefix}/state", self._on_state, RELIABLE)
+            listen(self, Throttle, f"{prefix}/throttle", self._on_commanded)
+        listen(self, ThrusterState, f"{prefix}/state", self._on_state)
 
     def _compile(self) -> None:
         """Step once beside the track: the first message shall not wait for a compiler."""
@@ -69,24 +70,24 @@ class ObserverNode(Node):
         track = advance(START, still, 0.0, self._settings, self._p)
         advance(track, still._replace(stamp=1), 0.0, self._settings, self._p)
 
-    def _on_state(self, message: ThrusterState) -> None:
-        self._take("state", message, message)
+    def _on_state(self, state: Any) -> None:
+        self._take("state", state.stamp, state)
 
-    def _on_flow(self, message: FlowVelocity) -> None:
-        self._take("flow", message, nan if message.spike else message.ambient)
+    def _on_flow(self, flow: Any) -> None:
+        self._take("flow", flow.stamp, nan if flow.spike else flow.ambient)
 
-    def _on_commanded(self, message: Throttle) -> None:
-        self._take("throttle", message, message.commanded)
+    def _on_commanded(self, throttle: Any) -> None:
+        self._take("throttle", throttle.stamp, throttle.commanded)
 
-    def _on_sent(self, message: Throttle) -> None:
-        self._take("throttle", message, message.sent)
+    def _on_sent(self, throttle: Any) -> None:
+        self._take("throttle", throttle.stamp, throttle.sent)
 
-    def _take(self, name: str, message: Any, kept: Any) -> None:
-        for due in self._join.put(name, nanoseconds(message.header.stamp), kept):
+    def _take(self, name: str, stamp: int, kept: Any) -> None:
+        for due in self._join.put(name, stamp, kept):
             self._estimate(due)
 
     def _estimate(self, due: Due) -> None:
-        state: ThrusterState = due.message
+        state = due.message
         signed = state.sign_source == ThrusterState.SIGN_MEASURED
         U = newest_within(due, "flow") if "flow" in due.inputs else None
         measured = Measured(due.stamp, state.n if signed else abs(state.n), nan if U is None else U, not signed)
@@ -94,18 +95,19 @@ class ObserverNode(Node):
         # a restart is told by the join, before the stamps say so
         track = START if due.former is None else self._track
         self._track = advance(track, measured, u, self._settings, self._p)
-        self._publish(state, self._track)
+        self._publish(due.stamp, state.frame_id, self._track)
 
-    def _publish(self, state: ThrusterState, track: Track) -> None:
+    def _publish(self, stamp: int, frame_id: str, track: Track) -> None:
         belief = track.belief
         assert isinstance(belief, Belief)
         how, why = _verdict(belief.status)
         n, v, U = states(belief, self._settings)
-        message = ThrusterEstimate(n=n, v=v, ambient=U, estimator=self._name, status=int(how), reason=why)
-        message.header = state.header
-        message.covariance = covariance_matrix(belief).ravel()
-        self._estimates.publish(message)
-        self._health.report(nanoseconds(state.header.stamp), _WORDS[how], why or "estimating")
+        estimate = _ESTIMATE.record(
+            stamp=stamp, frame_id=frame_id, n=n, v=v, ambient=U, covariance=covariance_matrix(belief).ravel(),
+            estimator=self._name, status=how, reason=why,
+        )  # fmt: skip
+        self._estimates.publish(_ESTIMATE.write(estimate))
+        self._health.report(stamp, _WORDS[how], why or "estimating")
 
 
 def main() -> int:

@@ -1,7 +1,8 @@
-"""How long a `state` takes to become a `throttle`, for six thrusters with an observer and an inner loop each.
+"""How long a `state` takes to become a `throttle`, for thrusters with an observer and an inner loop each.
 
-Composed: the twelve nodes in one process with the events executor. Apart: a process each. In both, what plays the
-bench is another process, which publishes state, flow and set point of all thrusters and receives the throttles.
+Arrangements: all nodes in one process with the events executor; a process for the two of each thruster; a process for
+each node. In all of them what plays the bench is another process, which publishes state, flow and set point of all
+thrusters and receives the throttles. As a real device would, it does not catch up with a tick that it missed.
 """
 
 from __future__ import annotations
@@ -21,14 +22,18 @@ import rclpy
 import yaml
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.task import Future
 from rosgraph_msgs.msg import Clock
 
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterState, ThrustSetpoint
 from thruster_runtime.executors import make_executor
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamp_join import nanoseconds
+from thruster_runtime.records import format_of, listen
 
-__all__ = ["Figures", "Row", "lockstep", "main", "real_time", "rows"]
+__all__ = ["ARRANGEMENTS", "Figures", "Row", "lockstep", "main", "real_time", "rows"]
+
+ARRANGEMENTS = ("one process", "per thruster", "per node")
+"""What shares a process."""
 
 THRUSTERS = 6
 RATES = (25.0, 100.0, 200.0)
@@ -42,12 +47,12 @@ _CLASSES = {
 
 
 class Figures(NamedTuple):
-    """Of one arrangement at one rate [Hz]: latencies [s], CPU per node [share of a core], share of throttles lost."""
+    """Of one arrangement at one rate [Hz]: latencies [s], CPU per node and tick [s], share of throttles lost."""
 
     rate: float
     median: float
     p99: float
-    cpu_per_node: float
+    cpu: float
     lost: float
 
 
@@ -63,35 +68,40 @@ class Row(NamedTuple):
 class _Bench(Node):
     """Publishes what all thrusters' instruments would, and remembers when each throttle came."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, thrusters: int) -> None:
         super().__init__("bench", context=context)
+        self.thrusters = thrusters
         self.came: dict[tuple[int, int], float] = {}
         self.clock = self.create_publisher(Clock, "/clock", RELIABLE)
         self.outputs = []
-        for i in range(THRUSTERS):
+        for i in range(thrusters):
             kinds = {"thrust_setpoint": ThrustSetpoint, "flow": FlowVelocity, "state": ThrusterState}
             self.outputs.append([self.create_publisher(t, f"thruster_{i}/{n}", RELIABLE) for n, t in kinds.items()])
-            self.create_subscription(Throttle, f"thruster_{i}/throttle", self._noting(i), RELIABLE)
+            listen(self, Throttle, f"thruster_{i}/throttle", self._noting(i))
         self._receiving = make_executor("events", context=context)
         self._receiving.add_node(self)
+        self._never: Future = Future()
 
-    def _noting(self, i: int) -> Callable[[Throttle], None]:
-        def note(message: Throttle) -> None:
-            self.came[i, nanoseconds(message.header.stamp)] = time.perf_counter()
+    def _noting(self, i: int) -> Callable[[Any], None]:
+        def note(throttle: Any) -> None:
+            self.came[i, throttle.stamp] = time.perf_counter()
 
         return note
 
-    def publish(self, stamp_ns: int, *, clock: bool) -> list[float]:
-        """Publish everything of a stamp; return when each thruster's state went out [s]."""
+    def publish(self, stamp: int, *, clock: bool) -> list[float]:
+        """Publish everything of a stamp [ns]; return when each thruster's state went out [s]."""
         sent = []
         if clock:
-            message = Clock()
-            message.clock.sec, message.clock.nanosec = divmod(stamp_ns, 10**9)
-            self.clock.publish(message)
+            ticks = format_of(Clock)
+            self.clock.publish(ticks.write(ticks.record(clock=stamp)))
+        setpoints, flows, states = map(format_of, (ThrustSetpoint, FlowVelocity, ThrusterState))
+        messages = (
+            setpoints.write(setpoints.record(stamp, "", thrust=5.0)),
+            flows.write(flows.record(stamp, "", axial=nan, ambient=0.1, quality=nan, spike=False)),
+            states.write(states.record(stamp, "", n=60.0, sign_source=0, supply_voltage=nan, current=nan)),
+        )
         for outputs in self.outputs:
-            messages = (ThrustSetpoint(thrust=5.0), FlowVelocity(axial=nan, ambient=0.1), ThrusterState(n=60.0))
             for output, message in zip(outputs, messages, strict=True):
-                message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp_ns, 10**9)
                 sent_at = time.perf_counter()
                 output.publish(message)
             sent.append(sent_at)
@@ -106,9 +116,13 @@ class _Bench(Node):
             self._receiving.spin_once(timeout_sec=min(left, 0.05))
         return True
 
-    def answered(self, stamp_ns: int) -> Callable[[], bool]:
-        """Return whether all throttles of a stamp have come, as a function."""
-        return lambda: all((i, stamp_ns) in self.came for i in range(THRUSTERS))
+    def spin_for(self, seconds: float) -> None:
+        """Receive for a time [s], at least what has come."""
+        self._receiving.spin_until_future_complete(self._never, timeout_sec=max(seconds, 0.0))
+
+    def answered(self, stamp: int) -> Callable[[], bool]:
+        """Return whether all throttles of a stamp [ns] have come, as a function."""
+        return lambda: all((i, stamp) in self.came for i in range(self.thrusters))
 
     def close(self) -> None:
         """Leave the graph."""
@@ -117,25 +131,26 @@ class _Bench(Node):
         self.destroy_node()
 
 
-def _entries(simulated: bool) -> list[dict[str, Any]]:
-    common = {"use_sim_time": simulated}
-    return [
-        {"class": kind, "name": f"{name}_{i}", "parameters": {"thruster": i, **common}}
-        for i in range(THRUSTERS)
+def _groups(arrangement: str, thrusters: int, simulated: bool) -> list[list[dict[str, Any]]]:
+    """Return the nodes of each process."""
+    entries = [
+        {"class": kind, "name": f"{name}_{i}", "parameters": {"thruster": i, "use_sim_time": simulated}}
+        for i in range(thrusters)
         for name, kind in _CLASSES.items()
     ]
+    size = {"one process": len(entries), "per thruster": len(_CLASSES), "per node": 1}[arrangement]
+    return [entries[k : k + size] for k in range(0, len(entries), size)]
 
 
 @contextmanager
-def _graph(composed: bool, simulated: bool, domain_id: int) -> Iterator[tuple[_Bench, list[int]]]:
+def _graph(arrangement: str, thrusters: int, simulated: bool, domain_id: int) -> Iterator[tuple[_Bench, list[int]]]:
     """Give the bench and the ids of the processes of the nodes, all of them answering."""
-    entries = _entries(simulated)
-    groups = [entries] if composed else [[entry] for entry in entries]
+    groups = _groups(arrangement, thrusters, simulated)
     environment = dict(os.environ, ROS_DOMAIN_ID=str(domain_id), OPENBLAS_NUM_THREADS="1")
     processes: list[subprocess.Popen[bytes]] = []
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain_id)
-    bench = _Bench(context)
+    bench = _Bench(context, thrusters)
     try:
         with tempfile.TemporaryDirectory() as folder:
             for index, group in enumerate(groups):
@@ -168,7 +183,7 @@ def _wait(bench: _Bench, processes: list[subprocess.Popen[bytes]]) -> None:
         bench.publish(stamp, clock=True)
         if bench.spin_until(time.perf_counter() + 0.5, bench.answered(stamp)):
             return
-    raise RuntimeError(f"expected {THRUSTERS} throttles within {_LONGEST_START:g} s; the nodes did not answer")
+    raise RuntimeError(f"expected {bench.thrusters} throttles within {_LONGEST_START:g} s; the nodes did not answer")
 
 
 def _cpu(pids: list[int]) -> float:
@@ -180,67 +195,74 @@ def _cpu(pids: list[int]) -> float:
     return ticks / os.sysconf("SC_CLK_TCK")
 
 
-def real_time(*, composed: bool, seconds: float = 5.0, domain_id: int = 40) -> list[Figures]:
+def real_time(arrangement: str, *, seconds: float = 5.0, domain_id: int = 40) -> list[Figures]:
     """Measure latencies from each `state` to its `throttle` at the rates of `RATES`, `seconds` each."""
     found = []
-    with _graph(composed, False, domain_id) as (bench, pids):
+    with _graph(arrangement, THRUSTERS, False, domain_id) as (bench, pids):
         for rate in RATES:
-            count, latencies = int(seconds * rate), []
+            latencies: list[float] = []
             bench.came.clear()
             sent: dict[int, list[float]] = {}
-            before, begin = _cpu(pids), time.perf_counter()
-            for k in range(count):
-                bench.spin_until(begin + k / rate)
+            before, due = _cpu(pids), time.perf_counter()
+            for _ in range(int(seconds * rate)):
                 stamp = time.time_ns()
                 sent[stamp] = bench.publish(stamp, clock=False)
-            bench.spin_until(time.perf_counter() + 1.0 / rate)
-            used, elapsed = _cpu(pids) - before, time.perf_counter() - begin
+                due = max(due + 1.0 / rate, time.perf_counter())
+                bench.spin_for(due - time.perf_counter())
             bench.spin_until(time.perf_counter() + _LONGEST_ANSWER, bench.answered(stamp))
+            used = _cpu(pids) - before
             for stamp, instants in sent.items():
                 latencies += [bench.came[i, stamp] - at for i, at in enumerate(instants) if (i, stamp) in bench.came]
             latencies.sort()
-            lost = 1.0 - len(latencies) / (count * THRUSTERS)
+            lost = 1.0 - len(latencies) / (len(sent) * THRUSTERS)
             median, p99 = (latencies[int(share * (len(latencies) - 1))] for share in (0.5, 0.99))
-            found.append(Figures(rate, median, p99, used / elapsed / (2 * THRUSTERS), lost))
+            found.append(Figures(rate, median, p99, used / len(sent) / (len(_CLASSES) * THRUSTERS), lost))
     return found
 
 
-def lockstep(*, composed: bool, periods: int = 500, domain_id: int = 41) -> float:
+def lockstep(arrangement: str, *, thrusters: int = THRUSTERS, periods: int = 500, domain_id: int = 41) -> float:
     """Return how many times faster than real time, at 25 Hz, all thrusters answer in lockstep with /clock.
 
     Raises:
         RuntimeError: with the thrusters whose throttle did not come.
     """
-    with _graph(composed, True, domain_id) as (bench, _):
+    with _graph(arrangement, thrusters, True, domain_id) as (bench, _):
         begin, stamp = time.perf_counter(), 10**12
         for _ in range(periods):
             stamp += _PERIOD
             bench.publish(stamp, clock=True)
             if not bench.spin_until(time.perf_counter() + _LONGEST_ANSWER, bench.answered(stamp)):
-                missing = [i for i in range(THRUSTERS) if (i, stamp) not in bench.came]
+                missing = [i for i in range(thrusters) if (i, stamp) not in bench.came]
                 raise RuntimeError(f"expected a throttle of each thruster at {stamp} ns; missing: {missing}")
         return periods * _PERIOD / 1e9 / (time.perf_counter() - begin)
 
 
 def rows(seconds: float = 5.0, periods: int = 500) -> list[Row]:
-    """Compare the twelve nodes composed with a process each."""
-    together, apart = (lockstep(composed=c, periods=periods) for c in (True, False))
-    found = [Row("six thrusters in lockstep", together, apart, "x real")]
-    ours, plain = (real_time(composed=c, seconds=seconds) for c in (True, False))
-    for a, b in zip(ours, plain, strict=True):
-        at = f"{a.rate:g} Hz"
-        found.append(Row(f"state to throttle at {at}, median", 1e6 * a.median, 1e6 * b.median, "us"))
-        found.append(Row(f"state to throttle at {at}, 99 %", 1e6 * a.p99, 1e6 * b.p99, "us"))
-        found.append(Row(f"CPU per node at {at}", 1e6 * a.cpu_per_node, 1e6 * b.cpu_per_node, "us/s"))
-        found.append(Row(f"throttles lost at {at}", 1e6 * a.lost, 1e6 * b.lost, "1e-6"))
+    """Compare all nodes in one process with a process each."""
+    one, _, each = ARRANGEMENTS
+    found = []
+    for thrusters, what in ((1, "one thruster"), (THRUSTERS, "six thrusters")):
+        ours, plain = (lockstep(arrangement, thrusters=thrusters, periods=periods) for arrangement in (one, each))
+        found.append(Row(f"{what} in lockstep at 25 Hz", ours, plain, "x real time"))
+    together, apart = (real_time(arrangement, seconds=seconds) for arrangement in (one, each))
+    for a, b in zip(together, apart, strict=True):
+        at = f"at {a.rate:g} Hz"
+        found.append(Row(f"state to throttle {at}, median", 1e6 * a.median, 1e6 * b.median, "us"))
+        found.append(Row(f"state to throttle {at}, 99 %", 1e6 * a.p99, 1e6 * b.p99, "us"))
+        found.append(Row(f"CPU of a node per tick {at}", 1e6 * a.cpu, 1e6 * b.cpu, "us"))
     return found
 
 
 def main() -> None:
-    """Print the rows."""
-    sys.stdout.write(f"{'what':<42}{'unit':<10}{'composed':>12}{'apart':>12}\n")
-    for row in rows():
-        sys.stdout.write(f"{row.what:<42}{row.unit:<10}{row.ours:>12,.1f}{row.plain:>12,.1f}\n")
+    """Print the figures of every arrangement."""
+    for arrangement in ARRANGEMENTS:
+        one, six = (lockstep(arrangement, thrusters=thrusters) for thrusters in (1, THRUSTERS))
+        sys.stdout.write(f"{arrangement:<14}in lockstep at 25 Hz: {one:.1f} x real time, six thrusters {six:.1f} x\n")
+        for rate, median, p99, cpu, lost in real_time(arrangement):
+            sys.stdout.write(
+                f"{arrangement:<14}{rate:>4.0f} Hz: state to throttle {1e3 * median:6.2f} ms, 99 % {1e3 * p99:7.2f} ms"
+                f", CPU of a node per tick {1e6 * cpu:4.0f} us, lost {100.0 * lost:.2f} %\n"
+            )
 
 
 if __name__ == "__main__":

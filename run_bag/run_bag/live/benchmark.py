@@ -51,6 +51,15 @@ class Throughput(NamedTuple):
         return self.published / self.seconds
 
 
+class Row(NamedTuple):
+    """One comparison: what, found and asked for, in `unit`."""
+
+    what: str
+    ours: float
+    plain: float
+    unit: str
+
+
 def measure(rate: float = 15_000.0, seconds: float = 6.0) -> Throughput:
     """Publish WrenchStamped on 15 topics to a recorder in a process of its own.
 
@@ -96,6 +105,15 @@ def measure(rate: float = 15_000.0, seconds: float = 6.0) -> Throughput:
     finally:
         node.destroy_node()
         rclpy.try_shutdown(context=context)
+
+
+def rows(rate: float = 15_000.0, seconds: float = 4.0) -> list[Row]:
+    """Measure what arrives in the run of what is published at `rate` [messages/s] over all topics."""
+    result = measure(rate, seconds)
+    return [
+        Row("recorder: messages recorded of published", result.recorded / result.seconds, result.rate, "messages/s"),
+        Row("recorder: core per message", 1e9 * result.core / result.rate, 1e9 / result.rate, "ns"),
+    ]
 
 
 def _core_seconds(pid: int) -> float:

@@ -1,0 +1,58 @@
+"""scripts/bench_experiment.sh: one experiment in lockstep, from the emulated device to the report."""
+
+import json
+import os
+import subprocess
+import uuid
+from pathlib import Path
+
+import numpy as np
+
+from run_bag.reader import read_run
+
+ROOT = Path(__file__).resolve().parents[1]
+LONGEST = 180.0
+"""[s] Deadline of an experiment, which takes a tenth of that on a machine of its own."""
+
+
+def processes_with(variable: str) -> list[int]:
+    """Return the processes that have `NAME=value` in their environment."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            if variable.encode() in (folder / "environ").read_bytes().split(b"\0"):
+                found.append(int(folder.name))
+        except OSError:  # it has ended, or is not ours to look at
+            continue
+    return found
+
+
+def test_an_experiment_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path) -> None:
+    mark = uuid.uuid4().hex
+    domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
+    environment = {**os.environ, "ROS_DOMAIN_ID": domain, "BENCH_EXPERIMENT_READY": "1", "EXPERIMENT_MARK": mark}
+    out = tmp_path / "experiment"
+    command = ["scripts/bench_experiment.sh", "--strategy", "hl-ekf", "--reference", "step", "--out", str(out)]
+    with subprocess.Popen(
+        command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        try:
+            printed, errors = process.communicate(timeout=LONGEST)
+        finally:
+            process.terminate()  # it stops what it has started; leaving the block waits for it
+    assert (process.returncode, errors) == (0, ""), printed
+    assert processes_with(f"EXPERIMENT_MARK={mark}") == []
+
+    report = Path(printed.splitlines()[-1])
+    assert report == out / "scores" / "report.html"
+    assert report.stat().st_size > 10_000
+    scores = json.loads((out / "scores" / "scores.json").read_text(encoding="utf-8"))
+    assert "hl-ekf" in json.dumps(scores)
+
+    run = read_run(out / "run")
+    state, estimate = (np.unique(run[f"thruster_0/{name}.n"].stamps) for name in ("state", "estimate"))
+    assert len(state) > 270  # 1 s of rest, 10 s of steps and 0.5 s more at 25 Hz
+    assert len(np.setdiff1d(state, estimate)) <= 1  # lockstep: every state has its estimate, but perhaps the last
+    throttles = run["thruster_0/throttle_sent.sent"].values
+    assert np.ptp(throttles[np.isfinite(throttles)]) > 1.0
+    assert throttles[-1] == 0.0

@@ -1,0 +1,109 @@
+import math
+import struct
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+import rclpy
+from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from rclpy.context import Context
+from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
+from std_msgs.msg import Header
+
+from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterState, ThrustSetpoint
+from thruster_runtime.executors import EXECUTOR_KINDS, make_executor, spin_until
+from thruster_runtime.qos import RELIABLE
+from thruster_runtime.records import UnreadableBytes, UnreadableType, format_of, listen
+
+texts = st.text(st.characters(min_codepoint=1, exclude_categories=["Cs"]), max_size=20)
+numbers = st.floats(allow_nan=False)
+times = st.builds(Time, sec=st.integers(-(2**31), 2**31 - 1), nanosec=st.integers(0, 10**9 - 1))
+headers = st.builds(Header, stamp=times, frame_id=texts)
+
+
+def of(kind: type, data: bytes | Any) -> Any:
+    return format_of(kind).read(data if isinstance(data, bytes) else serialize_message(data))
+
+
+@settings(max_examples=100, deadline=None)
+@given(headers, st.lists(numbers, min_size=12, max_size=12), texts, texts, st.integers(0, 255))
+def test_a_record_has_what_the_message_has_and_is_written_as_that_message(
+    header: Header, values: list[float], estimator: str, reason: str, status: int
+) -> None:
+    message = ThrusterEstimate(header=header, estimator=estimator, reason=reason, status=status)
+    message.n, message.v, message.ambient = values[:3]
+    message.covariance = values[3:]
+    record = of(ThrusterEstimate, message)
+    assert record == (
+        header.stamp.sec * 10**9 + header.stamp.nanosec, header.frame_id, *values[:3], tuple(values[3:]), estimator,
+        status, reason,
+    )  # fmt: skip
+    written = format_of(ThrusterEstimate).write(record)
+    assert len(written) == len(serialize_message(message))
+    assert deserialize_message(written, ThrusterEstimate) == message
+
+
+@pytest.mark.parametrize("frame", ["", "a", "ab", "abc", "abcd", "abcde", "abcdef", "abcdefg", "abcdefgh", "é"])
+def test_fields_are_found_by_name_whatever_the_length_of_the_text_before_them(frame: str) -> None:
+    header = Header(stamp=Time(sec=3, nanosec=5), frame_id=frame)
+    flow = of(FlowVelocity, FlowVelocity(header=header, axial=math.nan, ambient=0.25, quality=0.5, spike=True))
+    assert (flow.stamp, flow.frame_id, flow.ambient, flow.quality, flow.spike) == (
+        3_000_000_005,
+        frame,
+        0.25,
+        0.5,
+        True,
+    )
+    assert math.isnan(flow.axial)
+    assert repr(of(FlowVelocity, format_of(FlowVelocity).write(flow))) == repr(flow)
+    wrench = WrenchStamped(header=header)
+    wrench.wrench.force.x, wrench.wrench.torque.z = -1.5, 2.5
+    load = of(WrenchStamped, wrench)
+    assert (load.wrench_force_x, load.wrench_force_y, load.wrench_torque_z) == (-1.5, 0.0, 2.5)
+
+
+def test_a_message_without_header_keeps_the_name_of_its_stamp() -> None:
+    assert of(Clock, Clock(clock=Time(sec=-1, nanosec=1)))._asdict() == {"clock": -999_999_999}
+
+
+def test_bytes_of_another_order_are_read_as_what_they_are() -> None:
+    written = b"\0\0\0\0" + struct.pack(">iII4sd", 1, 2, 4, b"abc\0", 12.5)
+    assert of(ThrustSetpoint, written) == (1_000_000_002, "abc", 12.5)
+
+
+def test_another_encoding_than_plain_cdr_is_refused() -> None:
+    with pytest.raises(UnreadableBytes, match=r"expected plain CDR .* found 00 07"):
+        of(ThrustSetpoint, b"\0\7\0\0" + bytes(30))
+
+
+def test_a_number_that_its_field_cannot_hold_is_not_written() -> None:
+    setpoint = format_of(ThrustSetpoint)
+    with pytest.raises(struct.error):
+        setpoint.write(setpoint.record(stamp=2**63, frame_id="", thrust=0.0))
+
+
+def test_a_type_with_a_sequence_is_refused_by_its_field() -> None:
+    with pytest.raises(UnreadableType, match=r"DiagnosticStatus: field 'values': .* sequence"):
+        format_of(DiagnosticStatus)
+
+
+@pytest.mark.parametrize("kind", EXECUTOR_KINDS)
+def test_a_listener_gets_records(context: Context, kind: str) -> None:
+    node, heard = rclpy.create_node("listener", context=context), []
+    publisher = node.create_publisher(ThrusterState, "state", RELIABLE)
+    listen(node, ThrusterState, "state", heard.append)
+    executor = make_executor(kind, context=context)
+    executor.add_node(node)
+    publishing: Callable[[], bool] = lambda: bool(publisher.get_subscription_count())  # noqa: E731
+    assert spin_until(executor, publishing, 10.0)
+    publisher.publish(ThrusterState(n=60.0, sign_source=ThrusterState.SIGN_MEASURED))
+    assert spin_until(executor, lambda: bool(heard), 10.0)
+    assert (heard[0].n, heard[0].sign_source, heard[0].stamp) == (60.0, ThrusterState.SIGN_MEASURED, 0)
+    executor.remove_node(node)
+    executor.shutdown()
+    node.destroy_node()
