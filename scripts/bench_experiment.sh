@@ -7,6 +7,7 @@
 #
 #   --strategy NAME      lookup simplified steady-flow hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo pi-thrust
 #   --port PORT          a real device, e.g. /dev/ttyACM0, in real time; without it the emulated bench
+#   --firmware           the emulated bench runs the firmware itself, built here, on an emulated processor
 #   --real-time          the emulated bench by the wall's clock instead of in lockstep
 #   --protocol text|frames      what the device speaks (text)
 #   --truth SET          parameter set of the emulated thruster (hl_bench)
@@ -36,12 +37,13 @@ one_of() { # WORD CHOICE...
 }
 
 reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
-seed=0 noise=true out='' all=false
+seed=0 noise=true out='' all=false firmware=false built=''
 while [ $# -gt 0 ]; do
     case "$1" in
     --real-time) real_time=true ;;
     --no-noise) noise=false ;;
     --all) all=true ;;
+    --firmware) firmware=true ;;
     --reference | --strategy | --port | --protocol | --truth | --parameters | --form | --effects | --seed | --out)
         [ $# -ge 2 ] || refuse "$1: expected a value"
         name=${1#--}
@@ -68,6 +70,7 @@ one_of "$form" proper bench || refuse "--form: expected proper or bench; found '
 [[ $seed =~ ^[0-9]+$ ]] || refuse "--seed: expected an integer, 0 or more; found '$seed'"
 [ -z "$port" ] || [ -e "$port" ] || refuse "--port: expected a serial port; found nothing at $port"
 [ -z "$port" ] || real_time=true
+[ -z "$port" ] || ! $firmware || refuse "--firmware: expected the emulated bench; found the device at $port"
 [ -z "$out" ] || [ ! -e "$out" ] || refuse "--out: expected a folder that does not exist; $out does"
 
 # BENCH_EXPERIMENT_READY: the caller has set up and sourced the workspace.
@@ -88,6 +91,14 @@ export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((RANDOM % 101 + 1))}
 export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}
 # Linear algebra of three states gains nothing from threads, which take the other nodes' time.
 export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+
+if $firmware; then
+    built=$out/firmware
+    make -C "$root/bench_driver/firmware" "BUILD=$built" >"$out/firmware.txt" 2>&1 || {
+        tail -n 2 "$out/firmware.txt" >&2
+        refuse "--firmware: it could not be built ($out/firmware.txt); Debian: gcc-avr avr-libc libsimavr-dev libelf-dev"
+    }
+fi
 
 # ---- processes: each in a group of its own, as `ros2 run` does not hand signals on
 
@@ -165,7 +176,7 @@ run_one() { # REFERENCE STRATEGY FOLDER
     if [ -z "$device" ]; then
         device=$folder/port
         start bench ros2 run rov_sim emulated_bench --ros-args "${time[@]}" -p "lockstep:=$lockstep" -p "link:='$device'" \
-            -p "protocol:=$protocol" -p "parameter_set:='$truth'" -p "effects:='$effects'" -p "noise:=$noise" \
+            -p "protocol:=$protocol" -p "firmware:='$built'" -p "parameter_set:='$truth'" -p "effects:='$effects'" -p "noise:=$noise" \
             -p "seed:=$seed" -p "wires:='${wires[*]}'" -p "participants:='recorder/recorded'"
     fi
     if [ -n "$observer" ]; then

@@ -2,11 +2,13 @@
 
 import json
 import os
+import shutil
 import subprocess
 import uuid
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from run_bag.reader import read_run
 
@@ -27,12 +29,15 @@ def processes_with(variable: str) -> list[int]:
     return found
 
 
-def test_an_experiment_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path) -> None:
+@pytest.mark.parametrize("device", [[], ["--firmware"]], ids=["python", "firmware"])
+def test_an_experiment_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path, device: list[str]) -> None:
+    if device and not (shutil.which("avr-gcc") and Path("/usr/include/simavr/sim_avr.h").exists()):
+        pytest.skip("the firmware needs gcc make gcc-avr avr-libc libsimavr-dev libelf-dev")
     mark = uuid.uuid4().hex
     domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
     environment = {**os.environ, "ROS_DOMAIN_ID": domain, "BENCH_EXPERIMENT_READY": "1", "EXPERIMENT_MARK": mark}
     out = tmp_path / "experiment"
-    command = ["scripts/bench_experiment.sh", "--strategy", "hl-ekf", "--reference", "step", "--out", str(out)]
+    command = ["scripts/bench_experiment.sh", "--strategy", "hl-ekf", "--reference", "step", "--out", str(out), *device]
     with subprocess.Popen(
         command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -56,3 +61,10 @@ def test_an_experiment_is_recorded_and_scored_and_leaves_no_process_behind(tmp_p
     throttles = run["thruster_0/throttle_sent.sent"].values
     assert np.ptp(throttles[np.isfinite(throttles)]) > 1.0
     assert throttles[-1] == 0.0
+
+
+def test_the_emulated_firmware_and_a_real_device_at_once_are_refused() -> None:
+    command = ["scripts/bench_experiment.sh", "--strategy", "hl-ekf", "--reference", "step", "--firmware"]
+    done = subprocess.run([*command, "--port", "/dev/null"], cwd=ROOT, capture_output=True, text=True, timeout=20.0)
+    assert done.returncode == 2
+    assert "--firmware: expected the emulated bench; found the device at /dev/null" in done.stderr

@@ -21,6 +21,9 @@ from .rosbag2 import BAG_RECORD, RUN_RECORD
 from .run import Channel, Run
 from .units import unit_of
 
+_SHARED = ("diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log")
+"""Types of topics that all nodes publish on: their stamps need not follow each other."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -45,7 +48,8 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     """Read a run into arrays.
 
     Messages are decoded by the definitions inside the file. A channel's stamps are the header stamps where
-    the type has a header (log times if none of them was ever filled in), else the log times. Channels in
+    the type has a header (log times if none of them was ever filled in, or on topics that all nodes share, as
+    /diagnostics), else the log times. Channels in
     which nothing was measured (all NaN) are left out; so are strings.
 
     Args:
@@ -159,7 +163,7 @@ def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]
         raise type(error)(
             text, path=path, topic=topic, position=error.position, expected=error.expected, found=error.found
         ) from error
-    stamps = _stamps(path, topic, columns, logged, warnings)
+    stamps = logged if types[0] in _SHARED else _stamps(path, topic, columns, logged, warnings)
     if len(columns.frames) > 1:
         warnings.append(f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept")
     frame = next(iter(columns.frames)) if len(columns.frames) == 1 else ""

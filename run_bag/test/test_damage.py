@@ -5,7 +5,9 @@ import struct
 
 import numpy as np
 import pytest
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from mcap.writer import CompressionType, Writer
+from rclpy.serialization import serialize_message
 
 from run_bag import (
     EmptyRunError,
@@ -207,6 +209,20 @@ def test_a_missing_topic_is_answered_with_those_that_are_there(tmp_path):
     with pytest.raises(MissingTopicError, match="no topic x; it has: thruster_0/gauges") as caught:
         read_run(folder, ["x"])
     assert caught.value.topic == "x"
+
+
+def test_on_a_topic_that_all_nodes_share_stamps_need_not_follow_each_other(tmp_path):
+    kind = "diagnostic_msgs/msg/DiagnosticArray"
+    messages = []
+    for logged, stamp in ((10, 7), (11, 6), (12, 8)):
+        array = DiagnosticArray(status=[DiagnosticStatus(level=b"\1", name="node")])
+        array.header.stamp.nanosec = stamp
+        messages.append((logged, serialize_message(array)))
+    write_mcap(tmp_path / "x.mcap", schema=definitions().text(kind).encode(), name=kind, messages=messages)
+    run = read_run(tmp_path / "x.mcap")
+    (level,) = (run[name] for name in run)
+    assert level.stamps.tolist() == [10, 11, 12]
+    assert level.values.tolist() == [1.0, 1.0, 1.0]
 
 
 def test_stamps_that_run_backwards_are_refused_with_position_and_both_stamps(tmp_path):
