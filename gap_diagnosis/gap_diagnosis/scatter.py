@@ -139,13 +139,14 @@ def _shares(tables: Sequence[Mapping[str, NDArray[np.bool_]]]) -> dict[str, tupl
 def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float, float]:
     """Return (size [s], its deviation, log odds) of stamps that scatter, from how residuals grow with the slope.
 
-    The variance of a residual is sigma^2 + s^2 (dy/dt)^2; sigma of each signal is found anew for each s.
+    The variance of a residual is sigma^2 + s^2 (dy/dt)^2; sigma of each signal is found anew for each s. Squares of
+    residuals that resemble their neighbours (a coloured disturbance) count as fewer.
     """
     sizes = np.concatenate(([0.0], np.geomspace(0.001, 0.03, 30))) if sizes is None else sizes
     problem = fitted.problem
     total = np.zeros(sizes.size)
     for signal in problem.signal_rows:
-        squares, slopes = [], []
+        squares, slopes, alike = [], [], []
         for each in problem.series:
             if each.signal != signal:
                 continue
@@ -160,11 +161,13 @@ def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float,
             slope = np.gradient(filled) / unique
             known = problem.known[each.rows]
             squares.append(fitted.residuals[each.rows][known] ** 2)
+            alike.append(max(float(np.corrcoef(squares[-1][1:], squares[-1][:-1])[0, 1]), 0.0))
             slopes.append(slope[known] ** 2)
         if not squares:
             continue
         square, slope = np.concatenate(squares), np.concatenate(slopes)
-        total += np.array([_log_likelihood(square, slope * s**2) for s in sizes])
+        own = (1.0 - np.mean(alike)) / (1.0 + np.mean(alike))
+        total += own * np.array([_log_likelihood(square, slope * s**2) for s in sizes])
     best = int(np.argmax(total))
     if best == 0:
         return 0.0, 0.0, 0.0
