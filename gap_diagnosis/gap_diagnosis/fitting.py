@@ -52,17 +52,13 @@ class Fitted:
 
         `columns`: jacobian' times whitened columns, shape (K, C); sizes are free.
         """
-        information = self.jacobian.T @ self.jacobian
-        nuisances = np.arange(self.problem.nuisances)
-        information[nuisances, nuisances] += 1.0
+        information = _with_priors(self.jacobian, self.problem.nuisances)
         return np.asarray(np.linalg.solve(information + 1e-9 * np.eye(information.shape[0]), columns))
 
     @property
     def pull(self) -> Array:
         """Half the downward slope of the cost over the unknowns, shape (K,); zero at the very minimum."""
-        pull = self.jacobian.T @ self.white
-        pull[: self.problem.nuisances] -= self.x[: self.problem.nuisances]
-        return np.asarray(pull)
+        return _pull(self.jacobian, self.white, self.x, self.problem.nuisances)
 
 
 def fit(
@@ -96,8 +92,7 @@ def fit(
     damping = 1e-6
     for _ in range(iterations):
         information = _information(jacobian, problem.nuisances)
-        gradient = jacobian.T @ white
-        gradient[: problem.nuisances] -= x[: problem.nuisances]
+        gradient = _pull(jacobian, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
@@ -171,13 +166,24 @@ def _cost(problem: Problem, noise: NoiseModel, x: Array, counts: NDArray[np.bool
     return residuals, white, float(white @ white + x[: problem.nuisances] @ x[: problem.nuisances])
 
 
-def _information(jacobian: Array, nuisances: int) -> Array:
+def _pull(jacobian: Array, white: Array, x: Array, nuisances: int) -> Array:
+    pull = jacobian.T @ white
+    pull[:nuisances] -= x[:nuisances]
+    return np.asarray(pull)
+
+
+def _with_priors(jacobian: Array, nuisances: int) -> Array:
     information = jacobian.T @ jacobian
     information[np.arange(nuisances), np.arange(nuisances)] += 1.0
+    return np.asarray(information)
+
+
+def _information(jacobian: Array, nuisances: int) -> Array:
+    information = _with_priors(jacobian, nuisances)
     # A size without any influence is as uncertain as its range.
     rest = np.arange(nuisances, information.shape[0])
     information[rest, rest] += 12.0
-    return np.asarray(information)
+    return information
 
 
 def _evidence(problem: Problem, cost: float, jacobian: Array) -> float:

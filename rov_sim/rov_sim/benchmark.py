@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
 
 import numpy as np
 
 from rov_sim.bench_study.controllers import controller
 from rov_sim.closed_loop import Plant, simulate_loop
+from run_bag.benchmark_row import Row
 from thruster_control.inner_loop import AT_REST, inner_loop_step
 from thruster_control.references import DURATION, sine
 from thruster_estimation.observers import observer_step
@@ -16,15 +16,6 @@ from thruster_model.flow_tank import PlantState, simulate
 from thruster_model.parameter_set_io import load_parameter_set
 
 _PERIOD = 0.04
-
-
-class Row(NamedTuple):
-    """One comparison: what, ours and the plain way, in `unit`."""
-
-    what: str
-    ours: float
-    plain: float
-    unit: str
 
 
 def rows(rounds: int = 50) -> list[Row]:

@@ -6,12 +6,13 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from rosbags.highlevel import AnyReader
 from rosbags.rosbag2 import StoragePlugin, Writer
 
+from .benchmark_row import Row
 from .definitions import definitions
 from .reader import read_run
 from .topic import Topic
@@ -19,15 +20,6 @@ from .writer import write_run
 
 START_NS = 1_000_000_000
 PERIOD_NS = 1_000_000
-
-
-class Row(NamedTuple):
-    """One comparison: what, ours and the library used message by message, in `unit`."""
-
-    what: str
-    ours: float
-    plain: float
-    unit: str = "messages/s"
 
 
 def bench_topics(samples: int, seed: int = 0) -> list[Topic]:
@@ -62,8 +54,8 @@ def rows(samples: int = 10_000) -> list[Row]:
         read = _best(lambda _: read_run(base / "ours0"), count)
         library_read = _best(lambda _: _library_read(base / "ours0"), count)
     return [
-        Row("write a bench run", write, library_write),
-        Row("read a bench run into arrays", read, library_read),
+        Row("write a bench run", write, library_write, "messages/s"),
+        Row("read a bench run into arrays", read, library_read, "messages/s"),
     ]
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import time
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from run_bag.benchmark_row import Row
 from thruster_estimation.belief import initial_belief
 from thruster_estimation.drift import jacobian, rates
 from thruster_estimation.offline import COLUMNS, run_observer
@@ -17,15 +18,6 @@ from thruster_model.parameter_set_io import load_parameter_set
 
 _DT = 0.04
 _START = initial_belief(deviation_n=2.0, deviation_v=0.07, deviation_U=0.07)
-
-
-class Row(NamedTuple):
-    """One comparison: what, ours and the plain way, in `unit`."""
-
-    what: str
-    ours: float
-    plain: float
-    unit: str
 
 
 def rows(updates: int = 500_000) -> list[Row]:

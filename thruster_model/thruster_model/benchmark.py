@@ -3,25 +3,16 @@
 from __future__ import annotations
 
 import time
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from run_bag.benchmark_row import Row
 from thruster_model.effects.stages import NEUTRAL, NO_EFFECTS
 from thruster_model.equations.thruster import ThrusterCoefficients
 from thruster_model.flow_tank import AT_REST, NO_GATES, run_plant
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.pipeline import derivative
-
-
-class Row(NamedTuple):
-    """One comparison: what, ours and the plain way, in `unit`."""
-
-    what: str
-    ours: float
-    plain: float
-    unit: str
 
 
 def rows(steps: int = 2_000_000) -> list[Row]:

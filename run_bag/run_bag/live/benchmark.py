@@ -20,6 +20,7 @@ from rclpy.serialization import serialize_message
 
 from thruster_runtime.qos import RECORDER
 
+from ..benchmark_row import Row
 from ..reader import read_recording
 
 TOPICS = 15
@@ -49,15 +50,6 @@ class Throughput(NamedTuple):
     def rate(self) -> float:
         """Messages a second that were published."""
         return self.published / self.seconds
-
-
-class Row(NamedTuple):
-    """One comparison: what, found and asked for, in `unit`."""
-
-    what: str
-    ours: float
-    plain: float
-    unit: str
 
 
 def measure(rate: float = 15_000.0, seconds: float = 6.0) -> Throughput:
