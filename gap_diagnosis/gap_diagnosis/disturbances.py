@@ -8,7 +8,8 @@ rotor     d (dn/dt)       [rad/s^2]
 thrust    d T, d Q        [N], [N m], with what they do to rotor and flow
 flow      d (dv/dt), d (dU/dt)   [m/s^2]
 sensor    d y             one reading alone, its unit
-log       d t             time of one reading alone or of all, constant, growing, or from an eighth of the run on [s]
+log       d t             time of one reading alone or of all, constant, growing, or from an eighth of the run on [s],
+                          and jumps of all of them that are too long for a slope
 
 The answer of all readings follows from the model linearised along the simulated run,
         x_{k+1} = exp(A_k h) x_k + (int_0^h exp(A_k s) ds) b_k w_k,      x = (dn, dv, dU).
@@ -38,6 +39,7 @@ __all__ = ["block_evidence"]
 Array = NDArray[np.float64]
 _STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
 _THROTTLE_STEP = 1e-3  # [V]
+_JUMPS = (-0.4, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slope
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 
 
@@ -124,7 +126,14 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
     time = np.linspace(0.0, 1.0, basis.shape[1])
     when = np.array([np.ones_like(time), time, *(time >= k / 8.0 for k in range(1, 8))], dtype=np.float64)
     late = {name: np.gradient(happened.outputs[name], dt) * when for name in names}
-    yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names)])
+    jumped = {name: np.vstack([_shifted(happened.outputs[name], dt, by) * when[2:] for by in _JUMPS]) for name in names}
+    yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names), rows(jumped)])
+
+
+def _shifted(values: Array, dt: float, by: float) -> Array:
+    """Return by how much values every `dt` [s] differ from those of `by` [s] before."""
+    time = dt * np.arange(values.size)
+    return np.asarray(np.interp(time - by, time, values) - values)
 
 
 def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import Fitted, fit
@@ -25,6 +26,7 @@ _EXAMINED = 4
 _AIR_BESIDE = 20.0
 _TURNS = 3
 _SAME_NOISE = 0.04
+_STRAINED = 1e-3
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,12 +92,12 @@ def investigate(
     screened = rated(none.fitted, noise, trials)
     ranked = _singles(none, screened, with_ventilation, _from_stated(none, trials))
     leading = _best(none, ranked)
-    if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
+    if leading.suspects and _leaves_something(leading):
         again = _retried(leading)
         if again is not leading:
             ranked = _examined([again, *ranked[1:]], noise)
             leading = _best(none, ranked)
-    if leading.suspects and leading.unexplained is not None and leading.unexplained.evidence > 1.0:
+    if leading.suspects and (_leaves_something(leading) or _strains(leading)):
         progress("pairs")
         pairs = _pairs(none, ranked, suspects)
         if with_ventilation and leading.suspects[0].effect != "ventilation":
@@ -121,6 +123,17 @@ def _none(problem: Problem, noise: NoiseModel, x: Array) -> Candidate:
 
 def _best(none: Candidate, ranked: Sequence[Candidate]) -> Candidate:
     return ranked[0] if ranked and ranked[0].evidence > 0.0 else none
+
+
+def _leaves_something(candidate: Candidate) -> bool:
+    return candidate.unexplained is not None and candidate.unexplained.evidence > 1.0
+
+
+def _strains(candidate: Candidate) -> bool:
+    """Tell whether parameters had to leave their deviations farther than chance does: a second effect may pull."""
+    count = len(candidate.fitted.problem.names)
+    moved = candidate.fitted.x[:count]
+    return float(moved @ moved) > chi2.isf(_STRAINED, count)
 
 
 def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> tuple[Candidate, list[Candidate]]:
@@ -152,8 +165,7 @@ def _singles(
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted, most evidence first."""
     singles = [
-        _unstretched(_candidate((s.suspect,), s, none), stated.get(s.suspect.key), none)
-        for s in _promising(screened, _SINGLES)
+        _unstretched(_candidate(none, s), stated.get(s.suspect.key), none) for s in _promising(screened, _SINGLES)
     ]
     if with_ventilation:
         singles += _with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
@@ -177,16 +189,17 @@ def _promising(screened: Sequence[Screened], most: int) -> list[Screened]:
     return [*kept, *more]
 
 
-def _candidate(
-    group: tuple[Suspect, ...],
-    screened: Screened,
-    none: Candidate,
-) -> Candidate:
-    """Return a refitted hypothesis."""
-    noise = none.noise
-    start = np.concatenate((screened.anchor.x, refined(screened, noise).sizes))
-    fitted = fit(screened.problem, noise, start, iterations=25, near=screened.anchor)
-    return Candidate(suspects=group, fitted=fitted, evidence=fitted.evidence - none.fitted.evidence, noise=noise)
+def _candidate(on: Candidate, screened: Screened) -> Candidate:
+    """Return a hypothesis with one more suspect, refitted."""
+    start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
+    fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
+    return replace(
+        on,
+        suspects=(*on.suspects, screened.suspect),
+        fitted=fitted,
+        evidence=on.evidence + fitted.evidence - on.fitted.evidence,
+        unexplained=None,
+    )
 
 
 def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screened]:
@@ -204,7 +217,7 @@ def _unstretched(candidate: Candidate, stated: Screened | None, none: Candidate)
     nuisances = candidate.fitted.x[: candidate.fitted.problem.nuisances]
     if stated is None or np.max(np.abs(nuisances), initial=0.0) < STRETCHED:
         return candidate
-    again = _candidate(candidate.suspects, stated, none)
+    again = _candidate(none, stated)
     return again if again.fitted.cost < candidate.fitted.cost - 1.0 else candidate
 
 
@@ -265,21 +278,18 @@ def _pairs(
     found: dict[frozenset[str], Candidate] = {}
     noise = none.noise
 
-    def extend(single: Candidate, most: int) -> None:
-        others = [s for s in suspects if s.effect != single.suspects[0].effect]
-        screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
-        for each in screened[:most]:
-            group = (*single.suspects, each.suspect)
-            key = frozenset(s.key for s in group)
-            if each.criterion <= 0.0:
-                continue
-            candidate = _candidate(group, each, none)
+    def keep(candidates: Sequence[Candidate]) -> None:
+        for candidate in candidates:
+            key = frozenset(candidate.keys)
             if key not in found or candidate.evidence > found[key].evidence:
                 found[key] = candidate
 
-    usable = [s for s in singles if s.suspects[0].effect != "ventilation"]
-    for single in usable[:1]:
-        extend(single, _PAIRS)
+    def extend(single: Candidate) -> None:
+        others = [s for s in suspects if s.effect != single.suspects[0].effect]
+        screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
+        keep([_candidate(single, each) for each in screened[:_PAIRS] if each.criterion > 0.0])
+
+    extend(singles[0])
     if found:
         best = max(found.values(), key=lambda c: c.evidence)
         second = best.suspects[1]
@@ -287,8 +297,12 @@ def _pairs(
         if alone is None:
             x = np.concatenate((none.fitted.x, best.fitted.x[-len(second.slots) :]))
             fitted = fit(none.fitted.problem.with_effects(second.slots), noise, x)
-            alone = replace(none, suspects=(second,), fitted=fitted)
-        extend(alone, _PAIRS)
+            evidence = fitted.evidence - none.fitted.evidence
+            alone = replace(none, suspects=(second,), fitted=fitted, evidence=evidence)
+        if best.suspects[0].effect == "ventilation":
+            keep(_with_air(alone))  # gates decoded without the second effect have patched what it leaves
+        else:
+            extend(alone)
     return list(found.values())
 
 

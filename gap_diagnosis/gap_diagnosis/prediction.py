@@ -34,6 +34,8 @@ Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
 _FINER = 5
+_READ_STEP = 3.5e-3  # [s], between which a reading at an instant of its own is interpolated
+_SHIFTED = {"command_delay", "log_alignment", "flow_delay", "clock_drift"}  # they move instants of reading
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
@@ -50,10 +52,19 @@ class Situation:
 
 
 class Simulated(NamedTuple):
-    """Plant outputs by signal, every `dt` [s], each (N + 1,), and the acting throttle [V]."""
+    """What happened in the plant.
+
+    Attributes:
+        outputs: by signal, each (N + 1,), every `dt` of the experiment.
+        throttle: acting [V], (N + 1,).
+        dense: the outputs `finer` times as often, each (finer N + 1,), to be read at any instant.
+        finer: 1 or more.
+    """
 
     outputs: dict[str, Array]
     throttle: Array
+    dense: dict[str, Array]
+    finer: int
 
 
 def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
@@ -61,6 +72,8 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
     experiment = recording.experiment
     # What the lag makes of a step is a curve: its stairs must be fine, or the plant's ramp limit sees steps.
     finer = _FINER if "command_lag" in sizes else 1
+    if _SHIFTED & set(sizes):
+        finer = max(finer, int(np.ceil(experiment.dt / _READ_STEP)))
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
         if effect.id == "throttle_rate_limit":
@@ -80,8 +93,9 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
         effects=effect_values(in_plant) if in_plant else NO_EFFECTS,
         gates=np.repeat(situation.gates, finer),
     )
-    outputs = {name: getattr(trajectory, s.plant_output)[::finer] for name, s in SIGNALS.items()}
-    return Simulated(outputs, trajectory.u[::finer])
+    dense = {name: getattr(trajectory, s.plant_output) for name, s in SIGNALS.items()}
+    outputs = {name: values[::finer] for name, values in dense.items()}
+    return Simulated(outputs, trajectory.u[::finer], dense, finer)
 
 
 def predict(
@@ -93,14 +107,12 @@ def predict(
     result = {}
     sensors = _of("sensor", sizes)
     for name, measurement in experiment.measurements.items():
-        values = happened.outputs[name]
+        values, dt = happened.dense[name], experiment.dt / happened.finer
         for effect in sensors:
             if name in effect.channel.split() and effect.id != "flow_delay":
-                values = np.asarray(
-                    effect.samples(values, happened.outputs, experiment.dt, None, **_sized(effect, sizes))
-                )
+                values = np.asarray(effect.samples(values, happened.dense, dt, None, **_sized(effect, sizes)))
         at = true_time(name, measurement.time, sizes, situation.shifts)
-        result[name] = seen(values, experiment.dt, at, measurement.width)
+        result[name] = seen(values, dt, at, measurement.width)
         offset = situation.shifts.offsets.get(name, 0.0)
         if offset:
             result[name] += offset * (np.clip(result[name], -1.0, 1.0) if name == "speed" else 1.0)
