@@ -30,6 +30,7 @@ LEAST_GAIN = 8.0
 _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _ROUNDS = 3
+_LITTLE = 0.01  # share of thrust
 
 
 class _Decoded(NamedTuple):
@@ -59,7 +60,8 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
     near = base
     shares: tuple[float, ...] = _SHARES
     for _ in range(_ROUNDS):
-        decoded = _decoded(problem, series, speeds, in_water, deviation, shares, _ONSETS)
+        falls = _falls(problem, slots, near.x[: base.x.size], in_water)
+        decoded = _decoded(problem, series, speeds, in_water, falls, deviation, shares, _ONSETS)
         if decoded is None or decoded.gain < max(least, LEAST_GAIN):
             break
         posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
@@ -77,6 +79,17 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
         share = fitted.problem.sizes(fitted.x)["ventilation"]["share"]
         shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
     return best
+
+
+def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:
+    """Return by how much readings change for each share that air takes, were there air all the time, shape (R,).
+
+    That is not the thrust that is read: a load cell's offset and accelerated water stay.
+    """
+    air = tuple(np.zeros(recording.experiment.throttle.size) for recording in problem.recordings)
+    posed = problem.with_effects((*problem.slots, *slots), air)
+    sizes = [_LITTLE / slots[0].width, slots[1].lower / slots[1].width]
+    return (posed.predicted(np.concatenate((x, sizes))) - in_water) / _LITTLE
 
 
 def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: tuple[Array, ...]) -> bool:
@@ -143,6 +156,7 @@ def _decoded(
     series: list[Series],
     speeds: dict[int, Series],
     in_water: Array,
+    falls: Array,
     deviation: float,
     shares: tuple[float, ...],
     onsets: tuple[float, ...],
@@ -155,16 +169,17 @@ def _decoded(
         experiment = problem.recordings[each.recording].experiment
         time = experiment.measurements["thrust"].time
         speed = np.interp(time, experiment.measurements["speed"].time, in_water[speeds[each.recording].rows])
-        thrust, known = in_water[each.rows], problem.known[each.rows]
+        known = problem.known[each.rows]
         period = float(np.median(np.diff(time)))
         grid = experiment.dt * np.arange(experiment.throttle.size)
         place = np.clip(np.searchsorted(time - 0.5 * period, grid, side="right") - 1, 0, time.size - 1)
-        residual = np.where(known, problem.measured[each.rows] - thrust, 0.0)
-        prepared.append((each.recording, np.abs(speed), thrust, residual, known, np.log(RATE * period), place))
+        residual = np.where(known, problem.measured[each.rows] - in_water[each.rows], 0.0)
+        fall = np.where(known, falls[each.rows], 0.0)
+        prepared.append((each.recording, np.abs(speed), fall, residual, np.log(RATE * period), place))
     for share, onset in product(shares, onsets):
         gates, gain, changes = list(empty), 0.0, 0
-        for recording, speed, thrust, residual, known, change, place in prepared:
-            drop = np.where((speed > onset) & known, -share * thrust, 0.0)
+        for recording, speed, fall, residual, change, place in prepared:
+            drop = np.where(speed > onset, share * fall, 0.0)
             states, worth, switched = _viterbi((residual * drop - 0.5 * drop**2) / deviation**2, change)
             gain, changes = gain + worth, changes + switched
             gates[recording] = 1.0 - states[place].astype(np.float64)

@@ -92,6 +92,20 @@ def test_two_effects_are_both_named():
     assert {claim.effect for claim in found.verdict.claims} == set(effects)
 
 
+def test_a_second_effect_that_only_strains_the_parameters_is_named_too():
+    effects = {"entrained_water": {"impulse": 0.004}, "tach_scale": {"share": 0.2}}
+    stated, recordings = campaign(effects, seed=4)
+    found = diagnose(recordings, stated)
+    assert {claim.effect for claim in found.verdict.claims} == set(effects)
+
+
+def test_an_effect_beside_air_is_named_too():
+    effects = {"ventilation": {"share": 0.4, "onset": 60.0}, "entrained_water": {"impulse": 0.008}}
+    stated, recordings = campaign(effects, seed=4)
+    found = diagnose(recordings, stated)
+    assert {claim.effect for claim in found.verdict.claims} == set(effects)
+
+
 def test_exact_twins_are_one_group():
     stated, recordings = campaign({"command_delay": {"time": 0.1}}, seed=8)
     (claim,) = diagnose(recordings, stated).verdict.claims
