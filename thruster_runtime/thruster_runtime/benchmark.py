@@ -1,13 +1,17 @@
 """How long a `state` takes to become a `throttle`, for thrusters with an observer and an inner loop each.
 
-Arrangements: all nodes in one process with the events executor; a process for the two of each thruster; a process for
-each node. In all of them what plays the bench is another process, which publishes state, flow and set point of all
-thrusters and receives the throttles. As a real device would, it does not catch up with a tick that it missed.
+Arrangements: all nodes in one process with the events executor; one for each half of the thrusters; a process for the
+two nodes of each thruster; a process for each node. In all of them what plays the bench is another process, which
+publishes state, flow and set point of all thrusters and receives the throttles. As a real device would, it does not
+catch up with a tick that it missed.
+
+Beside them stands what the machine itself needs: a datagram for each thruster to another process and back.
 """
 
 from __future__ import annotations
 
 import os
+import socket
 import subprocess
 import sys
 import tempfile
@@ -30,9 +34,9 @@ from thruster_runtime.executors import make_executor
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import format_of, listen
 
-__all__ = ["ARRANGEMENTS", "Figures", "Row", "lockstep", "main", "real_time", "rows"]
+__all__ = ["ARRANGEMENTS", "Figures", "Row", "echo", "lockstep", "main", "real_time", "rows"]
 
-ARRANGEMENTS = ("one process", "per thruster", "per node")
+ARRANGEMENTS = ("one process", "two processes", "per thruster", "per node")
 """What shares a process."""
 
 THRUSTERS = 6
@@ -138,7 +142,10 @@ def _groups(arrangement: str, thrusters: int, simulated: bool) -> list[list[dict
         for i in range(thrusters)
         for name, kind in _CLASSES.items()
     ]
-    size = {"one process": len(entries), "per thruster": len(_CLASSES), "per node": 1}[arrangement]
+    half = len(_CLASSES) * ((thrusters + 1) // 2)
+    size = {"one process": len(entries), "two processes": half, "per thruster": len(_CLASSES), "per node": 1}[
+        arrangement
+    ]
     return [entries[k : k + size] for k in range(0, len(entries), size)]
 
 
@@ -213,11 +220,54 @@ def real_time(arrangement: str, *, seconds: float = 5.0, domain_id: int = 40) ->
             used = _cpu(pids) - before
             for stamp, instants in sent.items():
                 latencies += [bench.came[i, stamp] - at for i, at in enumerate(instants) if (i, stamp) in bench.came]
-            latencies.sort()
             lost = 1.0 - len(latencies) / (len(sent) * THRUSTERS)
-            median, p99 = (latencies[int(share * (len(latencies) - 1))] for share in (0.5, 0.99))
+            median, p99 = _median_and_p99(latencies)
             found.append(Figures(rate, median, p99, used / len(sent) / (len(_CLASSES) * THRUSTERS), lost))
     return found
+
+
+_ECHO = """
+import socket
+with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+    port.bind(("127.0.0.1", 0))
+    print(port.getsockname()[1], flush=True)
+    while True:
+        port.sendto(*port.recvfrom(64))
+"""
+
+
+def echo(rate: float, *, seconds: float = 5.0) -> tuple[float, float]:
+    """Return the median and the 99th percentile [s] of a bare datagram to another process and back.
+
+    As many go out at each tick of `rate` [Hz] as there are thrusters.
+    """
+    with (
+        subprocess.Popen([sys.executable, "-c", _ECHO], stdout=subprocess.PIPE, text=True) as process,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port,
+    ):
+        try:
+            assert process.stdout is not None
+            port.connect(("127.0.0.1", int(process.stdout.readline())))
+            port.settimeout(_LONGEST_ANSWER)
+            latencies = []
+            for _ in range(int(seconds * rate)):
+                due = time.perf_counter() + 1.0 / rate
+                sent = []
+                for _ in range(THRUSTERS):
+                    sent.append(time.perf_counter())
+                    port.send(bytes(64))
+                for at in sent:
+                    port.recv(64)
+                    latencies.append(time.perf_counter() - at)
+                time.sleep(max(due - time.perf_counter(), 0.0))
+        finally:
+            process.kill()
+    return _median_and_p99(latencies)
+
+
+def _median_and_p99(latencies: list[float]) -> tuple[float, float]:
+    ordered = sorted(latencies)
+    return ordered[int(0.5 * (len(ordered) - 1))], ordered[int(0.99 * (len(ordered) - 1))]
 
 
 def lockstep(arrangement: str, *, thrusters: int = THRUSTERS, periods: int = 500, domain_id: int = 41) -> float:
@@ -239,7 +289,7 @@ def lockstep(arrangement: str, *, thrusters: int = THRUSTERS, periods: int = 500
 
 def rows(seconds: float = 5.0, periods: int = 500) -> list[Row]:
     """Compare all nodes in one process with a process each."""
-    one, _, each = ARRANGEMENTS
+    one, *_, each = ARRANGEMENTS
     found = []
     for thrusters, what in ((1, "one thruster"), (THRUSTERS, "six thrusters")):
         ours, plain = (lockstep(arrangement, thrusters=thrusters, periods=periods) for arrangement in (one, each))
@@ -250,11 +300,18 @@ def rows(seconds: float = 5.0, periods: int = 500) -> list[Row]:
         found.append(Row(f"state to throttle {at}, median", 1e6 * a.median, 1e6 * b.median, "us"))
         found.append(Row(f"state to throttle {at}, 99 %", 1e6 * a.p99, 1e6 * b.p99, "us"))
         found.append(Row(f"CPU of a node per tick {at}", 1e6 * a.cpu, 1e6 * b.cpu, "us"))
+        machine = echo(a.rate, seconds=seconds)[1]
+        found.append(Row(f"state to throttle {at}, 99 %, and a bare datagram", 1e6 * a.p99, 1e6 * machine, "us"))
     return found
 
 
 def main() -> None:
-    """Print the figures of every arrangement."""
+    """Print the figures of the machine and of every arrangement."""
+    for rate in RATES:
+        median, p99 = echo(rate)
+        sys.stdout.write(
+            f"bare datagram {rate:>4.0f} Hz: there and back {1e3 * median:6.2f} ms, 99 % {1e3 * p99:7.2f} ms\n"
+        )
     for arrangement in ARRANGEMENTS:
         one, six = (lockstep(arrangement, thrusters=thrusters) for thrusters in (1, THRUSTERS))
         sys.stdout.write(f"{arrangement:<14}in lockstep at 25 Hz: {one:.1f} x real time, six thrusters {six:.1f} x\n")

@@ -30,6 +30,7 @@ from thruster_runtime.executors import (
     make_executor,
     unsuitable_callbacks,
 )
+from thruster_runtime.simulated_time import share_clock
 
 STOPPED, REFUSED = 0, 2
 
@@ -100,6 +101,7 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
         for build in builds:
             nodes.append(build())
             destroyed.callback(nodes[-1].destroy_node)
+        share_clock(nodes)
         kinds = {_executor_kind(node) for node in nodes}
         if len(kinds) != 1:
             raise StartRefused(f"executor: expected one kind for all nodes of a process; found {', '.join(kinds)}")
