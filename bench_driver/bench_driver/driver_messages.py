@@ -1,7 +1,8 @@
-"""What the driver measures and sends, as messages; the conversion from counts is the protocol's."""
+"""What the driver measures and sends, as records; the conversion from counts is the protocol's."""
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
@@ -12,47 +13,49 @@ from bench_driver.driver_settings import LoadCell
 from bench_driver.link_records import Sent
 from bench_driver.text_protocol import flow_from_count, speed_from_count
 from thruster_msgs.msg import FlowVelocity, LoadCellGauges, Throttle, ThrusterState
+from thruster_runtime.records import format_of
+from thruster_runtime.stamps import NANOSECONDS
 
 __all__ = ["flow", "gauges", "load", "state", "throttle_sent"]
 
 
-def _header(stamp: int, thruster: int) -> Header:
-    time = Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
-    return Header(stamp=time, frame_id=f"thruster_{thruster}")
+_STATE, _FLOW, _LOAD, _THROTTLE = map(format_of, (ThrusterState, FlowVelocity, WrenchStamped, Throttle))
 
 
-def state(stamp: int, thruster: int, found: Measurement) -> ThrusterState:
+def _frame(thruster: int) -> str:
+    return f"thruster_{thruster}"
+
+
+def state(stamp: int, thruster: int, found: Measurement) -> Any:
     """Return the speed's magnitude: the tachometer knows no direction."""
-    return ThrusterState(
-        header=_header(stamp, thruster), n=speed_from_count(found.tachometer_counts[thruster]),
+    return _STATE.record(
+        stamp, _frame(thruster), n=speed_from_count(found.tachometer_counts[thruster]),
         sign_source=ThrusterState.SIGN_UNKNOWN, supply_voltage=math.nan, current=math.nan,
     )  # fmt: skip
 
 
-def flow(stamp: int, thruster: int, found: Measurement) -> FlowVelocity:
+def flow(stamp: int, thruster: int, found: Measurement) -> Any:
     """Return the ambient flow that the velocimeter's analogue output tells."""
-    return FlowVelocity(
-        header=_header(stamp, thruster), axial=math.nan, ambient=flow_from_count(found.flow_counts[thruster]),
+    return _FLOW.record(
+        stamp, _frame(thruster), axial=math.nan, ambient=flow_from_count(found.flow_counts[thruster]),
         quality=math.nan, spike=False,
     )  # fmt: skip
 
 
 def gauges(stamp: int, volts: Sequence[float]) -> LoadCellGauges:
-    """Return the load cell's voltages [V]; the force of each leg is not known here."""
-    return LoadCellGauges(header=_header(stamp, 0), voltage=[float(v) for v in volts], force=[math.nan] * len(volts))
+    """Return the load cell's voltages [V], as a message; the force of each leg is not known here."""
+    time = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
+    header = Header(stamp=time, frame_id=_frame(0))
+    return LoadCellGauges(header=header, voltage=[float(v) for v in volts], force=[math.nan] * len(volts))
 
 
-def load(stamp: int, cell: LoadCell, found: Measurement) -> WrenchStamped:
+def load(stamp: int, cell: LoadCell, found: Measurement) -> Any:
     """Return force and moment of a load cell whose matrix is known."""
-    fx, fy, fz, mx, my, mz = map(float, cell.wrench(cell.volts(found.load_counts)))
-    message = WrenchStamped(header=_header(stamp, 0))
-    message.wrench.force.x, message.wrench.force.y, message.wrench.force.z = fx, fy, fz
-    message.wrench.torque.x, message.wrench.torque.y, message.wrench.torque.z = mx, my, mz
-    return message
+    return _LOAD.record(stamp, _frame(0), *map(float, cell.wrench(cell.volts(found.load_counts))))
 
 
-def throttle_sent(stamp: int, thruster: int, sent: Sent | None) -> Throttle:
+def throttle_sent(stamp: int, thruster: int, sent: Sent | None) -> Any:
     """Return what was commanded and sent; NaN both where nothing was."""
     commanded = math.nan if sent is None else sent.commanded[thruster]
     throttle = math.nan if sent is None else sent.throttles[thruster]
-    return Throttle(header=_header(stamp, thruster), commanded=commanded, sent=throttle)
+    return _THROTTLE.record(stamp, _frame(thruster), commanded=commanded, sent=throttle)

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
@@ -27,7 +28,7 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.diagnostics import Level as Word
 from thruster_runtime.node_main import run_node
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamps import nanoseconds
+from thruster_runtime.records import RecordPublisher, listen
 
 __all__ = ["Driver", "main"]
 
@@ -59,20 +60,20 @@ class Driver(Node):
         self._flows = [self._topic(FlowVelocity, i, "flow") for i in thrusters]
         self._sent = [self._topic(Throttle, i, "throttle_sent") for i in thrusters]
         if self._settings.protocol == "frames":
-            self._gauges = self._topic(LoadCellGauges, 0, "gauges")
+            self._gauges = self.create_publisher(LoadCellGauges, "thruster_0/gauges", RELIABLE)
             if self._settings.load_cell.matrix is not None:
                 self._load = self._topic(WrenchStamped, 0, "load")
         self._pace: LockstepPace | RealTimePace
         if self._settings.lockstep:
             self._pace = LockstepPace(self._settings, self._link, monotonic, open_port)
-            self.create_subscription(ClockMessage, "/clock", self._on_clock, RELIABLE)
+            listen(self, ClockMessage, "/clock", self._on_clock)
         else:
             stamps = self.get_clock()
             self._pace = RealTimePace(
                 self._settings, self._link, monotonic, lambda: int(stamps.now().nanoseconds), open_port
             )
         for i in thrusters:
-            self.create_subscription(Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i), RELIABLE)
+            listen(self, Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i))
         self.create_timer(self._settings.poll, self.look, clock=wall)
         self.create_timer(_DIAGNOSE, self.report, clock=wall)
 
@@ -82,17 +83,17 @@ class Driver(Node):
         if self._link.sent is not None:
             self._tell(int(self.get_clock().now().nanoseconds), self._link.sent)
 
-    def _topic(self, kind: type, thruster: int, name: str):  # type: ignore[no-untyped-def]
-        return self.create_publisher(kind, f"thruster_{thruster}/{name}", RELIABLE)
+    def _topic(self, kind: type, thruster: int, name: str) -> RecordPublisher:
+        return RecordPublisher(self, kind, f"thruster_{thruster}/{name}")
 
-    def _on_clock(self, message: ClockMessage) -> None:
+    def _on_clock(self, tick: Any) -> None:
         assert isinstance(self._pace, LockstepPace)
-        for stamp, sent in self._pace.tick(nanoseconds(message.clock)):
+        for stamp, sent in self._pace.tick(tick.clock):
             self._tell(stamp, sent)
         self.look()
 
-    def _on_throttle(self, thruster: int, message: Throttle) -> None:
-        self._pace.command(nanoseconds(message.header.stamp), thruster, message.commanded)
+    def _on_throttle(self, thruster: int, throttle: Any) -> None:
+        self._pace.command(throttle.stamp, thruster, throttle.commanded)
         if self._settings.lockstep:
             self.look()
 

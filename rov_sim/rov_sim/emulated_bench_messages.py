@@ -1,36 +1,25 @@
-"""What the emulated bench knows of its thruster and what its load cell tells, as messages."""
+"""What the emulated bench knows of its thruster and what its load cell tells, as records."""
 
-import math
+from math import nan
+from typing import Any
 
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
-from std_msgs.msg import Header
 
 from rov_sim.emulated_bench import BenchTruth, MeanThrust
 from thruster_msgs.msg import ThrusterTruth
+from thruster_runtime.records import format_of
 
-__all__ = ["load", "time", "truth"]
+__all__ = ["load", "truth"]
 
 _FRAME = "thruster_0"
+_TRUTH, _LOAD = map(format_of, (ThrusterTruth, WrenchStamped))
 
 
-def time(stamp: int) -> Time:
-    """Return an instant [ns] as a message."""
-    return Time(sec=stamp // 1_000_000_000, nanosec=stamp % 1_000_000_000)
-
-
-def truth(stamp: int, now: BenchTruth) -> ThrusterTruth:
+def truth(stamp: int, now: BenchTruth) -> Any:
     """Return the true states."""
-    return ThrusterTruth(
-        header=Header(stamp=time(stamp), frame_id=_FRAME), n=now.n, axial=now.v, ambient=now.U, thrust=now.T,
-        torque=now.Q, throttle=now.u,
-    )  # fmt: skip
+    return _TRUTH.record(stamp, _FRAME, n=now.n, axial=now.v, ambient=now.U, thrust=now.T, torque=now.Q, throttle=now.u)
 
 
-def load(stamp: int, mean: MeanThrust) -> WrenchStamped:
+def load(stamp: int, mean: MeanThrust) -> Any:
     """Return the thrust that the load cell tells; the other axes are not simulated."""
-    message = WrenchStamped(header=Header(stamp=time(stamp), frame_id=_FRAME))
-    message.wrench.force.x = mean.told
-    for vector, axis in (("force", "y"), ("force", "z"), ("torque", "x"), ("torque", "y"), ("torque", "z")):
-        setattr(getattr(message.wrench, vector), axis, math.nan)
-    return message
+    return _LOAD.record(stamp, _FRAME, mean.told, nan, nan, nan, nan, nan)

@@ -29,12 +29,12 @@ from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, Thruster
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import refused
-from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamps import nanoseconds
+from thruster_runtime.records import RecordPublisher, format_of, listen
 
 __all__ = ["EmulatedBenchNode", "main"]
 
 DRIVER = "thruster_0/throttle_sent"
+_CLOCK = format_of(ClockMessage)
 _TYPES = {
     "throttle_sent": Throttle, "throttle": Throttle, "estimate": ThrusterEstimate, "state": ThrusterState,
     "flow": FlowVelocity, "thrust_setpoint": ThrustSetpoint, "recorded": Header,
@@ -58,15 +58,15 @@ class EmulatedBenchNode(Node):
         self._period = round(1e9 * self._given.device.period)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = Diagnostics(self, hardware_id=self.bench.port, clock=wall)
-        self._truth = self.create_publisher(ThrusterTruth, "thruster_0/truth", RELIABLE)
-        self._load = self.create_publisher(WrenchStamped, "daq/thruster_0/load", RELIABLE)
+        self._truth = RecordPublisher(self, ThrusterTruth, "thruster_0/truth")
+        self._load = RecordPublisher(self, WrenchStamped, "daq/thruster_0/load")
         self._tick = 0  # [ns]; 0: time has not begun
         self._seen: dict[str, int] = {}
         self._expecting = False
         self._since = self._monotonic()
         self._ready_since = math.inf
         if self._lockstep:
-            self._clock_topic = self.create_publisher(ClockMessage, "/clock", RELIABLE)
+            self._clock_topic = RecordPublisher(self, ClockMessage, "/clock")
             self._participants = tuple(dict.fromkeys((DRIVER, *self._given.participants)))
             for name in self._participants:
                 kind = _TYPES.get(name.rpartition("/")[2])
@@ -74,7 +74,7 @@ class EmulatedBenchNode(Node):
                     known = ", ".join(_TYPES)
                     self.bench.close()
                     raise refused(self, [f"participants: expected topics that end in one of {known}; found {name!r}"])
-                self.create_subscription(kind, name, partial(self._on_done, name), RELIABLE)
+                listen(self, kind, name, partial(self._on_done, name))
         self.create_timer(_POLL[self._lockstep], self._step if self._lockstep else self._catch_up, clock=wall)
         self.create_timer(0.1, self._report, clock=wall)
         self.get_logger().info(f"port: {self.bench.port}")
@@ -85,11 +85,10 @@ class EmulatedBenchNode(Node):
 
     # In lockstep
 
-    def _on_done(self, name: str, message: Any) -> None:
-        stamp = message.stamp if isinstance(message, Header) else message.header.stamp
-        self._seen[name] = nanoseconds(stamp)
-        if name == DRIVER and self._seen[name] == self._tick:
-            self._expecting = math.isfinite(message.sent)
+    def _on_done(self, name: str, record: Any) -> None:
+        self._seen[name] = record.stamp
+        if name == DRIVER and record.stamp == self._tick:
+            self._expecting = math.isfinite(record.sent)
         self._step()
 
     def waiting_for(self) -> list[str]:
@@ -127,7 +126,7 @@ class EmulatedBenchNode(Node):
         self._tick += self._period
         self._expecting, self._since = False, self._monotonic()
         self._tell(self._tick)
-        self._clock_topic.publish(ClockMessage(clock=messages.time(self._tick)))
+        self._clock_topic.publish(_CLOCK.record(clock=self._tick))
 
     # In real time
 

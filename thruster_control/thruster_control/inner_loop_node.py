@@ -20,8 +20,7 @@ from thruster_runtime.diagnostics import Level
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
-from thruster_runtime.qos import RELIABLE
-from thruster_runtime.records import format_of, listen
+from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
 
 __all__ = ["InnerLoopNode", "main"]
@@ -73,7 +72,7 @@ class InnerLoopNode(Node):
         self._frame_id = ""
         self._join = TriggeredJoin("trigger", inputs)
         self._health = JoinHealth(self, self._join)
-        self._throttles = self.create_publisher(Throttle, f"{prefix}/throttle", RELIABLE)
+        self._throttles = RecordPublisher(self, Throttle, f"{prefix}/throttle")
         listen(self, ThrustSetpoint, f"{prefix}/thrust_setpoint", self._on_setpoint)
         if ready.strategy.observer == "none":
             listen(self, ThrusterState, f"{prefix}/state", self._on_state)
@@ -82,10 +81,8 @@ class InnerLoopNode(Node):
 
     def on_stop(self) -> None:
         """Command zero."""
-        message = Throttle(commanded=0.0, sent=nan)
-        message.header.stamp = self.get_clock().now().to_msg()
-        message.header.frame_id = self._frame_id
-        self._throttles.publish(message)
+        stamp = self.get_clock().now().nanoseconds
+        self._throttles.publish(_THROTTLE.record(stamp=stamp, frame_id=self._frame_id, commanded=0.0, sent=nan))
 
     def _on_setpoint(self, setpoint: Any) -> None:
         self._take("setpoint", setpoint.stamp, setpoint.thrust)
@@ -129,8 +126,7 @@ class InnerLoopNode(Node):
 
     def _publish(self, stamp: int, frame_id: str, out: Output) -> None:
         self._frame_id = frame_id
-        throttle = _THROTTLE.record(stamp=stamp, frame_id=frame_id, commanded=out.u, sent=nan)
-        self._throttles.publish(_THROTTLE.write(throttle))
+        self._throttles.publish(_THROTTLE.record(stamp=stamp, frame_id=frame_id, commanded=out.u, sent=nan))
         self._health.report(stamp, *_WORDS[Status(out.status)])
 
 

@@ -14,8 +14,7 @@ from thruster_msgs.msg import ThrusterState, ThrustSetpoint
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import Parameter, declare
-from thruster_runtime.qos import RELIABLE
-from thruster_runtime.records import format_of, listen
+from thruster_runtime.records import RecordPublisher, format_of, listen
 
 __all__ = ["PARAMETERS", "ReferenceNode", "main"]
 
@@ -56,7 +55,7 @@ class ReferenceNode(Node):
         self._last = 0
         self._diagnostics = Diagnostics(self)
         prefix = f"thruster_{values['thruster']}"
-        self._set_points = self.create_publisher(ThrustSetpoint, f"{prefix}/thrust_setpoint", RELIABLE)
+        self._set_points = RecordPublisher(self, ThrustSetpoint, f"{prefix}/thrust_setpoint")
         if values["trigger"] == "state":
             listen(self, ThrusterState, f"{prefix}/state", self._on_state)
         else:
@@ -80,8 +79,7 @@ class ReferenceNode(Node):
         self._publish(now, self._set_point.thrust(now - self._first))
 
     def _publish(self, stamp: int, thrust: float) -> None:
-        setpoint = _SETPOINT.record(stamp=stamp, frame_id="", thrust=thrust)
-        self._set_points.publish(_SETPOINT.write(setpoint))
+        self._set_points.publish(_SETPOINT.record(stamp=stamp, frame_id="", thrust=thrust))
 
 
 def main() -> int:

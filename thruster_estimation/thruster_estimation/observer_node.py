@@ -16,8 +16,7 @@ from thruster_runtime.diagnostics import Level as DiagnosticLevel
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
-from thruster_runtime.qos import RELIABLE
-from thruster_runtime.records import format_of, listen
+from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, newest_within
 
 __all__ = ["ObserverNode", "main"]
@@ -55,7 +54,7 @@ class ObserverNode(Node):
         self._health = JoinHealth(self, self._join)
 
         prefix = f"thruster_{values['thruster']}"
-        self._estimates = self.create_publisher(ThrusterEstimate, f"{prefix}/estimate", RELIABLE)
+        self._estimates = RecordPublisher(self, ThrusterEstimate, f"{prefix}/estimate")
         if uses_flow:
             listen(self, FlowVelocity, f"{prefix}/flow", self._on_flow)
         if values["throttle"] == "sent":
@@ -106,7 +105,7 @@ class ObserverNode(Node):
             stamp=stamp, frame_id=frame_id, n=n, v=v, ambient=U, covariance=covariance_matrix(belief).ravel(),
             estimator=self._name, status=how, reason=why,
         )  # fmt: skip
-        self._estimates.publish(_ESTIMATE.write(estimate))
+        self._estimates.publish(estimate)
         self._health.report(stamp, _WORDS[how], why or "estimating")
 
 

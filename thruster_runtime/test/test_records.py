@@ -18,7 +18,7 @@ from std_msgs.msg import Header
 from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterState, ThrustSetpoint
 from thruster_runtime.executors import EXECUTOR_KINDS, make_executor, spin_until
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.records import UnreadableBytes, UnreadableType, format_of, listen
+from thruster_runtime.records import RecordPublisher, UnreadableBytes, UnreadableType, format_of, listen
 
 texts = st.text(st.characters(min_codepoint=1, exclude_categories=["Cs"]), max_size=20)
 numbers = st.floats(allow_nan=False)
@@ -93,17 +93,20 @@ def test_a_type_with_a_sequence_is_refused_by_its_field() -> None:
 
 
 @pytest.mark.parametrize("kind", EXECUTOR_KINDS)
-def test_a_listener_gets_records(context: Context, kind: str) -> None:
-    node, heard = rclpy.create_node("listener", context=context), []
-    publisher = node.create_publisher(ThrusterState, "state", RELIABLE)
+def test_a_listener_gets_records_and_a_subscription_messages_of_what_is_published(context: Context, kind: str) -> None:
+    node, heard, messages = rclpy.create_node("listener", context=context), [], []
+    publisher = RecordPublisher(node, ThrusterState, "state")
     listen(node, ThrusterState, "state", heard.append)
+    node.create_subscription(ThrusterState, "state", messages.append, RELIABLE)
     executor = make_executor(kind, context=context)
     executor.add_node(node)
-    publishing: Callable[[], bool] = lambda: bool(publisher.get_subscription_count())  # noqa: E731
-    assert spin_until(executor, publishing, 10.0)
-    publisher.publish(ThrusterState(n=60.0, sign_source=ThrusterState.SIGN_MEASURED))
-    assert spin_until(executor, lambda: bool(heard), 10.0)
-    assert (heard[0].n, heard[0].sign_source, heard[0].stamp) == (60.0, ThrusterState.SIGN_MEASURED, 0)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 2, 10.0)
+    message = ThrusterState(n=60.0, sign_source=ThrusterState.SIGN_MEASURED, supply_voltage=12.0)
+    message.header.stamp.sec, message.header.frame_id = 3, "thruster_0"
+    record = of(ThrusterState, message)
+    publisher.publish(record)
+    assert spin_until(executor, lambda: bool(heard) and bool(messages), 10.0)
+    assert (heard, messages) == ([record], [message])
     executor.remove_node(node)
     executor.shutdown()
     node.destroy_node()

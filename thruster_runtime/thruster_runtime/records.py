@@ -30,7 +30,7 @@ from thruster_runtime.errors import ThrusterRuntimeError
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import NANOSECONDS
 
-__all__ = ["Format", "UnreadableBytes", "UnreadableType", "format_of", "listen"]
+__all__ = ["Format", "RecordPublisher", "UnreadableBytes", "UnreadableType", "format_of", "listen"]
 
 _CODES = {
     "boolean": "?", "octet": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
@@ -72,6 +72,27 @@ def listen(
     """
     read = format_of(kind).read
     return node.create_subscription(kind, topic, lambda data: callback(read(data)), qos, raw=True)
+
+
+class RecordPublisher:
+    """Publishes records on a topic."""
+
+    def __init__(self, node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> None:
+        """Publish for `node`.
+
+        Raises:
+            UnreadableType: of a message type that records cannot hold.
+        """
+        self._write = format_of(kind).write
+        self._publisher = node.create_publisher(kind, topic, qos)
+
+    def publish(self, record: Any) -> None:
+        """Publish a record of the topic's type."""
+        self._publisher.publish(self._write(record))
+
+    def get_subscription_count(self) -> int:
+        """Return how many subscriptions are matched, as rclpy's publisher does."""
+        return int(self._publisher.get_subscription_count())
 
 
 class Format:
