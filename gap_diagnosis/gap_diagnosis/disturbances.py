@@ -38,21 +38,21 @@ __all__ = ["block_evidence"]
 
 Array = NDArray[np.float64]
 _STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
-_THROTTLE_STEP = 1e-3  # [V]
+_THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _JUMPS = (-0.4, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slope
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 
 
 class _Linear(NamedTuple):
     """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
-    (N, 3), d rates and d readings / d throttle, and what a force or a moment does to the rates (N, 3).
+    (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates (N, 3).
     """
 
     transition: Array
     gain: Array
     readings: dict[str, Array]
-    by_throttle: Array
-    readings_by_throttle: dict[str, Array]
+    by_throttle: list[Array]
+    readings_by_throttle: list[dict[str, Array]]
     by_force: Array
     by_moment: Array
 
@@ -114,7 +114,8 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
         return rows(answers)
 
     ones = np.ones((basis.shape[1], 1))
-    yield "command", through(linear.by_throttle, linear.readings_by_throttle)
+    pushes = zip(linear.by_throttle, linear.readings_by_throttle, strict=True)
+    yield "command", np.hstack([through(push, direct) for push, direct in pushes])
     yield "rotor", through(ones * np.array([1.0, 0.0, 0.0]), {})
     force = through(linear.by_force, {"thrust": ones[:, 0]})
     moment = through(linear.by_moment, {"torque": ones[:, 0]})
@@ -155,8 +156,8 @@ def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:
         below = [x - step * (j == k) for j, x in enumerate(state)]
         columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
     by_throttle = [
-        (a - b) / (2.0 * _THROTTLE_STEP)
-        for a, b in zip(at(state, u + _THROTTLE_STEP), at(state, u - _THROTTLE_STEP), strict=True)
+        [(a - b) / (2.0 * step) for a, b in zip(at(state, u + step), at(state, u - step), strict=True)]
+        for step in _THROTTLE_STEPS
     ]
     rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
@@ -176,8 +177,8 @@ def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
         gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
         readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},
-        by_throttle=np.stack(by_throttle[:3], axis=1),
-        readings_by_throttle={name: by_throttle[row] for name, row in _READINGS.items()},
+        by_throttle=[np.stack(slopes[:3], axis=1) for slopes in by_throttle],
+        readings_by_throttle=[{name: slopes[row] for name, row in _READINGS.items()} for slopes in by_throttle],
         by_force=by_force,
         by_moment=np.stack((by_moment, zero, zero), axis=1),
     )

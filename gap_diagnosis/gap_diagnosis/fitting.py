@@ -6,15 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.noise import NoiseModel, white_noise
 from gap_diagnosis.problem import Problem
 
-__all__ = ["Fitted", "fit"]
+__all__ = ["OUTLYING", "Fitted", "fit", "fit_past_jumps"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
 _BORROWED_IS_DONE = 2.0
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
+_ROUNDS = 6
 _TRIES = 8  # dampings tried for a step, each ten times the one before
 
 
@@ -132,6 +133,30 @@ def fit(
         cost=cost,
         evidence=_evidence(problem, cost, jacobian),
     )
+
+
+OUTLYING = 6.0
+"""Standard deviations from which a sample tells of a jump that is predicted at another instant."""
+
+
+def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
+    """Return the fit of predictions that jump where a state passes a threshold, from a start `x`.
+
+    A sample that passes it on the other side than predicted costs more than all the others gain by a step, and holds
+    the fit where it is: such samples are left out until the others have put the threshold right. They stand out of
+    the noise of the samples themselves, not of one that had to make room for them.
+    """
+    own = white_noise(problem.noise_levels)
+    rows: NDArray[np.bool_] | None = None
+    for _ in range(_ROUNDS):
+        white = problem.whitened(own, problem.residuals(x))
+        size = 1.4826 * float(np.median(np.abs(white[problem.known])))
+        kept = np.abs(white) < OUTLYING * max(size, 1.0)
+        if rows is not None and np.array_equal(kept, rows):
+            break
+        rows = kept
+        x = fit(problem, own, x, iterations=5, rows=rows).x
+    return fit(problem, noise, x, iterations=25)
 
 
 def _bend(

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
-from gap_diagnosis.fitting import Fitted, fit
+from gap_diagnosis.fitting import OUTLYING, Fitted, fit, fit_past_jumps
 from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
+from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import STRETCHED, Screened, Trials, rated, refined, tried
 from gap_diagnosis.suspects import Suspect
@@ -104,9 +105,12 @@ def investigate(
             # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
             pairs += [c for c in _with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
         ranked = _examined([*ranked, *pairs], none.noise)
+    for _ in range(_TURNS if ranked and ranked[0].evidence > 0.0 else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
-        if len(ranked[0].suspects) == 2 and not _settled(none.noise, renewed):
-            none, ranked = _again(none, ranked, renewed)
+        if _settled(none.noise, renewed):
+            break
+        progress("noise of what is left")
+        none, ranked = _again(none, ranked, renewed)
     return Investigation(
         none=none,
         candidates=tuple(ranked),
@@ -142,7 +146,9 @@ def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> t
     weighed = []
     for candidate in ranked:
         switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
-        fitted = fit(candidate.fitted.problem, noise, candidate.fitted.x, near=candidate.fitted)
+        problem, x = candidate.fitted.problem, candidate.fitted.x
+        jumps = any(slot.effect in JUMPING for slot in problem.slots)
+        fitted = fit_past_jumps(problem, noise, x) if jumps else fit(problem, noise, x, near=candidate.fitted)
         evidence = fitted.evidence - base.fitted.evidence + switches
         weighed.append(replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None))
     return base, _examined(weighed, noise)
@@ -165,7 +171,8 @@ def _singles(
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted, most evidence first."""
     singles = [
-        _unstretched(_candidate(none, s), stated.get(s.suspect.key), none) for s in _promising(screened, _SINGLES)
+        _unstretched(_candidate(none, s, _likely(s, screened)), stated.get(s.suspect.key), none)
+        for s in _promising(screened, _SINGLES)
     ]
     if with_ventilation:
         singles += _with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
@@ -189,10 +196,12 @@ def _promising(screened: Sequence[Screened], most: int) -> list[Screened]:
     return [*kept, *more]
 
 
-def _candidate(on: Candidate, screened: Screened) -> Candidate:
-    """Return a hypothesis with one more suspect, refitted."""
+def _candidate(on: Candidate, screened: Screened, likely: bool = True) -> Candidate:
+    """Return a hypothesis with one more suspect, refitted; only a likely one is worth starts past its jumps."""
     start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
     fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
+    if likely:
+        fitted = _past_jumps(fitted, on.noise, screened)
     return replace(
         on,
         suspects=(*on.suspects, screened.suspect),
@@ -200,6 +209,26 @@ def _candidate(on: Candidate, screened: Screened) -> Candidate:
         evidence=on.evidence + fitted.evidence - on.fitted.evidence,
         unexplained=None,
     )
+
+
+def _past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
+    """Return a better fit from the parameters as stated, where samples at jumps may hold this one back."""
+    suspect, problem = screened.suspect, screened.problem
+    if suspect.effect not in JUMPING:
+        return fitted
+    stated = np.concatenate((np.zeros(problem.nuisances), screened.anchor.x[problem.nuisances :]))
+    middle = np.median(suspect.grid[:, 0])
+    for sizes in sorted(suspect.grid, key=lambda s: float(abs(s[0] - middle))):
+        white = problem.whitened(white_noise(problem.noise_levels), fitted.residuals)
+        if np.max(np.abs(white)) < OUTLYING:
+            break
+        again = fit_past_jumps(problem, noise, np.concatenate((stated, sizes)))
+        fitted = again if again.cost < fitted.cost else fitted
+    return fitted
+
+
+def _likely(screened: Screened, among: Sequence[Screened]) -> bool:
+    return screened.criterion > 0.5 * among[0].criterion
 
 
 def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screened]:
@@ -244,6 +273,8 @@ def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], w
     for each in screened[:3]:
         start = np.concatenate((each.anchor.x, each.sizes))
         fitted = fit(each.problem, noise, start, near=each.anchor, iterations=10)
+        if _likely(each, screened):
+            fitted = _past_jumps(fitted, noise, each)
         best = fitted if fitted.evidence > best.evidence else best
     return best
 
@@ -255,7 +286,7 @@ def _renewed_noise(best: Fitted, noise: NoiseModel, screened: Sequence[Screened]
     unexplained = discrepancy(best, noise, most=12, more=signatures)
     left = residuals - unexplained.explained
     used = (len(best.x) + len(unexplained.features)) / max(int(np.sum(best.problem.known)), 1)
-    return fit_noise(best.problem.series, left, lost=min(used, 0.5))
+    return fit_noise(best.problem.series, left, min(used, 0.5), best.problem.opaque)
 
 
 def _with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
@@ -287,7 +318,8 @@ def _pairs(
     def extend(single: Candidate) -> None:
         others = [s for s in suspects if s.effect != single.suspects[0].effect]
         screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
-        keep([_candidate(single, each) for each in screened[:_PAIRS] if each.criterion > 0.0])
+        likely = [each for each in screened[:_PAIRS] if each.criterion > 0.0]
+        keep([_candidate(single, each, _likely(each, screened)) for each in likely])
 
     extend(singles[0])
     if found:

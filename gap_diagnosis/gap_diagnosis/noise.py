@@ -89,8 +89,15 @@ def white_noise(levels: dict[str, float]) -> NoiseModel:
     return NoiseModel(signals={name: SignalNoise(innovation=s, marginal=s) for name, s in levels.items()})
 
 
-def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0) -> NoiseModel:
-    """Return the noise that residuals (R,), NaN = missing, have; `lost`: share of freedom that fitting has used up.
+def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0, opaque: Sequence[str] = ()) -> NoiseModel:
+    """Return the noise that residuals (R,), NaN = missing, have.
+
+    Args:
+        series: where the residuals of each signal stand.
+        residuals: shape (R,).
+        lost: share of freedom that fitting has used up.
+        opaque: signals whose residuals are no autoregression (a coarse converter's): white, as large as their memory
+            leaves them worth.
 
     The order of each autoregression is the one of least corrected Akaike criterion up to 4; covariances are pooled
     over recordings.
@@ -100,6 +107,10 @@ def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0) -> 
         pieces = [residuals[each.rows] for each in series if each.signal == name]
         covariance, count = _covariances(pieces, LARGEST_ORDER)
         covariance = covariance / (1.0 - lost)
+        if name in opaque:
+            level = float(np.sqrt(covariance[0] * _memory(pieces)))
+            signals[name] = SignalNoise(innovation=level, marginal=level)
+            continue
         best: tuple[float, tuple[float, ...], float] = (np.inf, (), float(covariance[0]))
         coefficients: Array = np.empty(0)
         variance = covariance[0]
@@ -133,13 +144,15 @@ def _bounded(
     while np.sqrt(variance) * LARGEST_RATIO < marginal:
         a = a * 0.97 ** np.arange(1, order + 1)
         variance = float(covariance[0] - 2.0 * a @ covariance[1 : order + 1] + a @ table @ a)
-    memory = [
-        autocorrelation_time(np.convolve(piece, np.concatenate(([1.0], -a)))[order : piece.size])
-        for piece in pieces
-        if np.sum(np.isfinite(piece)) > 50
-    ]
-    remembered = float(np.sqrt(variance * (np.mean(memory) if memory else 1.0)))
+    left = [np.convolve(piece, np.concatenate(([1.0], -a)))[order : piece.size] for piece in pieces]
+    remembered = float(np.sqrt(variance * _memory(left)))
     return SignalNoise(innovation=min(remembered, marginal), marginal=marginal, coefficients=tuple(float(c) for c in a))
+
+
+def _memory(pieces: Sequence[Array]) -> float:
+    """Return how many samples are worth one."""
+    times = [autocorrelation_time(piece) for piece in pieces if np.sum(np.isfinite(piece)) > 50]
+    return float(np.mean(times)) if times else 1.0
 
 
 def _covariances(pieces: Sequence[Array], order: int) -> tuple[Array, int]:

@@ -18,6 +18,7 @@ from thruster_model.identification.experiment import SIGNALS
 from thruster_model.identification.prediction import Shifts, seen
 
 __all__ = [
+    "JUMPING",
     "LOG_CHANNELS",
     "NO_GATES",
     "Simulated",
@@ -38,6 +39,8 @@ _READ_STEP = 3.5e-3  # [s], between which a reading at an instant of its own is 
 _SHIFTED = {"command_delay", "log_alignment", "flow_delay", "clock_drift"}  # they move instants of reading
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
+JUMPING = {"flow_reversal_loss", "ventilation"}
+"""Effects with which a reading jumps where a state passes a threshold."""
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
 """Parameter of `log_alignment` that concerns a signal."""
 

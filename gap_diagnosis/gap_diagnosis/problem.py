@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.noise import NoiseModel, Series
-from gap_diagnosis.prediction import NO_GATES, Simulated, Situation, Sizes, acts_in_plant, predict, simulated
+from gap_diagnosis.prediction import JUMPING, NO_GATES, Simulated, Situation, Sizes, acts_in_plant, predict, simulated
 from gap_diagnosis.recording import Recording
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
@@ -244,20 +244,37 @@ class Problem:
         return self.measured - self.predicted(x)
 
     def sensitivities(self, x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
-        """Return d predicted / d unknowns by differences inside the ranges, shape (R, K); missing rows are NaN."""
+        """Return d predicted / d unknowns by differences inside the ranges, shape (R, K); missing rows are NaN.
+
+        Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
+        the slopes to either side the smaller one counts, none where they disagree in sign.
+        """
         columns = range(x.size) if columns is None else columns
         happened = self.happened(x)
         here = self.predicted(x, happened=happened)
         result = np.zeros((here.size, len(columns)))
+        jumps = any(slot.effect in JUMPING for slot in self.slots)
         for place, k in enumerate(columns):
-            moved = x.copy()
-            moved[k] += self._inward(k, x[k], step)
-            only = self.situations[k - len(self.names)].recording if len(self.names) <= k < self.nuisances else None
-            there = self.predicted(moved, only, None if self._moves_plant(k) else happened)
-            for each in self.series:
-                if only in (None, each.recording):
-                    result[each.rows, place] = (there[each.rows] - here[each.rows]) / (moved[k] - x[k])
+            inward = self._inward(k, x[k], step)
+            result[:, place] = self._slope(x, k, inward, here, happened)
+            if jumps:
+                other = self._slope(x, k, -0.5 * inward, here, happened)
+                result[:, place] = np.where(np.abs(other) < np.abs(result[:, place]), other, result[:, place]) * (
+                    other * result[:, place] > 0.0
+                )
         result[~self.known] = np.nan
+        return result
+
+    def _slope(self, x: Array, k: int, step: float, here: Array, happened: Sequence[Simulated]) -> Array:
+        """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`."""
+        moved = x.copy()
+        moved[k] += step
+        only = self.situations[k - len(self.names)].recording if len(self.names) <= k < self.nuisances else None
+        there = self.predicted(moved, only, None if self._moves_plant(k) else happened)
+        result = np.zeros(here.size)
+        for each in self.series:
+            if only in (None, each.recording):
+                result[each.rows] = (there[each.rows] - here[each.rows]) / (moved[k] - x[k])
         return result
 
     def _moves_plant(self, k: int) -> bool:
