@@ -45,7 +45,8 @@ _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # 
 
 class _Linear(NamedTuple):
     """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
-    (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates (N, 3).
+    (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates
+    (N, 3).
     """
 
     transition: Array

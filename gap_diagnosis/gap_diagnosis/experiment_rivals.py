@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Programme
 from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.preparing import CELL, DT, held_on_grid
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording

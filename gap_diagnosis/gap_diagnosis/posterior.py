@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.candidate import Candidate
+from gap_diagnosis.investigation import Investigation
 
 __all__ = ["Posterior", "posterior_of"]
 

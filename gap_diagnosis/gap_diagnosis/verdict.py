@@ -5,8 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.fitting import fit
-from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.posterior import Posterior
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.scatter import Scatter

@@ -140,3 +140,9 @@ def test_predictions_are_held_out(coulomb):
     )
     outside = np.abs(problem.measured - coulomb.predictions["retuned"])
     assert np.nanmean(outside**2) != np.nanmean(inside**2)
+
+
+def test_a_coarse_tachometer_is_no_friction():
+    stated, recordings = campaign({"tach_quantization": {"step": 12.4}}, seed=10)
+    claims = diagnose(recordings, stated).verdict.claims
+    assert [claim.effect for claim in claims] == ["tach_quantization"]

@@ -5,7 +5,7 @@ import pytest
 from generated import campaign
 from scipy.optimize import least_squares
 
-from gap_diagnosis.fitting import fit
+from gap_diagnosis.fitting import fit, fit_past_jumps
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.suspects import suspects
@@ -63,3 +63,31 @@ def test_an_effect_without_influence_is_as_uncertain_as_its_range():
     posed = problem.with_effects(listed["throttle_saturation"].slots)
     found = fit(posed, NOISE, posed.start([1.25]), iterations=5)
     assert np.sqrt(found.covariance[-1, -1]) == pytest.approx(1.0 / np.sqrt(12.0), rel=1e-6)
+
+
+@pytest.fixture(scope="module")
+def reversal():
+    problem, listed = problem_of({"flow_reversal_loss": {"share": 0.75}}, seed=13)
+    return problem.with_effects(listed["flow_reversal_loss"].slots)
+
+
+def test_samples_at_a_jump_do_not_hold_a_fit_back(reversal):
+    start = reversal.start([0.35])
+    count = float(np.sum(reversal.known))
+    held = fit(reversal, NOISE, start, iterations=25)
+    found = fit_past_jumps(reversal, NOISE, start)
+    assert held.cost > 2.0 * count
+    assert found.cost == pytest.approx(count, abs=5.0 * np.sqrt(2.0 * count))
+    assert reversal.sizes(found.x)["flow_reversal_loss"]["share"] == pytest.approx(0.75, abs=0.02)
+
+
+def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
+    start, place = reversal.start([0.8]), reversal.names.index("k_w")  # it moves the instants of reversal
+    changes = []
+    for sign in (1.0, -1.0):
+        moved = start.copy()
+        moved[place] += 0.5 * sign
+        changes.append(reversal.predicted(moved) - reversal.predicted(start))
+    jumped = (np.abs(changes[0]) > 1.0) & (np.abs(changes[1]) < 0.2)  # [N] to one side alone
+    assert np.any(jumped)
+    assert np.max(np.abs(reversal.sensitivities(start, [place], 0.05)[jumped])) < 0.5

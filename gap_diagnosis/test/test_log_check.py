@@ -84,3 +84,8 @@ def test_stamps_that_jump_pause_or_wander_do_not_scatter(wander):
 
 def test_regular_stamps_do_not_scatter():
     assert regular_stamps(0.04 * np.arange(100))[1] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_flow_that_climbs_and_falls_all_the_time_has_no_spikes():
+    steep = 0.3 * np.sin(np.arange(750) / 18.0) + 0.006 * np.random.default_rng(7).standard_normal(750)
+    assert np.sum(spikes(steep, 0.006)) <= 2

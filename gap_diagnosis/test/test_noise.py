@@ -61,3 +61,15 @@ def test_signals_are_told_apart():
     rows = np.concatenate((rng.standard_normal(2000), 5.0 * rng.standard_normal(2000)))
     found = fit_noise([series(2000), series(2000, "thrust", 2000)], rows).signals
     assert found["thrust"].innovation / found["speed"].innovation == pytest.approx(5.0, rel=0.1)
+
+
+def test_what_a_coarse_converter_leaves_counts_by_its_memory():
+    speed = 50.0 + 20.0 * np.sin(np.arange(3000) / 200.0)
+    rows = 12.0 * np.round(speed / 12.0) - speed
+    coarse = fit_noise([series(rows.size)], rows, opaque=("speed",)).signals["speed"]
+    assert coarse.coefficients == ()
+    assert coarse.innovation > 2.0 * np.std(rows)
+    white = np.random.default_rng(4).standard_normal(3000)
+    assert fit_noise([series(white.size)], white, opaque=("speed",)).signals["speed"].innovation == pytest.approx(
+        1.0, abs=0.1
+    )

@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.investigation import Candidate, Investigation
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.report.explained import add_explained
 from gap_diagnosis.report.wording import key_of, probability, roomy, title_of, titles_of
 from gap_diagnosis.report.wording import unit as raised

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.investigation import Candidate
 from gap_diagnosis.report.wording import signals_of, titles_of
 from run_bag.report import Cell, Column, Report
 from thruster_model.identification.experiment import SIGNALS

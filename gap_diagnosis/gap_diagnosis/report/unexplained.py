@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.investigation import Candidate
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
 from thruster_model.identification.experiment import SIGNALS

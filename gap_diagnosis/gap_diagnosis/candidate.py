@@ -1,0 +1,146 @@
+"""Hypotheses, fitted: one more suspect, better starts, air, and whether something is left."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import chi2
+
+from gap_diagnosis.discrepancy import Discrepancy, discrepancy
+from gap_diagnosis.fitting import OUTLYING, Fitted, fit, fit_past_jumps
+from gap_diagnosis.noise import NoiseModel, white_noise
+from gap_diagnosis.prediction import JUMPING
+from gap_diagnosis.screening import STRETCHED, Screened, refined
+from gap_diagnosis.suspects import Suspect
+from gap_diagnosis.ventilation import change_cost, ventilated
+
+__all__ = [
+    "LOOKALIKES",
+    "Candidate",
+    "examined",
+    "extended",
+    "is_likely",
+    "leaves_something",
+    "past_jumps",
+    "retried",
+    "strains",
+    "unstretched",
+    "with_air",
+]
+
+LOOKALIKES = 12.0
+"""Units of evidence (logarithm) behind the best within which hypotheses count as its look-alikes."""
+_EXAMINED = 4
+_STRAINED = 1e-3
+
+
+@dataclass(frozen=True, kw_only=True)
+class Candidate:
+    """One hypothesis, fitted: the suspects in it (none: re-tuned parameters alone) and what they leave unexplained.
+
+    `evidence`: logarithm of the probability of the data, above that of the hypothesis without effect.
+    """
+
+    suspects: tuple[Suspect, ...]
+    fitted: Fitted
+    evidence: float
+    noise: NoiseModel
+    unexplained: Discrepancy | None = None
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of the suspects."""
+        return tuple(suspect.key for suspect in self.suspects)
+
+
+def extended(on: Candidate, screened: Screened, likely: bool = True) -> Candidate:
+    """Return a hypothesis with one more suspect, refitted; only a likely one is worth starts past its jumps."""
+    start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
+    fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
+    if likely:
+        fitted = past_jumps(fitted, on.noise, screened)
+    return replace(
+        on,
+        suspects=(*on.suspects, screened.suspect),
+        fitted=fitted,
+        evidence=on.evidence + fitted.evidence - on.fitted.evidence,
+        unexplained=None,
+    )
+
+
+def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
+    """Return a better fit from the parameters as stated, where samples at jumps may hold this one back."""
+    suspect, problem = screened.suspect, screened.problem
+    if suspect.effect not in JUMPING:
+        return fitted
+    stated = np.concatenate((np.zeros(problem.nuisances), screened.anchor.x[problem.nuisances :]))
+    middle = np.median(suspect.grid[:, 0])
+    for sizes in sorted(suspect.grid, key=lambda s: float(abs(s[0] - middle))):
+        white = problem.whitened(white_noise(problem.noise_levels), fitted.residuals)
+        if np.max(np.abs(white)) < OUTLYING:
+            break
+        again = fit_past_jumps(problem, noise, np.concatenate((stated, sizes)))
+        fitted = again if again.cost < fitted.cost else fitted
+    return fitted
+
+
+def is_likely(screened: Screened, among: Sequence[Screened]) -> bool:
+    return screened.criterion > 0.5 * among[0].criterion
+
+
+def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate) -> Candidate:
+    """Return a hypothesis fitted from the nuisances as stated too, where its fit holds them pulled far off.
+
+    What the effect does may have been left to them by the fit without it: a valley of its own.
+    """
+    nuisances = candidate.fitted.x[: candidate.fitted.problem.nuisances]
+    if stated is None or np.max(np.abs(nuisances), initial=0.0) < STRETCHED:
+        return candidate
+    again = extended(none, stated)
+    return again if again.fitted.cost < candidate.fitted.cost - 1.0 else candidate
+
+
+def retried(candidate: Candidate) -> Candidate:
+    """Return a hypothesis fitted from other starts too, if one ends lower: some effects have several valleys."""
+    problem, best = candidate.fitted.problem, candidate.fitted
+    sizes = best.x[problem.nuisances :]
+    for factor in (0.8, 0.93, 1.07, 1.25):
+        start = np.concatenate((np.zeros(problem.nuisances), factor * sizes))
+        fitted = fit(problem, candidate.noise, start, iterations=25)
+        best = fitted if fitted.cost < best.cost - 1.0 else best
+    if best is candidate.fitted:
+        return candidate
+    evidence = candidate.evidence + best.evidence - candidate.fitted.evidence
+    return replace(candidate, fitted=best, evidence=evidence, unexplained=None)
+
+
+def with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
+    found = ventilated(on.fitted, on.noise, least)
+    if found is None:
+        return []
+    fitted, changes = found
+    evidence = on.evidence + fitted.evidence - on.fitted.evidence + changes * change_cost(fitted.problem)
+    slots = fitted.problem.slots[-2:]
+    suspect = Suspect(effect="ventilation", channel="", slots=slots, grid=np.empty((0, 2)))
+    return [Candidate(suspects=(*on.suspects, suspect), fitted=fitted, evidence=float(evidence), noise=on.noise)]
+
+
+def examined(candidates: Sequence[Candidate], noise: NoiseModel) -> list[Candidate]:
+    """Return candidates, most evidence first; what the leading ones leave unexplained is looked for."""
+    ranked = sorted(candidates, key=lambda c: -c.evidence)
+    within = [c for c in ranked[:_EXAMINED] if c.evidence > ranked[0].evidence - LOOKALIKES]
+    looked = [
+        replace(c, unexplained=c.unexplained or discrepancy(c.fitted, noise)) if c in within else c for c in ranked
+    ]
+    return looked
+
+
+def leaves_something(candidate: Candidate) -> bool:
+    return candidate.unexplained is not None and candidate.unexplained.evidence > 1.0
+
+
+def strains(candidate: Candidate) -> bool:
+    """Tell whether parameters had to leave their deviations farther than chance does: a second effect may pull."""
+    count = len(candidate.fitted.problem.names)
+    moved = candidate.fitted.x[:count]
+    return float(moved @ moved) > chi2.isf(_STRAINED, count)
