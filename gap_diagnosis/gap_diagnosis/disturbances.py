@@ -9,7 +9,7 @@ thrust    d T, d Q        [N], [N m], with what they do to rotor and flow
 flow      d (dv/dt), d (dU/dt)   [m/s^2]
 sensor    d y             one reading alone, its unit
 log       d t             time of one reading alone or of all, constant, growing, or from an eighth of the run on [s],
-                          and jumps of all of them that are too long for a slope
+                          and the likeliest jump of all of them in each recording, too long for a slope
 
 The answer of all readings follows from the model linearised along the simulated run,
         x_{k+1} = exp(A_k h) x_k + (int_0^h exp(A_k s) ds) b_k w_k,      x = (dn, dv, dU).
@@ -39,7 +39,7 @@ __all__ = ["block_evidence"]
 Array = NDArray[np.float64]
 _STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
 _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
-_JUMPS = (-0.4, -0.2, -0.1, -0.05, 0.05, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slope
+_JUMPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slope, and for what a lag makes
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 
 
@@ -63,7 +63,7 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     problem = fitted.problem
     blocks: dict[str, list[list[Array]]] = {}
     for index, happened in enumerate(problem.happened(fitted.x)):
-        for block, columns in _answers(fitted, index, happened):
+        for block, columns in _answers(fitted, noise, index, happened):
             blocks.setdefault(block, []).append(columns)
     evidence: dict[str, float] = {}
     for block, pieces in blocks.items():
@@ -82,7 +82,7 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     return evidence
 
 
-def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[str, Any]]:
+def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Simulated) -> Iterator[tuple[str, Any]]:
     """Yield (block, answers of all readings (R, K)) of one recording; rows of others are zero."""
     problem = fitted.problem
     recording = problem.recordings[index]
@@ -129,7 +129,17 @@ def _answers(fitted: Fitted, index: int, happened: Simulated) -> Iterator[tuple[
     when = np.array([np.ones_like(time), time, *(time >= k / 8.0 for k in range(1, 8))], dtype=np.float64)
     late = {name: np.gradient(happened.outputs[name], dt) * when for name in names}
     jumped = {name: np.vstack([_shifted(happened.outputs[name], dt, by) * when[2:] for by in _JUMPS]) for name in names}
-    yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names), rows(jumped)])
+    jumps = np.zeros((problem.series[-1].last, len(problem.recordings)))
+    jumps[:, index] = _likeliest(fitted, noise, rows(jumped))  # a clock that jumps does so in a recording of its own
+    yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names), jumps])
+
+
+def _likeliest(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
+    """Return that column (R,) of several (R, K) which explains most of the residuals by itself."""
+    problem = fitted.problem
+    white = problem.whitened(noise, np.where(problem.known[:, None], columns, np.nan))
+    explained = (white.T @ fitted.white) ** 2 / np.maximum(np.sum(white**2, axis=0), 1e-12)
+    return np.asarray(columns[:, int(np.argmax(explained))])
 
 
 def _shifted(values: Array, dt: float, by: float) -> Array:
