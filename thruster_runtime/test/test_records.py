@@ -1,6 +1,5 @@
 import math
 import struct
-from collections.abc import Callable
 from typing import Any
 
 import pytest
