@@ -256,12 +256,12 @@ class Problem:
         jumps = any(slot.effect in JUMPING for slot in self.slots)
         for place, k in enumerate(columns):
             inward = self._inward(k, x[k], step)
-            result[:, place] = self._slope(x, k, inward, here, happened)
-            if jumps:
+            slope = self._slope(x, k, inward, here, happened)
+            if jumps and self._inside(k, x[k] - 0.5 * inward):
                 other = self._slope(x, k, -0.5 * inward, here, happened)
-                result[:, place] = np.where(np.abs(other) < np.abs(result[:, place]), other, result[:, place]) * (
-                    other * result[:, place] > 0.0
-                )
+                smaller = np.where(np.abs(other) < np.abs(slope), other, slope)
+                slope = np.where(other * slope > 0.0, smaller, 0.0)
+            result[:, place] = slope
         result[~self.known] = np.nan
         return result
 
@@ -287,8 +287,14 @@ class Problem:
     def _inward(self, k: int, unit: float, step: float) -> float:
         if k < self.nuisances:
             return 10.0 * step
+        return step if self._inside(k, unit + step) else -step
+
+    def _inside(self, k: int, unit: float) -> bool:
+        """Tell whether an unknown may have a value: sizes are bounded by their ranges."""
+        if k < self.nuisances:
+            return True
         slot = self.slots[k - self.nuisances]
-        return step if unit * slot.width + step * slot.width <= slot.upper else -step
+        return slot.lower <= unit * slot.width <= slot.upper
 
     def bounded(self, x: Array) -> Array:
         """Return unknowns with sizes inside their ranges and nuisances within eight deviations."""

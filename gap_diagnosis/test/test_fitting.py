@@ -91,3 +91,9 @@ def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
     jumped = (np.abs(changes[0]) > 1.0) & (np.abs(changes[1]) < 0.2)  # [N] to one side alone
     assert np.any(jumped)
     assert np.max(np.abs(reversal.sensitivities(start, [place], 0.05)[jumped])) < 0.5
+
+
+@pytest.mark.parametrize("size", [0.0, 0.9])
+def test_at_the_end_of_its_range_a_size_that_makes_readings_jump_still_has_a_slope(reversal, size):
+    at = reversal.start([size / 0.9])
+    assert np.nanmax(np.abs(reversal.sensitivities(at, [reversal.nuisances]))) > 0.0
