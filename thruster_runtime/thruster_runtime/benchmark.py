@@ -5,13 +5,12 @@ two nodes of each thruster; a process for each node. In all of them what plays t
 publishes state, flow and set point of all thrusters and receives the throttles. As a real device would, it does not
 catch up with a tick that it missed.
 
-Beside them stands what the machine itself needs: a datagram for each thruster to another process and back.
+Beside them stands what the machine itself does to such figures: how long the same work takes in one process by itself.
 """
 
 from __future__ import annotations
 
 import os
-import socket
 import subprocess
 import sys
 import tempfile
@@ -34,7 +33,7 @@ from thruster_runtime.executors import make_executor
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import format_of, listen
 
-__all__ = ["ARRANGEMENTS", "Figures", "Row", "echo", "lockstep", "main", "real_time", "rows"]
+__all__ = ["ARRANGEMENTS", "Figures", "Row", "alone", "lockstep", "main", "real_time", "rows"]
 
 ARRANGEMENTS = ("one process", "two processes", "per thruster", "per node")
 """What shares a process."""
@@ -226,43 +225,28 @@ def real_time(arrangement: str, *, seconds: float = 5.0, domain_id: int = 40) ->
     return found
 
 
-_ECHO = """
-import socket
-with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
-    port.bind(("127.0.0.1", 0))
-    print(port.getsockname()[1], flush=True)
-    while True:
-        port.sendto(*port.recvfrom(64))
-"""
+def alone(work: float, rate: float, *, seconds: float = 5.0) -> tuple[float, float]:
+    """Return the median and the 99th percentile of how long [s] work takes that nothing but the machine disturbs.
 
-
-def echo(rate: float, *, seconds: float = 5.0) -> tuple[float, float]:
-    """Return the median and the 99th percentile [s] of a bare datagram to another process and back.
-
-    As many go out at each tick of `rate` [Hz] as there are thrusters.
+    Args:
+        work: how long it takes at best [s].
+        rate: how often it is done [Hz].
+        seconds: for how long.
     """
-    with (
-        subprocess.Popen([sys.executable, "-c", _ECHO], stdout=subprocess.PIPE, text=True) as process,
-        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port,
-    ):
-        try:
-            assert process.stdout is not None
-            port.connect(("127.0.0.1", int(process.stdout.readline())))
-            port.settimeout(_LONGEST_ANSWER)
-            latencies = []
-            for _ in range(int(seconds * rate)):
-                due = time.perf_counter() + 1.0 / rate
-                sent = []
-                for _ in range(THRUSTERS):
-                    sent.append(time.perf_counter())
-                    port.send(bytes(64))
-                for at in sent:
-                    port.recv(64)
-                    latencies.append(time.perf_counter() - at)
-                time.sleep(max(due - time.perf_counter(), 0.0))
-        finally:
-            process.kill()
-    return _median_and_p99(latencies)
+
+    def count(turns: int) -> float:
+        begin = time.perf_counter()
+        for _ in range(turns):
+            pass
+        return time.perf_counter() - begin
+
+    turns = round(work / min(count(10_000) for _ in range(200)) * 10_000)
+    found = []
+    for _ in range(int(seconds * rate)):
+        due = time.perf_counter() + 1.0 / rate
+        found.append(count(turns))
+        time.sleep(max(due - time.perf_counter(), 0.0))
+    return _median_and_p99(found)
 
 
 def _median_and_p99(latencies: list[float]) -> tuple[float, float]:
@@ -300,25 +284,21 @@ def rows(seconds: float = 5.0, periods: int = 500) -> list[Row]:
         found.append(Row(f"state to throttle {at}, median", 1e6 * a.median, 1e6 * b.median, "us"))
         found.append(Row(f"state to throttle {at}, 99 %", 1e6 * a.p99, 1e6 * b.p99, "us"))
         found.append(Row(f"CPU of a node per tick {at}", 1e6 * a.cpu, 1e6 * b.cpu, "us"))
-        machine = echo(a.rate, seconds=seconds)[1]
-        found.append(Row(f"state to throttle {at}, 99 %, and a bare datagram", 1e6 * a.p99, 1e6 * machine, "us"))
+        machine = alone(len(_CLASSES) * THRUSTERS * a.cpu, a.rate, seconds=seconds)[1]
+        found.append(Row(f"99 % {at}, over the same work alone", 1e6 * a.p99, 1e6 * machine, "us"))
     return found
 
 
 def main() -> None:
-    """Print the figures of the machine and of every arrangement."""
-    for rate in RATES:
-        median, p99 = echo(rate)
-        sys.stdout.write(
-            f"bare datagram {rate:>4.0f} Hz: there and back {1e3 * median:6.2f} ms, 99 % {1e3 * p99:7.2f} ms\n"
-        )
+    """Print the figures of every arrangement."""
     for arrangement in ARRANGEMENTS:
         one, six = (lockstep(arrangement, thrusters=thrusters) for thrusters in (1, THRUSTERS))
         sys.stdout.write(f"{arrangement:<14}in lockstep at 25 Hz: {one:.1f} x real time, six thrusters {six:.1f} x\n")
         for rate, median, p99, cpu, lost in real_time(arrangement):
             sys.stdout.write(
                 f"{arrangement:<14}{rate:>4.0f} Hz: state to throttle {1e3 * median:6.2f} ms, 99 % {1e3 * p99:7.2f} ms"
-                f", CPU of a node per tick {1e6 * cpu:4.0f} us, lost {100.0 * lost:.2f} %\n"
+                f", CPU of a node per tick {1e6 * cpu:4.0f} us, lost {100.0 * lost:.2f} %"
+                f"; the same work alone, 99 % {1e3 * alone(len(_CLASSES) * THRUSTERS * cpu, rate)[1]:.2f} ms\n"
             )
 
 

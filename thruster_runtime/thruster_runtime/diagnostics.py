@@ -47,21 +47,24 @@ class Diagnostics:
         """Begin to publish for `node`, every `period` [s] of `clock` (None: the node's own)."""
         self._node = node
         self._hardware_id = hardware_id
-        self._status: DiagnosticStatus | None = None
+        self._told: tuple[Level, str, Mapping[str, object] | None] | None = None
         self._publisher = node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
         self._timer = node.create_timer(period, self._publish, clock=clock)
 
     def report(self, level: Level, message: str, values: Mapping[str, object] | None = None) -> None:
-        """Set the node's health; nothing is published before the first report."""
-        name = self._node.get_fully_qualified_name()
-        status = diagnostic_status(name, level, message, values, hardware_id=self._hardware_id)
-        before, self._status = self._status, status
-        if before is None or (before.level, before.message) != (status.level, status.message):
+        """Set the node's health; nothing is published before the first report.
+
+        Messages are made when they are published: nodes of one process report all at once, while others wait.
+        """
+        before, self._told = self._told, (level, message, values)
+        if before is None or before[:2] != (level, message):
             self._publish()
 
     def _publish(self) -> None:
-        if self._status is None:
+        if self._told is None:
             return
-        array = DiagnosticArray(status=[self._status])
+        name = self._node.get_fully_qualified_name()
+        status = diagnostic_status(name, *self._told, hardware_id=self._hardware_id)
+        array = DiagnosticArray(status=[status])
         array.header.stamp = self._node.get_clock().now().to_msg()
         self._publisher.publish(array)
