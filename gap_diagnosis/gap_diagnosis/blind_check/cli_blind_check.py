@@ -45,6 +45,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--model", choices=list(MODELS), help="one thruster model for all; default: drawn")
     parser.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
     parser.add_argument("--keep-runs", action="store_true", help="keep the recordings of finished cases")
+    parser.add_argument("--so-far", action="store_true", help="diagnose nothing more: score what is finished")
     parser.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the figures, pictures beside it")
     return parser
 
@@ -62,6 +63,10 @@ def _run(given: argparse.Namespace, console: Console) -> int:
     console.print(
         f"{len(plans)} keys sealed, hashes in {given.out / 'hashes.txt'}; hash of all: [bold]{published}[/bold]"
     )
+    if given.so_far:
+        plans = [each for each in plans if store.finished(each.name)]
+        if not plans:
+            raise ValueError(f"{given.out}: expected finished cases; found none")
     with _progress(console) as progress, pool(given.processes) as executor:
         done = sum(store.finished(each.name) for each in plans)
         task = progress.add_task("diagnosing", total=len(plans), completed=done)
@@ -79,8 +84,9 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         table.add_row(*row)
     console.print(table)
     if given.docs is not None:
+        kinds = ", ".join(dict.fromkeys(each.kind for each in plans))
         provenance = (
-            f"{len(cases)} cases, seed {given.seed}, kinds {', '.join(dict.fromkeys(p.kind for p in plans))}; "
+            f"{len(cases)} cases of {given.cases}, seed {given.seed}, kinds {kinds}; "
             f"hash of all sealed keys `{published}`. Made by `blind_check`."
         )
         console.print("written: " + ", ".join(str(file) for file in write_page(scores, given.docs, provenance)))

@@ -1,5 +1,6 @@
 """The command, with a diagnosis of our own in place of the real one."""
 
+import shutil
 import sys
 from concurrent.futures import ThreadPoolExecutor
 from types import ModuleType
@@ -42,6 +43,20 @@ def test_the_hash_of_the_seals_is_printed_before_the_scores_and_the_page_has_it(
 def test_a_second_call_diagnoses_nothing_anew(stub, tmp_path, capsys):
     assert command(tmp_path / "check") == 0 and command(tmp_path / "check") == 0
     assert len(stub.calls) == 4
+
+
+def test_what_is_finished_so_far_is_scored_without_diagnosing_more(stub, tmp_path, capsys):
+    folder, page = tmp_path / "check", tmp_path / "page.md"
+    assert command(folder) == 0
+    for case in sorted((folder / "cases").iterdir())[2:]:
+        shutil.rmtree(case)
+    assert command(folder, "--so-far", "--docs", str(page)) == 0
+    assert len(stub.calls) == 4 and "2 cases of 4" in page.read_text()
+
+
+def test_nothing_so_far_is_said(stub, tmp_path, capsys):
+    assert command(tmp_path / "check", "--so-far") == 1
+    assert "expected finished cases; found none" in capsys.readouterr().err
 
 
 def test_a_folder_of_another_seed_is_refused_with_a_sentence(stub, tmp_path, capsys):
