@@ -36,7 +36,8 @@ Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
 _FINER = 5
 _READ_STEP = 3.5e-3  # [s], between which a reading at an instant of its own is interpolated
-_SHIFTED = {"command_delay", "log_alignment", "flow_delay", "clock_drift"}  # they move instants of reading
+# They move instants of reading, or ring faster than the experiment's step shows.
+_READ_FINELY = {"command_delay", "log_alignment", "flow_delay", "clock_drift", "load_cell_resonance"}
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 JUMPING = {"flow_reversal_loss", "ventilation"}
@@ -75,7 +76,7 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
     experiment = recording.experiment
     # What the lag makes of a step is a curve: its stairs must be fine, or the plant's ramp limit sees steps.
     finer = _FINER if "command_lag" in sizes else 1
-    if _SHIFTED & set(sizes):
+    if _READ_FINELY & set(sizes):
         finer = max(finer, int(np.ceil(experiment.dt / _READ_STEP)))
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):

@@ -10,7 +10,13 @@ from gap_diagnosis.prediction import Situation, predict
 
 
 @pytest.mark.parametrize(
-    "late", [{"command_delay": {"time": 0.033}}, {"log_alignment": {"load": 0.027}}, {"clock_drift": {"rate": 0.004}}]
+    "late",
+    [
+        {"command_delay": {"time": 0.033}},
+        {"log_alignment": {"load": 0.027}},
+        {"clock_drift": {"rate": 0.004}},
+        {"load_cell_resonance": {"frequency": 15.0, "damping": 0.05}},
+    ],
 )
 def test_late_readings_are_those_of_the_plant_between_its_steps(late):
     stated, (recording,) = campaign(model="simplified", seed=1, runs=1)
