@@ -4,8 +4,8 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from geometry_msgs.msg import WrenchStamped
+from rclpy.time import Time
 from std_msgs.msg import Header
 
 from bench_driver.dialect import Measurement
@@ -14,7 +14,6 @@ from bench_driver.link_records import Sent
 from bench_driver.text_protocol import flow_from_count, speed_from_count
 from thruster_msgs.msg import FlowVelocity, LoadCellGauges, Throttle, ThrusterState
 from thruster_runtime.records import format_of
-from thruster_runtime.stamps import NANOSECONDS
 
 __all__ = ["flow", "gauges", "load", "state", "throttle_sent"]
 
@@ -44,8 +43,7 @@ def flow(stamp: int, thruster: int, found: Measurement) -> Any:
 
 def gauges(stamp: int, volts: Sequence[float]) -> LoadCellGauges:
     """Return the load cell's voltages [V], as a message; the force of each leg is not known here."""
-    time = Time(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
-    header = Header(stamp=time, frame_id=_frame(0))
+    header = Header(stamp=Time(nanoseconds=stamp).to_msg(), frame_id=_frame(0))
     return LoadCellGauges(header=header, voltage=[float(v) for v in volts], force=[math.nan] * len(volts))
 
 

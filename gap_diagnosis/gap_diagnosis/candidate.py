@@ -8,7 +8,7 @@ from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import OUTLYING, Fitted, fit, fit_past_jumps
-from gap_diagnosis.noise import NoiseModel, white_noise
+from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
 from gap_diagnosis.suspects import Suspect
@@ -76,7 +76,7 @@ def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
     stated = np.concatenate((np.zeros(problem.nuisances), screened.anchor.x[problem.nuisances :]))
     middle = np.median(suspect.grid[:, 0])
     for sizes in sorted(suspect.grid, key=lambda s: float(abs(s[0] - middle))):
-        white = problem.whitened(white_noise(problem.noise_levels), fitted.residuals)
+        white = problem.whitened(problem.sample_noise, fitted.residuals)
         if np.max(np.abs(white)) < OUTLYING:
             break
         again = fit_past_jumps(problem, noise, np.concatenate((stated, sizes)))
@@ -85,6 +85,7 @@ def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
 
 
 def is_likely(screened: Screened, among: Sequence[Screened]) -> bool:
+    """Tell whether a suspect's first rating is at least half that of the most promising one."""
     return screened.criterion > 0.5 * among[0].criterion
 
 
@@ -115,6 +116,7 @@ def retried(candidate: Candidate) -> Candidate:
 
 
 def with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
+    """Return a hypothesis with air beside, refitted, in a list; none where no gates are found worth `least`."""
     found = ventilated(on.fitted, on.noise, least)
     if found is None:
         return []
@@ -136,6 +138,7 @@ def examined(candidates: Sequence[Candidate], noise: NoiseModel) -> list[Candida
 
 
 def leaves_something(candidate: Candidate) -> bool:
+    """Tell whether residuals still depend on states or inputs."""
     return candidate.unexplained is not None and candidate.unexplained.evidence > 1.0
 
 

@@ -10,7 +10,6 @@ from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
 from gap_diagnosis.investigation import Investigation, investigate
-from gap_diagnosis.noise import white_noise
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
 from gap_diagnosis.posterior import Posterior, posterior_of
 from gap_diagnosis.problem import Problem, deviations_of
@@ -147,7 +146,7 @@ def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple
     if all(recording.regular is None for recording in problem.recordings):
         return problem, []
     other = replace(problem, recordings=tuple(regular))
-    noise = white_noise(problem.noise_levels)
+    noise = problem.sample_noise
     gain = fit(problem, noise, problem.start()).cost - fit(other, noise, other.start()).cost
     if gain < 2.0 * _JITTER_ODDS:
         return problem, []

@@ -32,6 +32,7 @@ from thruster_model.compilation import compiled
 from thruster_model.effects.stages import NO_EFFECTS, effect_values
 from thruster_model.equations.classes import axial_rate, rotor_rate
 from thruster_model.equations.thruster import ambient_acceleration
+from thruster_model.identification.prediction import seen
 from thruster_model.pipeline import pipeline
 
 __all__ = ["block_evidence"]
@@ -68,7 +69,7 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     evidence: dict[str, float] = {}
     for block, pieces in blocks.items():
         raw = sum(np.asarray(piece) for piece in pieces)  # each recording fills its own rows
-        white = problem.whitened(noise, np.where(problem.known[:, None], np.asarray(raw), np.nan))
+        white = _whitened(fitted, noise, np.asarray(raw))
         size = np.sqrt(np.sum(white**2, axis=0))
         white = white[:, size > 1e-9] / size[size > 1e-9]
         cross = fitted.jacobian.T @ white
@@ -134,18 +135,21 @@ def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Simulated)
     yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names), jumps])
 
 
+def _whitened(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
+    """Return columns (R, K) whitened where samples are known."""
+    return fitted.problem.whitened(noise, np.where(fitted.problem.known[:, None], columns, np.nan))
+
+
 def _likeliest(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
     """Return that column (R,) of several (R, K) which explains most of the residuals by itself."""
-    problem = fitted.problem
-    white = problem.whitened(noise, np.where(problem.known[:, None], columns, np.nan))
+    white = _whitened(fitted, noise, columns)
     explained = (white.T @ fitted.white) ** 2 / np.maximum(np.sum(white**2, axis=0), 1e-12)
     return np.asarray(columns[:, int(np.argmax(explained))])
 
 
 def _shifted(values: Array, dt: float, by: float) -> Array:
     """Return by how much values every `dt` [s] differ from those of `by` [s] before."""
-    time = dt * np.arange(values.size)
-    return np.asarray(np.interp(time - by, time, values) - values)
+    return seen(values, dt, dt * np.arange(values.size, dtype=np.float64) - by, 0.0) - values
 
 
 def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:

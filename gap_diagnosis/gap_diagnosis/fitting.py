@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from gap_diagnosis.noise import NoiseModel, white_noise
+from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 
 __all__ = ["OUTLYING", "Fitted", "fit", "fit_past_jumps"]
@@ -146,7 +146,7 @@ def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
     the fit where it is: such samples are left out until the others have put the threshold right. They stand out of
     the noise of the samples themselves, not of one that had to make room for them.
     """
-    own = white_noise(problem.noise_levels)
+    own = problem.sample_noise
     rows: NDArray[np.bool_] | None = None
     for _ in range(_ROUNDS):
         white = problem.whitened(own, problem.residuals(x))

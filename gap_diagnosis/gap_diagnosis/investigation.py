@@ -21,9 +21,8 @@ from gap_diagnosis.candidate import (
 )
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps
-from gap_diagnosis.noise import NoiseModel, fit_noise, white_noise
+from gap_diagnosis.noise import NoiseModel, fit_noise
 from gap_diagnosis.pairs import pairs_of
-from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, Trials, rated, tried
 from gap_diagnosis.suspects import Suspect
@@ -66,7 +65,7 @@ def investigate(
     progress: Progress = lambda _: None,
 ) -> Investigation:
     """Return the weighed hypotheses for a problem without effects."""
-    noise = white_noise(problem.noise_levels)
+    noise = problem.sample_noise
     progress("base fit")
     base = fit(problem, noise, problem.start(), iterations=12)
     progress(f"{len(suspects)} suspects")
@@ -95,7 +94,7 @@ def investigate(
             # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
             pairs += [c for c in with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
         ranked = examined([*ranked, *pairs], none.noise)
-    for _ in range(_TURNS if ranked and ranked[0].evidence > 0.0 else 0):
+    for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
         if _settled(none.noise, renewed):
             break
@@ -126,8 +125,7 @@ def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> t
     for candidate in ranked:
         switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
         problem, x = candidate.fitted.problem, candidate.fitted.x
-        jumps = any(slot.effect in JUMPING for slot in problem.slots)
-        fitted = fit_past_jumps(problem, noise, x) if jumps else fit(problem, noise, x, near=candidate.fitted)
+        fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
         evidence = fitted.evidence - base.fitted.evidence + switches
         weighed.append(replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None))
     return base, examined(weighed, noise)

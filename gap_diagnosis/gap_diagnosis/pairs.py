@@ -20,7 +20,7 @@ def pairs_of(
     singles: Sequence[Candidate],
     suspects: Sequence[Suspect],
 ) -> list[Candidate]:
-    """Return pairs: the best second for the two best singles, then the best first for the best second."""
+    """Return pairs: the best seconds for the best of `singles`, then the best firsts for the best second."""
     found: dict[frozenset[str], Candidate] = {}
     noise = none.noise
 

@@ -34,10 +34,12 @@ __all__ = [
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
-_FINER = 5
-_READ_STEP = 3.5e-3  # [s], between which a reading at an instant of its own is interpolated
-# They move instants of reading, or ring faster than the experiment's step shows.
-_READ_FINELY = {"command_delay", "log_alignment", "flow_delay", "clock_drift", "load_cell_resonance"}
+# Largest steps [s] at which effects are simulated. What a lag makes of a step of the command is a curve: its stairs
+# must be fine, or the plant's ramp limit sees steps. The others are read between the steps, or ring faster.
+_LARGEST_STEPS = {
+    "command_lag": 2e-3, "command_delay": 3.5e-3, "log_alignment": 3.5e-3, "flow_delay": 3.5e-3, "clock_drift": 3.5e-3,
+    "load_cell_resonance": 3.5e-3,
+}  # fmt: skip
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 JUMPING = {"flow_reversal_loss", "ventilation"}
@@ -59,25 +61,25 @@ class Simulated(NamedTuple):
     """What happened in the plant.
 
     Attributes:
-        outputs: by signal, each (N + 1,), every `dt` of the experiment.
-        throttle: acting [V], (N + 1,).
-        dense: the outputs `finer` times as often, each (finer N + 1,), to be read at any instant.
+        dense: outputs by signal, each (finer N + 1,), `finer` times for every `dt` of the experiment.
+        throttle: acting [V], every `dt`, (N + 1,).
         finer: 1 or more.
     """
 
-    outputs: dict[str, Array]
-    throttle: Array
     dense: dict[str, Array]
+    throttle: Array
     finer: int
+
+    @property
+    def outputs(self) -> dict[str, Array]:
+        """By signal, each (N + 1,), every `dt` of the experiment."""
+        return {name: values[:: self.finer] for name, values in self.dense.items()}
 
 
 def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
     """Return what happens in the plant."""
     experiment = recording.experiment
-    # What the lag makes of a step is a curve: its stairs must be fine, or the plant's ramp limit sees steps.
-    finer = _FINER if "command_lag" in sizes else 1
-    if _READ_FINELY & set(sizes):
-        finer = max(finer, int(np.ceil(experiment.dt / _READ_STEP)))
+    finer = int(np.ceil(experiment.dt / min([experiment.dt, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
         if effect.id == "throttle_rate_limit":
@@ -98,8 +100,7 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
         gates=np.repeat(situation.gates, finer),
     )
     dense = {name: getattr(trajectory, s.plant_output) for name, s in SIGNALS.items()}
-    outputs = {name: values[::finer] for name, values in dense.items()}
-    return Simulated(outputs, trajectory.u[::finer], dense, finer)
+    return Simulated(dense, trajectory.u[::finer], finer)
 
 
 def predict(

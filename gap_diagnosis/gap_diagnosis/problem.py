@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.noise import NoiseModel, Series
+from gap_diagnosis.noise import NoiseModel, Series, white_noise
 from gap_diagnosis.prediction import JUMPING, NO_GATES, Simulated, Situation, Sizes, acts_in_plant, predict, simulated
 from gap_diagnosis.recording import Recording
 from thruster_model.identification.prediction import Shifts
@@ -138,10 +138,10 @@ class Problem:
         names = dict.fromkeys(each.signal for each in self.series)
         return {n: np.concatenate([np.arange(s.first, s.last) for s in self.series if s.signal == n]) for n in names}
 
-    @property
-    def noise_levels(self) -> dict[str, float]:
-        """Standard deviation of each signal's noise by its samples alone: the median over the recordings."""
-        return {
+    @cached_property
+    def sample_noise(self) -> NoiseModel:
+        """White noise of each signal by its samples alone: the median over the recordings."""
+        levels = {
             name: float(
                 np.median(
                     [
@@ -153,6 +153,12 @@ class Problem:
             )
             for name in self.signal_rows
         }
+        return white_noise(levels)
+
+    @property
+    def jumps(self) -> bool:
+        """Tell whether readings jump where a state passes a threshold."""
+        return any(slot.effect in JUMPING for slot in self.slots)
 
     @cached_property
     def measured(self) -> Array:
@@ -253,11 +259,10 @@ class Problem:
         happened = self.happened(x)
         here = self.predicted(x, happened=happened)
         result = np.zeros((here.size, len(columns)))
-        jumps = any(slot.effect in JUMPING for slot in self.slots)
         for place, k in enumerate(columns):
             inward = self._inward(k, x[k], step)
             slope = self._slope(x, k, inward, here, happened)
-            if jumps and self._inside(k, x[k] - 0.5 * inward):
+            if self.jumps and self._inside(k, x[k] - 0.5 * inward):
                 other = self._slope(x, k, -0.5 * inward, here, happened)
                 smaller = np.where(np.abs(other) < np.abs(slope), other, slope)
                 slope = np.where(other * slope > 0.0, smaller, 0.0)

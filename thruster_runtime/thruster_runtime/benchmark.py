@@ -47,6 +47,7 @@ _CLASSES = {
     "observer": "thruster_estimation.observer_node:ObserverNode",
     "inner_loop": "thruster_control.inner_loop_node:InnerLoopNode",
 }
+_NODES = THRUSTERS * len(_CLASSES)
 
 
 class Figures(NamedTuple):
@@ -141,10 +142,8 @@ def _groups(arrangement: str, thrusters: int, simulated: bool) -> list[list[dict
         for i in range(thrusters)
         for name, kind in _CLASSES.items()
     ]
-    half = len(_CLASSES) * ((thrusters + 1) // 2)
-    size = {"one process": len(entries), "two processes": half, "per thruster": len(_CLASSES), "per node": 1}[
-        arrangement
-    ]
+    sizes = (len(entries), len(_CLASSES) * ((thrusters + 1) // 2), len(_CLASSES), 1)
+    size = sizes[ARRANGEMENTS.index(arrangement)]
     return [entries[k : k + size] for k in range(0, len(entries), size)]
 
 
@@ -220,8 +219,7 @@ def real_time(arrangement: str, *, seconds: float = 5.0, domain_id: int = 40) ->
             for stamp, instants in sent.items():
                 latencies += [bench.came[i, stamp] - at for i, at in enumerate(instants) if (i, stamp) in bench.came]
             lost = 1.0 - len(latencies) / (len(sent) * THRUSTERS)
-            median, p99 = _median_and_p99(latencies)
-            found.append(Figures(rate, median, p99, used / len(sent) / (len(_CLASSES) * THRUSTERS), lost))
+            found.append(Figures(rate, *_median_and_p99(latencies), used / len(sent) / _NODES, lost))
     return found
 
 
@@ -284,7 +282,7 @@ def rows(seconds: float = 5.0, periods: int = 500) -> list[Row]:
         found.append(Row(f"state to throttle {at}, median", 1e6 * a.median, 1e6 * b.median, "us"))
         found.append(Row(f"state to throttle {at}, 99 %", 1e6 * a.p99, 1e6 * b.p99, "us"))
         found.append(Row(f"CPU of a node per tick {at}", 1e6 * a.cpu, 1e6 * b.cpu, "us"))
-        machine = alone(len(_CLASSES) * THRUSTERS * a.cpu, a.rate, seconds=seconds)[1]
+        machine = alone(_NODES * a.cpu, a.rate, seconds=seconds)[1]
         found.append(Row(f"99 % {at}, over the same work alone", 1e6 * a.p99, 1e6 * machine, "us"))
     return found
 
@@ -298,7 +296,7 @@ def main() -> None:
             sys.stdout.write(
                 f"{arrangement:<14}{rate:>4.0f} Hz: state to throttle {1e3 * median:6.2f} ms, 99 % {1e3 * p99:7.2f} ms"
                 f", CPU of a node per tick {1e6 * cpu:4.0f} us, lost {100.0 * lost:.2f} %"
-                f"; the same work alone, 99 % {1e3 * alone(len(_CLASSES) * THRUSTERS * cpu, rate)[1]:.2f} ms\n"
+                f"; the same work alone, 99 % {1e3 * alone(_NODES * cpu, rate)[1]:.2f} ms\n"
             )
 
 

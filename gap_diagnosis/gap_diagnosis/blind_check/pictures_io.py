@@ -49,14 +49,16 @@ def _confusion(scores: Scores, plt: Any) -> Any:
     counts = np.array([[scores.confusion.get((t, s), 0) for s in said] for t in truths], dtype=float)
     shares = counts / np.maximum(counts.sum(axis=1, keepdims=True), 1.0)
     figure, panel = plt.subplots(figsize=(2.5 + 0.21 * len(said), 2.2 + 0.21 * len(truths)))
-    panel.pcolormesh(shares, cmap="Blues", vmin=0.0, vmax=1.0, edgecolors="#eee", linewidth=0.4)
+    size = (0.0, len(said), len(truths), 0.0)
+    panel.imshow(shares, cmap="Blues", vmin=0.0, vmax=1.0, interpolation="nearest", aspect="auto", extent=size)
+    panel.vlines(np.arange(1, len(said)), 0.0, len(truths), color="#eee", linewidth=0.4)
+    panel.hlines(np.arange(1, len(truths)), 0.0, len(said), color="#eee", linewidth=0.4)
     for row, column in zip(*np.nonzero(counts), strict=True):
         colour = "white" if shares[row, column] > 0.5 else "black"
         text = f"{counts[row, column]:.0f}"
         panel.text(column + 0.5, row + 0.5, text, ha="center", va="center", fontsize=6, color=colour)
     panel.set_xticks(np.arange(len(said)) + 0.5, said, rotation=90, fontsize=7)
     panel.set_yticks(np.arange(len(truths)) + 0.5, truths, fontsize=7)
-    panel.invert_yaxis()
     panel.set_xlabel("what was said")
     panel.set_ylabel("what was hidden")
     return figure
