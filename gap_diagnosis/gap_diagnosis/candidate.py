@@ -89,7 +89,7 @@ def is_likely(screened: Screened, among: Sequence[Screened]) -> bool:
     return screened.criterion > 0.5 * among[0].criterion
 
 
-def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate) -> Candidate:
+def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate, likely: bool = True) -> Candidate:
     """Return a hypothesis fitted from the nuisances as stated too, where its fit holds them pulled far off.
 
     What the effect does may have been left to them by the fit without it: a valley of its own.
@@ -97,7 +97,7 @@ def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate) 
     nuisances = candidate.fitted.x[: candidate.fitted.problem.nuisances]
     if stated is None or np.max(np.abs(nuisances), initial=0.0) < STRETCHED:
         return candidate
-    again = extended(none, stated)
+    again = extended(none, stated, likely)
     return again if again.fitted.cost < candidate.fitted.cost - 1.0 else candidate
 
 

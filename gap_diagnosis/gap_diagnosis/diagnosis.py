@@ -135,7 +135,7 @@ def diagnose(
     if "timestamp_jitter" not in excluded and not stamps:
         scatters += _jitter(found)
     progress("verdict")
-    posterior = posterior_of(found)
+    posterior = posterior_of(found, scatters=bool(scatters))
     verdict = verdict_of(found, posterior, scatters, foreign)
     progress("held-out data")
     return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)

@@ -147,10 +147,10 @@ def _singles(
     stated: Mapping[str, Screened],
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted, most evidence first."""
-    singles = [
-        unstretched(extended(none, s, is_likely(s, screened)), stated.get(s.suspect.key), none)
-        for s in _promising(screened, _SINGLES)
-    ]
+    singles = []
+    for each in _promising(screened, _SINGLES):
+        likely = is_likely(each, screened)
+        singles.append(unstretched(extended(none, each, likely), stated.get(each.suspect.key), none, likely))
     if with_ventilation:
         singles += with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
     return examined(singles, none.noise)

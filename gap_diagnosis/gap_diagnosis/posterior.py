@@ -1,32 +1,41 @@
 """Probabilities of all hypotheses: none, single effects, pairs, and each of them with something unknown beside it.
 
-Priors are those of somebody who has a reason to ask: six times in seven something is wrong, be it too small to be seen.
-So "none" stays modest, however well the model fits, and what is claimed is decided beside it (`verdict`). With these
-the first candidate's probability is calibrated on simulated cases; evidence needs no temperature there.
-What is not refitted counts by its screening.
+Priors are those of somebody who has a reason to ask: eight times in nine something is wrong, be it too small to be
+seen. So "none" stays modest, however well the model fits, and what is claimed is decided beside it (`verdict`). Where
+the log shows an effect in the samples themselves, another one beside it is as rare as a pair. With these the first
+candidate's probability is calibrated on simulated cases; evidence needs no temperature there, but a lapse: certainty
+is not to be had. What is not refitted counts by its screening.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from scipy.special import softmax
 
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.investigation import Investigation
 
 __all__ = ["Posterior", "posterior_of"]
 
-PRIOR_NONE = 0.15
+PRIOR_NONE = 0.10
 PRIOR_SINGLE = 0.63
 PRIOR_PAIR = 0.12
 PRIOR_UNKNOWN = 0.04  # beside none; beside effects in the same proportion to them
+LAPSE = 0.03
+"""Share of simulated cases in which what seemed certain was wrong: stated probabilities are mixed with the prior by it.
+"""
+
+Hypothesis = tuple[str, tuple[str, ...]]
+"""Known or unknown (something nameless beside the rest), and the keys of the suspects at work."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Posterior:
     """Probabilities: of none and of unknown, of each single suspect by key (marginal, where pairs are in play), of
     each pair by its keys; `beside`: of each suspect with something unknown beside it, all in `unknown`; `leading`: the
-    most probable hypothesis without an unknown part, None for none.
+    most probable hypothesis without an unknown part, None for none; `prior`: before the recordings were seen.
     """
 
     none: float
@@ -34,7 +43,8 @@ class Posterior:
     singles: Mapping[str, float]
     pairs: Mapping[tuple[str, ...], float]
     beside: Mapping[str, float]
-    leading: Candidate | None
+    leading: Candidate | None = None
+    prior: "Posterior | None" = None
 
     @property
     def marginal(self) -> dict[str, float]:
@@ -45,46 +55,64 @@ class Posterior:
                 result[key] = result.get(key, 0.0) + probability
         return result
 
+    @property
+    def stated(self) -> "Posterior":
+        """What a reader is told: the same, mixed with the prior by the share of lapses."""
+        if self.prior is None:
+            return self
 
-def posterior_of(found: Investigation) -> Posterior:
-    """Return the probabilities of all hypotheses that were weighed."""
+        def mixed(seen: Mapping[Any, float], expected: Mapping[Any, float]) -> dict[Any, float]:
+            return {key: (1.0 - LAPSE) * seen[key] + LAPSE * expected[key] for key in seen}
+
+        return replace(
+            self,
+            none=(1.0 - LAPSE) * self.none + LAPSE * self.prior.none,
+            unknown=(1.0 - LAPSE) * self.unknown + LAPSE * self.prior.unknown,
+            singles=mixed(self.singles, self.prior.singles),
+            pairs=mixed(self.pairs, self.prior.pairs),
+            beside=mixed(self.beside, self.prior.beside),
+            prior=None,
+        )
+
+
+def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
+    """Return the probabilities of all hypotheses that were weighed.
+
+    Args:
+        found: the hypotheses.
+        scatters: whether an effect is at work that only scatters the samples; all others are then beside it.
+    """
     count = max(len(found.screened), 1)
-    couples = count * (count - 1) / 2.0
+    alone, single, pair = PRIOR_NONE, PRIOR_SINGLE, PRIOR_PAIR
+    if scatters:
+        alone, single, pair = PRIOR_SINGLE, PRIOR_PAIR, PRIOR_PAIR**2 / PRIOR_SINGLE
+    shares = np.log([alone, single / count, pair / max(count * (count - 1) / 2.0, 1.0)])
     doubt = np.log(PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
-    weights: list[tuple[str, tuple[str, ...], float]] = [("none", (), float(np.log(PRIOR_NONE)))]
-    weights.append(("unknown", (), float(np.log(PRIOR_NONE) + doubt + _unexplained(found.none))))
-    refitted = set()
+    evidence: dict[Hypothesis, float] = {("known", ()): 0.0, ("unknown", ()): _unexplained(found.none)}
     for candidate in found.candidates:
-        share = PRIOR_SINGLE / count if len(candidate.suspects) == 1 else PRIOR_PAIR / couples
-        weight = float(np.log(share) + candidate.evidence)
-        kind = "single" if len(candidate.suspects) == 1 else "pair"
-        weights.append((kind, candidate.keys, weight))
+        evidence["known", candidate.keys] = candidate.evidence
         if candidate.unexplained is not None:
-            weights.append(("unknown", candidate.keys, weight + doubt + _unexplained(candidate)))
-        if len(candidate.suspects) == 1:
-            refitted.add(candidate.keys[0])
+            evidence["unknown", candidate.keys] = candidate.evidence + _unexplained(candidate)
     for screened in found.screened:
-        if screened.suspect.key not in refitted:
-            evidence = min(screened.criterion, 0.0) - 2.0
-            weights.append(("single", (screened.suspect.key,), float(np.log(PRIOR_SINGLE / count) + evidence)))
-    top = max(weight for _, _, weight in weights)
-    mass = sum(np.exp(weight - top) for _, _, weight in weights)
-    probability = {(kind, keys): float(np.exp(weight - top) / mass) for kind, keys, weight in weights}
-    singles = {keys[0]: p for (kind, keys), p in probability.items() if kind == "single"}
-    pairs = {keys: p for (kind, keys), p in probability.items() if kind == "pair"}
-    none = probability["none", ()]
-    unknown = sum(p for (kind, _), p in probability.items() if kind == "unknown")
+        evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
+    priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
+    seen = _shared({each: priors[each] + nats for each, nats in evidence.items()})
+    return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
+
+
+def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:
+    """Return probabilities in proportion to weights, which are logarithms."""
+    probability = dict(zip(weights, softmax(list(weights.values())).tolist(), strict=True))
     beside: dict[str, float] = {}
     for (kind, keys), p in probability.items():
         for key in keys if kind == "unknown" else ():
             beside[key] = beside.get(key, 0.0) + p
     return Posterior(
-        none=none,
-        unknown=unknown,
-        singles=singles,
-        pairs=pairs,
+        none=probability["known", ()],
+        unknown=sum(p for (kind, _), p in probability.items() if kind == "unknown"),
+        singles={keys[0]: p for (kind, keys), p in probability.items() if kind == "known" and len(keys) == 1},
+        pairs={keys: p for (kind, keys), p in probability.items() if kind == "known" and len(keys) == 2},
         beside=beside,
-        leading=_leading(found.candidates, singles, pairs),
     )
 
 
@@ -93,11 +121,9 @@ def _unexplained(candidate: Candidate) -> float:
     return candidate.unexplained.evidence if candidate.unexplained and candidate.unexplained.features else -3.0
 
 
-def _leading(
-    candidates: Sequence[Candidate], singles: Mapping[str, float], pairs: Mapping[tuple[str, ...], float]
-) -> Candidate | None:
+def _leading(candidates: Sequence[Candidate], seen: Posterior) -> Candidate | None:
     def probability(candidate: Candidate) -> float:
-        return singles[candidate.keys[0]] if len(candidate.keys) == 1 else pairs[candidate.keys]
+        return seen.singles[candidate.keys[0]] if len(candidate.keys) == 1 else seen.pairs[candidate.keys]
 
     best = max(candidates, key=probability, default=None)
     return best if best is not None and probability(best) > 0.0 else None

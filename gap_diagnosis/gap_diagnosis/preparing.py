@@ -117,12 +117,8 @@ def with_log_findings(
             lattice[name] = lattice_step(m.values[~repeated[name]])
         if name in ("axial", "ambient"):
             standing_out[name] = spikes(m.values, m.noise)
-    hole, zeros = {}, {}
+    hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
-        values = experiment.measurements["speed"].values
-        hole["speed"] = hole_around_zero(values)
-        zeros["speed"] = (values == 0.0) & (hole["speed"] > 0.0)
-    log = LogFindings(
-        hole=hole, zeros=zeros, repeated=repeated, spikes=standing_out, lattice=lattice, scatter=dict(scatter or {})
-    )
+        hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)
+    log = LogFindings(hole=hole, repeated=repeated, spikes=standing_out, lattice=lattice, scatter=dict(scatter or {}))
     return Recording(experiment=experiment, start=start, start_std=deviations, log=log, thruster=thruster)

@@ -32,7 +32,6 @@ class LogFindings:
         spikes: which samples stand out of their neighbours, shape (M,), by signal.
         lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
         hole: readings up to this magnitude are given as exactly zero, in the signal's unit; 0 where there is no hole.
-        zeros: which samples are such zeros, shape (M,), by signal.
         scatter: standard deviation of the stamps about regular ones [s]; also of the "throttle".
     """
 
@@ -40,7 +39,6 @@ class LogFindings:
     spikes: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     lattice: Mapping[str, float] = field(default_factory=dict)
     hole: Mapping[str, float] = field(default_factory=dict)
-    zeros: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
 
 

@@ -18,11 +18,11 @@ from thruster_model.effects.stages import LIBRARY
 __all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict_of"]
 
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
-CLAIMED = 0.9
-"""Probability from which a group of effects is claimed."""
-AGAINST_NONE = 60.0
+CLAIMED = 0.87
+"""Stated probability from which a group of effects is claimed."""
+AGAINST_NONE = 90.0
 """And how much more probable than none it has to be: a false alarm is worse than a small effect that is passed over."""
-QUIET = 0.2
+QUIET = 0.14
 """Probability of none from which nothing is said to be wrong, where nothing is claimed: the rest is spread over all
 that may be there, too small to be seen."""
 APART = 9.0
@@ -90,13 +90,14 @@ def verdict_of(
         foreign: the same of effects that are not considered: something is there that has no name.
     """
     noise_claims = tuple(_scatter_claim(s) for s in scatters)
-    probabilities = _single_probabilities(posterior, scatters)
-    none = posterior.none if not scatters else 0.0
+    stated = posterior.stated
+    probabilities = _single_probabilities(stated, scatters)
+    none = stated.none if not scatters else 0.0
     chosen: Candidate | None = None
     claims: tuple[Claim, ...] = ()
     leading = posterior.leading
     if leading is not None:
-        claims = tuple(_claim(found, posterior, leading, suspect) for suspect in leading.suspects)
+        claims = tuple(_claim(found, stated, leading, suspect) for suspect in leading.suspects)
         chosen = leading
     least = max(CLAIMED, AGAINST_NONE * posterior.none)
     named = bool(claims) and min(c.group_probability for c in claims) >= least
@@ -105,7 +106,7 @@ def verdict_of(
         sure = tuple(c for c in claims if c.group_probability >= least)
         if sure:
             single = next((c for c in found.candidates if c.keys == _key(sure[0])), None)
-            if single is not None and _at_work(posterior, single.keys[0]) >= least:
+            if single is not None and _at_work(stated, single.keys[0]) >= least:
                 claims, chosen, named = sure, single, True
     if posterior.unknown > 0.5 or foreign:
         verdict = "unknown"
@@ -129,7 +130,7 @@ def verdict_of(
         chosen=chosen,
         probabilities=probabilities,
         none=none,
-        unknown=posterior.unknown,
+        unknown=stated.unknown,
     )
 
 
@@ -142,7 +143,7 @@ def _at_work(posterior: Posterior, key: str) -> float:
     return posterior.marginal.get(key, 0.0) + posterior.beside.get(key, 0.0)
 
 
-def _claim(found: Investigation, posterior: Posterior, leading: Candidate, suspect: Suspect) -> Claim:
+def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect: Suspect) -> Claim:
     others = set(leading.keys) - {suspect.key}
     alike = []
     for candidate in found.candidates:
@@ -151,11 +152,11 @@ def _claim(found: Investigation, posterior: Posterior, leading: Candidate, suspe
             continue
         if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
             alike.append(next(iter(replaced)))
-    group = min(sum(_at_work(posterior, key) for key in (suspect.key, *alike)), 1.0)
+    group = min(sum(_at_work(stated, key) for key in (suspect.key, *alike)), 1.0)
     return Claim(
         effect=suspect.effect,
         channel=suspect.channel,
-        probability=posterior.marginal.get(suspect.key, 0.0),
+        probability=stated.marginal.get(suspect.key, 0.0),
         group_probability=group,
         sizes=_sizes(leading, suspect),
         kind=class_of(leading, suspect),

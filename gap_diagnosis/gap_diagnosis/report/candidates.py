@@ -191,7 +191,7 @@ def _pairs(report: Report, found: Diagnosis, looked: Investigation) -> None:
     pairs = [c for c in looked.candidates if len(c.suspects) > 1]
     if not pairs or found.posterior is None:
         return
-    weights = found.posterior.pairs
+    weights = found.posterior.stated.pairs
     rows = [
         [
             titles_of(c.keys),

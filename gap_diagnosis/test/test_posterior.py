@@ -1,0 +1,37 @@
+"""Probabilities of hypotheses, before and after they are mixed with the prior."""
+
+import pytest
+from generated import campaign
+
+from gap_diagnosis.diagnosis import diagnose
+from gap_diagnosis.posterior import LAPSE, posterior_of
+
+
+@pytest.fixture(scope="module")
+def found():
+    """Return the hypotheses weighed for a thruster with a small effect."""
+    stated, recordings = campaign({"thrust_asymmetry": {"share": 0.04}}, seed=2)
+    return diagnose(recordings, stated).investigation
+
+
+def _whole(posterior):
+    return posterior.none + posterior.unknown + sum(posterior.singles.values()) + sum(posterior.pairs.values())
+
+
+def test_all_hypotheses_together_are_certain(found):
+    for posterior in (posterior_of(found), posterior_of(found).stated, posterior_of(found, scatters=True).stated):
+        assert _whole(posterior) == pytest.approx(1.0)
+
+
+def test_what_is_stated_is_never_certain(found):
+    seen, stated = posterior_of(found), posterior_of(found).stated
+    assert stated.prior is None
+    for key, probability in stated.singles.items():
+        assert probability == pytest.approx((1.0 - LAPSE) * seen.singles[key] + LAPSE * seen.prior.singles[key])
+        assert 0.0 < probability < 1.0 - 0.9 * LAPSE
+
+
+def test_another_effect_beside_one_that_scatters_needs_more_evidence(found):
+    alone, beside = posterior_of(found), posterior_of(found, scatters=True)
+    key = max(alone.singles, key=lambda name: alone.singles[name])
+    assert beside.singles[key] / beside.none < 0.1 * alone.singles[key] / alone.none
