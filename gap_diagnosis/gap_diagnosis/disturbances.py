@@ -35,7 +35,7 @@ from thruster_model.equations.thruster import ambient_acceleration
 from thruster_model.identification.prediction import seen
 from thruster_model.pipeline import pipeline
 
-__all__ = ["block_evidence"]
+__all__ = ["Linear", "block_evidence", "linearised"]
 
 Array = NDArray[np.float64]
 _STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
@@ -44,7 +44,7 @@ _JUMPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slop
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 
 
-class _Linear(NamedTuple):
+class Linear(NamedTuple):
     """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
     (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates
     (N, 3).
@@ -88,7 +88,7 @@ def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Simulated)
     problem = fitted.problem
     recording = problem.recordings[index]
     dt = recording.experiment.dt
-    linear = _linearised(fitted, happened, dt)
+    linear = linearised(fitted, happened, dt)
     basis = basis_of(happened.outputs, happened.throttle, dt)[1]
     size = np.sqrt(np.mean(basis**2, axis=1, keepdims=True))
     basis = basis / np.where(size > 0.0, size, 1.0)
@@ -152,7 +152,8 @@ def _shifted(values: Array, dt: float, by: float) -> Array:
     return seen(values, dt, dt * np.arange(values.size, dtype=np.float64) - by, 0.0) - values
 
 
-def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:
+def linearised(fitted: Fitted, happened: Simulated, dt: float) -> Linear:
+    """Return the model of a fit, linearised along what happened in one recording, every `dt` [s]."""
     problem = fitted.problem
     p = problem.parameter_set.model.coefficients(problem.values(fitted.x))
     in_plant = problem.sizes(fitted.x)
@@ -188,7 +189,7 @@ def _linearised(fitted: Fitted, happened: Simulated, dt: float) -> _Linear:
 
     by_moment = np.asarray(rotor_rate(n, one, zero, p)) - np.asarray(rotor_rate(n, zero, zero, p)) + zero
     by_force = np.stack((zero, slope(axial_rate, v, ambient), slope(ambient_acceleration, ambient)), axis=1)
-    return _Linear(
+    return Linear(
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
         gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
         readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},

@@ -92,8 +92,9 @@ def fit(
     rows_known = int(np.sum(problem.known & counts))
     damping = 1e-6
     for _ in range(iterations):
-        information = _information(jacobian, problem.nuisances)
-        gradient = _pull(jacobian, white, x, problem.nuisances)
+        moving = jacobian * problem.moves
+        information = _information(moving, problem.nuisances)
+        gradient = _pull(moving, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
@@ -104,8 +105,8 @@ def fit(
             step = cho_solve(factor, gradient)
             turn = np.zeros_like(step)
             if not borrowed:
-                bend = _bend(problem, noise, x, white, step, jacobian, counts)
-                turn = -cho_solve(factor, jacobian.T @ bend)
+                bend = _bend(problem, noise, x, white, step, moving, counts)
+                turn = -cho_solve(factor, moving.T @ bend)
                 turn *= min(1.0, 1.5 * float(np.linalg.norm(step)) / max(float(np.linalg.norm(turn)), 1e-300))
             tried = problem.bounded(x + step + 0.5 * turn)
             at = _cost(problem, noise, tried, counts)

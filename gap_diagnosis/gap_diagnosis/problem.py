@@ -24,6 +24,10 @@ Array = NDArray[np.float64]
 DEFAULT_DEVIATION = 0.05
 """Relative standard deviation of a parameter where its set states none."""
 _DIVERGED = 1e6
+_SEARCHED = "command_quantization"
+"""Effect whose size no slope can improve: it stays in a fit where the search for it has put it."""
+_CODES = 0.01
+"""Codes per volt within which what a converter adds to a throttle stays the same one, for the greater part."""
 
 
 class Slot(NamedTuple):
@@ -161,6 +165,11 @@ class Problem:
         return any(slot.effect in JUMPING for slot in self.slots)
 
     @cached_property
+    def moves(self) -> NDArray[np.bool_]:
+        """Which unknowns a fit may move, shape (K,)."""
+        return np.array([True] * self.nuisances + [slot.effect != _SEARCHED for slot in self.slots])
+
+    @cached_property
     def measured(self) -> Array:
         """All samples in their units, NaN where missing or masked, shape (R,)."""
         if self.observed is not None:
@@ -292,6 +301,9 @@ class Problem:
     def _inward(self, k: int, unit: float, step: float) -> float:
         if k < self.nuisances:
             return 10.0 * step
+        slot = self.slots[k - self.nuisances]
+        if slot.effect == _SEARCHED:
+            step = min(step, _CODES * unit**2 * slot.width)
         return step if self._inside(k, unit + step) else -step
 
     def _inside(self, k: int, unit: float) -> bool:

@@ -15,6 +15,7 @@ from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import JAGGED, Suspect
+from gap_diagnosis.throttle_steps import SPACING, likely_steps
 
 __all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
 
@@ -28,6 +29,7 @@ STRETCHED = 3.5
 _COARSE, _FINE = range(3), range(3, 7)
 """Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
+_STEPS = 12  # of a coarse command that are tried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,13 +78,22 @@ def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[
     trials = []
     for anchor in anchors:
         happened = problem.happened(anchor.x)
-        for suspect in suspects:
+        for suspect in (_with_likely_sizes(each, anchor, noise) for each in suspects):
             posed = problem.with_effects((*problem.slots, *suspect.slots))
             known = None if acts_in_plant(suspect.effect) else happened
             rows = [posed.predicted(np.concatenate((anchor.x, sizes)), happened=known) for sizes in suspect.grid]
             predictions = np.array(rows, dtype=np.float32)
             trials.append(Trials(suspect=suspect, problem=posed, anchor=anchor, predictions=predictions))
     return trials
+
+
+def _with_likely_sizes(suspect: Suspect, anchor: Fitted, noise: NoiseModel) -> Suspect:
+    """Return a coarse command with the steps that are worth a trial; others as they are."""
+    if suspect.effect != "command_quantization":
+        return suspect
+    (slot,) = suspect.slots
+    steps = likely_steps(anchor, noise, slot.upper, _STEPS)
+    return replace(suspect, grid=steps[:, None] / slot.width) if steps.size else suspect
 
 
 class _View:
@@ -177,12 +188,16 @@ def _searched(view: _View, reference: float, screened: Screened, rounds: range =
     if suspect.effect not in JAGGED or screened.gain < 10.0:
         return screened
     best, gain, signature = screened.sizes, screened.gain, screened.signature
-    trials = np.sort(np.log(suspect.grid[:, 0]))
-    place = min(max(int(np.searchsorted(trials, np.log(best[0]))), 1), trials.size - 1)
-    spacing = float(trials[place] - trials[place - 1]) * 0.25**rounds.start
+    if suspect.effect == "command_quantization":
+        spacing = SPACING * float(best[0]) * suspect.slots[0].width
+    else:
+        trials = np.sort(np.log(suspect.grid[:, 0]))
+        place = min(max(int(np.searchsorted(trials, np.log(best[0]))), 1), trials.size - 1)
+        spacing = float(trials[place] - trials[place - 1])
+    spacing *= 0.25**rounds.start
     for _ in rounds:
         around = best * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
-        for sizes in around[around[:, 0] <= np.max(suspect.grid[:, 0])]:
+        for sizes in around[around[:, 0] <= suspect.slots[0].upper / suspect.slots[0].width]:
             rows = problem.predicted(np.concatenate((view.anchor.x, sizes)))
             gained = reference - float(view.cost(rows[None, :])[0])
             if gained > gain:
@@ -196,4 +211,5 @@ def _middle(suspect: Suspect) -> int:
     """Return the trial nearest to a third of the largest size."""
     if len(suspect.slots) > 1:
         return len(suspect.grid) // 2
-    return int(np.argmin(np.abs(suspect.grid[:, 0] - 0.35 * np.max(suspect.grid[:, 0]))))
+    largest = suspect.slots[0].upper / suspect.slots[0].width
+    return int(np.argmin(np.abs(suspect.grid[:, 0] - 0.35 * largest)))

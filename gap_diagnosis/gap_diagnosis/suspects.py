@@ -17,7 +17,7 @@ SCATTERING = ("timestamp_jitter", "dropped_samples", "flow_spikes")
 """Effects that only scatter: judged by the shape of the noise, not by a prediction."""
 JAGGED = ("command_quantization", "tach_quantization", "tach_dropout")
 """Effects whose predictions jump as their size grows: their sizes are searched, not fitted."""
-_DENSE = {"tach_quantization": 60, "tach_dropout": 16, "load_cell_resonance": 24}
+_DENSE = {"tach_quantization": 60, "tach_dropout": 16, "command_quantization": 16, "load_cell_resonance": 24}
 _SECOND = {"load_cell_resonance": 3}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
 
@@ -82,11 +82,6 @@ def _axis(name: str, slot: SizeSlot, *, first: bool) -> Array:
         if slot.lower > 0.0:
             return np.geomspace(slot.lower, slot.upper, 2 * count + 1)[1::2] / slot.width
         return (slot.lower + (np.arange(count) + 0.5) / count * (slot.upper - slot.lower)) / slot.width
-    if name == "command_quantization":
-        # The trace of a step s decorrelates once u/s has changed by a half.
-        return (
-            1.0 / np.concatenate((np.arange(1.0 / slot.upper, 16.0, 0.08), np.geomspace(16.0, 50.0, 24))) / slot.width
-        )
     dense = _DENSE.get(name)
     if slot.lower > 0.0:
         return np.geomspace(slot.lower, slot.upper, dense or 8) / slot.width

@@ -1,0 +1,105 @@
+"""Which converter steps a coarse throttle may have: a fast search before any is simulated.
+
+A step s shows as a sharp peak over s, one place among thousands: plateaus flip to another code as u/s changes by a few
+hundredths. What a converter adds to the throttle is known for each s, and so is its trace to first order, in the model
+linearised along the run. Steps are ranked by the squares that this trace takes off, the other unknowns re-tuned beside
+it.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks
+
+from gap_diagnosis.disturbances import linearised
+from gap_diagnosis.fitting import Fitted, projector
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.prediction import Simulated, nearest
+from thruster_model.compilation import compiled
+
+__all__ = ["SPACING", "likely_steps"]
+
+Array = NDArray[np.float64]
+
+SPACING = 0.02
+"""Of the steps tried, in codes per volt."""
+_MOST_CODES = 200.0
+"""Codes per volt beyond which no trace is left in ordinary noise."""
+_FINE_CODES, _FINER = 60.0, 0.4  # below so many a trace is strong enough for its peak to be sharp
+_CHUNK = 64
+_ANSWERING = ("speed", "thrust", "torque")
+
+
+def likely_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) -> Array:
+    """Return the steps [V] up to `upper` that take most off the residuals of a fit, best first, at most `count`.
+
+    None where no reading answers to the throttle.
+    """
+    problem = anchor.problem
+    runs = [_Run(anchor, noise, index, happened) for index, happened in enumerate(problem.happened(anchor.x))]
+    strength: dict[str, float] = {}
+    for run in runs:
+        for signal, gains in run.gains.items():
+            strength[signal] = strength.get(signal, 0.0) + float(np.sum(gains**2))
+    if not strength:
+        return np.empty(0)
+    signal = max(strength, key=lambda name: strength[name])
+    runs = [run for run in runs if signal in run.gains]
+    rows = np.concatenate([run.rows[signal] for run in runs])
+    deviation = noise.signals[signal].marginal
+    basis = projector(anchor.sensitivities[rows] / deviation, problem.nuisances)
+    left = np.concatenate((anchor.residuals[rows] / deviation, -anchor.x[: problem.nuisances]))
+    along = (left - basis @ (basis.T @ left))[: rows.size]
+    fine = np.arange(1.0 / upper, _FINE_CODES, _FINER * SPACING)
+    codes = np.concatenate((fine, np.arange(_FINE_CODES, _MOST_CODES, SPACING)))
+    score = np.empty(codes.size)
+    for first in range(0, codes.size, _CHUNK):
+        traces = np.hstack([run.traces(signal, codes[first : first + _CHUNK]) for run in runs])
+        power = np.sum(traces**2, axis=1) - np.sum((traces @ basis[: rows.size]) ** 2, axis=1)
+        score[first : first + _CHUNK] = 2.0 * traces @ along - power
+    peaks, _ = find_peaks(np.concatenate(([-np.inf], score, [-np.inf])))
+    best = peaks[np.argsort(-score[peaks - 1])[:count]] - 1
+    return np.asarray(1.0 / codes[best])
+
+
+class _Run:
+    """How the readings of one recording answer to a little more throttle.
+
+    Attributes:
+        rows: of the samples that count, by signal.
+        gains: by signal, deviations of the noise for each unit of the rotor's speed [s/rad] at these samples.
+    """
+
+    def __init__(self, anchor: Fitted, noise: NoiseModel, index: int, happened: Simulated) -> None:
+        problem = anchor.problem
+        recording = problem.recordings[index]
+        linear = linearised(anchor, happened, recording.experiment.dt)
+        self._throttle = recording.experiment.throttle
+        self._keeps = np.ascontiguousarray(linear.transition[:, 0, 0])
+        self._pushes = np.ascontiguousarray(linear.gain[:, 0, 0] * linear.by_throttle[0][:, 0])
+        shifts, sizes = problem.situation(anchor.x, index).shifts, problem.sizes(anchor.x)
+        self.rows, self.gains, self._places = {}, {}, {}
+        for each in problem.series:
+            if each.recording != index or each.signal not in _ANSWERING:
+                continue
+            known = problem.known[each.rows]
+            places = nearest(each.signal, recording, sizes, shifts)[known]
+            self.rows[each.signal] = np.arange(each.first, each.last)[known]
+            self._places[each.signal] = places
+            self.gains[each.signal] = linear.readings[each.signal][places, 0] / noise.signals[each.signal].marginal
+
+    def traces(self, signal: str, codes: Array) -> Array:
+        """Return the whitened answers (C, M) of a signal's samples to steps of these codes per volt, shape (C,)."""
+        speeds = np.zeros((codes.size, self._keeps.size))
+        _answer(codes, self._throttle, self._keeps, self._pushes, speeds)
+        return np.asarray(speeds[:, self._places[signal]] * self.gains[signal])
+
+
+@compiled
+def _answer(codes, throttle, keeps, pushes, speeds):  # type: ignore[no-untyped-def]
+    """Fill `speeds` (C, N + 1) with what converters of `codes` per volt add to the rotor's speed [rad/s]."""
+    for k in range(codes.size):
+        speed = 0.0
+        for i in range(throttle.size):
+            scaled = codes[k] * throttle[i]
+            speed = keeps[i] * speed + pushes[i] * (np.rint(scaled) - scaled) / codes[k]
+            speeds[k, i + 1] = speed
