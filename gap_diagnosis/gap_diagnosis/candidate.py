@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
-from gap_diagnosis.fitting import OUTLYING, Fitted, fit, fit_past_jumps
+from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
@@ -76,8 +76,7 @@ def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
     stated = np.concatenate((np.zeros(problem.nuisances), screened.anchor.x[problem.nuisances :]))
     middle = np.median(suspect.grid[:, 0])
     for sizes in sorted(suspect.grid, key=lambda s: float(abs(s[0] - middle))):
-        white = problem.whitened(problem.sample_noise, fitted.residuals)
-        if np.max(np.abs(white)) < OUTLYING:
+        if not np.any(outlying(problem, fitted.residuals)):
             break
         again = fit_past_jumps(problem, noise, np.concatenate((stated, sizes)))
         fitted = again if again.cost < fitted.cost else fitted

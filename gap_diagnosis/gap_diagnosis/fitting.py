@@ -9,7 +9,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 
-__all__ = ["OUTLYING", "Fitted", "fit", "fit_past_jumps"]
+__all__ = ["Fitted", "fit", "fit_past_jumps", "outlying"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
@@ -136,8 +136,14 @@ def fit(
     )
 
 
-OUTLYING = 6.0
+_OUTLYING = 6.0
 """Standard deviations from which a sample tells of a jump that is predicted at another instant."""
+
+
+def outlying(problem: Problem, residuals: Array) -> NDArray[np.bool_]:
+    """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
+    white = np.abs(problem.whitened(problem.sample_noise, residuals))
+    return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
 def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
@@ -150,9 +156,7 @@ def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
     own = problem.sample_noise
     rows: NDArray[np.bool_] | None = None
     for _ in range(_ROUNDS):
-        white = problem.whitened(own, problem.residuals(x))
-        size = 1.4826 * float(np.median(np.abs(white[problem.known])))
-        kept = np.abs(white) < OUTLYING * max(size, 1.0)
+        kept = ~outlying(problem, problem.residuals(x))
         if rows is not None and np.array_equal(kept, rows):
             break
         rows = kept

@@ -21,7 +21,7 @@ from gap_diagnosis.candidate import (
 )
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps
-from gap_diagnosis.noise import NoiseModel, fit_noise
+from gap_diagnosis.noise import NoiseModel, fit_noise, widened
 from gap_diagnosis.pairs import pairs_of
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, Trials, rated, tried
@@ -192,7 +192,8 @@ def _renewed_noise(best: Fitted, noise: NoiseModel, screened: Sequence[Screened]
     unexplained = discrepancy(best, noise, most=12, more=signatures)
     left = residuals - unexplained.explained
     used = (len(best.x) + len(unexplained.features)) / max(int(np.sum(best.problem.known)), 1)
-    return fit_noise(best.problem.series, left, min(used, 0.5), best.problem.opaque)
+    series = best.problem.series
+    return widened(fit_noise(series, left, min(used, 0.5), best.problem.opaque), series, best.problem.times, left)
 
 
 def _as_stated(problem: Problem, noise: NoiseModel, base: Fitted) -> tuple[float, float]:

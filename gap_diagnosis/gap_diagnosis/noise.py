@@ -5,7 +5,8 @@ of a Jacobian are whitened by the same function. The first samples of a series c
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -14,11 +15,14 @@ from numpy.typing import NDArray
 from thruster_model.compilation import compiled
 from thruster_model.identification.uncertainty import autocorrelation_time
 
-__all__ = ["NoiseModel", "Series", "SignalNoise", "fit_noise", "white_noise"]
+__all__ = ["NoiseModel", "Series", "SignalNoise", "fit_noise", "white_noise", "widened"]
 
 Array = NDArray[np.float64]
 LARGEST_ORDER = 4
 LARGEST_RATIO = 3.0
+_BLOCK = 1.0  # [s]
+_FEWEST_BLOCKS = 20
+_BY_CHANCE = 9.0  # of a squared correlation times the number of blocks
 
 
 class Series(NamedTuple):
@@ -125,6 +129,43 @@ def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0, opa
                 best = (float(criterion), tuple(float(c) for c in coefficients), float(variance))
         signals[name] = _bounded(pieces, covariance, best[1], best[2])
     return NoiseModel(signals=signals)
+
+
+def widened(noise: NoiseModel, series: Sequence[Series], times: Array, residuals: Array) -> NoiseModel:
+    """Return the noise with innovations larger by what the signals have in common.
+
+    A disturbance of the plant reaches several readings: together they say less than each by itself times their number.
+    A signal's variance grows by the sum of its squared correlations with the others, as means over a second show them
+    once whitened: a composite likelihood that counts what is common once.
+
+    Args:
+        noise: of each signal by itself.
+        series: where the residuals of each signal stand.
+        times: of the samples [s], shape (R,).
+        residuals: that are left, NaN = missing, shape (R,).
+    """
+    white = noise.whiten(series, residuals)
+    names = list(noise.signals)
+    means: dict[tuple[int, int], Array] = {}
+    for each in series:
+        known = np.isfinite(residuals[each.rows])
+        blocks = np.floor(times[each.rows] / _BLOCK).astype(np.int64)[known]
+        for block, count in zip(*np.unique(blocks, return_counts=True), strict=True):
+            row = means.setdefault((each.recording, int(block)), np.full(len(names), np.nan))
+            row[names.index(each.signal)] = np.sum(white[each.rows][known][blocks == block]) / np.sqrt(count)
+    table = np.array(list(means.values()))
+    widths = dict.fromkeys(names, 1.0)
+    for i, j in combinations(range(len(names)), 2):
+        both = table[np.all(np.isfinite(table[:, [i, j]]), axis=1)][:, [i, j]]
+        if both.shape[0] < _FEWEST_BLOCKS:
+            continue
+        squared = float(np.corrcoef(both.T)[0, 1] ** 2)
+        if squared * both.shape[0] > _BY_CHANCE:
+            widths[names[i]] += squared
+            widths[names[j]] += squared
+    return NoiseModel(
+        signals={n: replace(s, innovation=s.innovation * float(np.sqrt(widths[n]))) for n, s in noise.signals.items()}
+    )
 
 
 def _bounded(

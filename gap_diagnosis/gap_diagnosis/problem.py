@@ -159,6 +159,13 @@ class Problem:
         }
         return white_noise(levels)
 
+    @cached_property
+    def times(self) -> Array:
+        """Of all samples, on the clocks of their recordings [s], shape (R,)."""
+        return np.concatenate(
+            [self.recordings[s.recording].experiment.measurements[s.signal].time for s in self.series]
+        )
+
     @property
     def jumps(self) -> bool:
         """Tell whether readings jump where a state passes a threshold."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.signal import lfilter
 
-from gap_diagnosis.noise import LARGEST_RATIO, NoiseModel, Series, SignalNoise, fit_noise, white_noise
+from gap_diagnosis.noise import LARGEST_RATIO, NoiseModel, Series, SignalNoise, fit_noise, white_noise, widened
 
 
 def series(size, signal="speed", first=0):
@@ -73,3 +73,23 @@ def test_what_a_coarse_converter_leaves_counts_by_its_memory():
     assert fit_noise([series(white.size)], white, opaque=("speed",)).signals["speed"].innovation == pytest.approx(
         1.0, abs=0.1
     )
+
+
+def test_what_signals_have_in_common_counts_once():
+    rng = np.random.default_rng(7)
+    stamps, shared = np.arange(3000) / 25.0, lfilter([0.2], [1.0, -0.96], rng.standard_normal(3000))
+    alike = np.concatenate([shared + 0.3 * rng.standard_normal(3000) for _ in range(3)])
+    signals = [series(3000, name, 3000 * k) for k, name in enumerate(("speed", "thrust", "torque"))]
+    alone = fit_noise(signals, alike)
+    wider = widened(alone, signals, np.tile(stamps, 3), alike)
+    for name, noise in wider.signals.items():
+        assert 1.4 < (noise.innovation / alone.signals[name].innovation) ** 2 < 3.0
+        assert noise.marginal == alone.signals[name].marginal
+
+
+def test_signals_with_nothing_in_common_keep_their_noise():
+    rng = np.random.default_rng(8)
+    apart = rng.standard_normal(6000)
+    signals = [series(3000), series(3000, "thrust", 3000)]
+    alone = fit_noise(signals, apart)
+    assert widened(alone, signals, np.tile(np.arange(3000) / 25.0, 2), apart) == alone
