@@ -25,6 +25,7 @@ from thruster_model import flow_tank
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrustSetpoint
 from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.hand_over import hand_over
 from thruster_runtime.qos import RECORDER, RELIABLE
 
 PERIOD = 40_000_000  # ns
@@ -109,7 +110,7 @@ def believed_by_observer(strategy: str) -> str:
     return "simplified" if strategy == "steady-flow" else load_strategy(strategy).strategy.parameter_set
 
 
-def live(context: Context, strategy: str, kind: str) -> Plant:
+def live(context: Context, strategy: str, kind: str, *, handing_over: bool = False) -> Plant:
     """Run the nodes for all periods in one executor."""
 
     def options(**values: Any) -> dict[str, Any]:
@@ -120,6 +121,7 @@ def live(context: Context, strategy: str, kind: str) -> Plant:
     nodes = [ReferenceNode(**options(kind=kind)), InnerLoopNode(**options(strategy=strategy))]
     if chosen.observer != "none":
         nodes.append(ObserverNode(**options(estimator=chosen.observer, parameter_set=believed_by_observer(strategy))))
+    handed = hand_over(nodes) if handing_over else []
     plant = Plant(context)
     nodes.append(plant)
     executor = make_executor("events", context=context)
@@ -129,6 +131,7 @@ def live(context: Context, strategy: str, kind: str) -> Plant:
     flow = {"none": 1, "speed-ekf": 1}.get(chosen.observer, 2) + (strategy == "steady-flow")
     state = 2 if chosen.observer != "none" else 3
     heard = {"state": state + (chosen.observer != "none"), "flow": flow, "thrust_setpoint": 2}
+    heard["thrust_setpoint"] -= "/thruster_0/thrust_setpoint" in handed
     try:
         assert spin_until(executor, lambda: all(_matched(plant, name, n) for name, n in heard.items()), 20.0)
         spin_until(executor, lambda: False, 0.3)
@@ -204,3 +207,8 @@ def test_a_composed_run_in_lockstep_is_the_same_twice_and_the_offline_loop(
         return
     estimates = np.array([(m.n, m.v, m.ambient) for m in first.messages["estimate"]])
     np.testing.assert_allclose(estimates, offline_run.estimates, rtol=0.0, atol=1e-12)
+
+
+def test_nodes_that_hand_their_messages_over_send_out_the_same(fresh_context: Callable[[], Context]) -> None:
+    handed, sent = (live(fresh_context(), "hl-ekf", "step", handing_over=over) for over in (True, False))
+    assert sorted(handed.recorded) == sorted(sent.recorded)

@@ -67,6 +67,14 @@ def test_a_file_of_nodes_runs_in_one_process_and_all_stop_cleanly(tmp_path: Path
         ({"nodes": [{"class": "math:sin", "name": "a"}]}, "expected a node; found 'math:sin'"),
         ({"nodes": [{"class": "rclpy.node:Node", "name": "a", "parameters": 3}]}, "expected a mapping; found 3"),
         ({"nodes": [{"class": "rclpy.node:Node", "name": "a"}] * 2}, "name 'a': given to 2 nodes"),
+        (
+            {"nodes": [{"class": "rclpy.node:Node", "name": "a"}], "hand_over": 1},
+            "key 'hand_over': expected true or false; found 1",
+        ),
+        (
+            {"nodes": [{"class": "rclpy.node:Node", "name": "a"}], "hands": 1},
+            "key 'hands': expected one of nodes, hand",
+        ),
     ],
     ids=str,
 )

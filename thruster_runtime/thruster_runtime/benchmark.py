@@ -1,7 +1,8 @@
 """How long a `state` takes to become a `throttle`, for thrusters with an observer and an inner loop each.
 
-Arrangements: all nodes in one process with the events executor; one for each half of the thrusters; a process for the
-two nodes of each thruster; a process for each node. In all of them what plays the bench is another process, which
+Arrangements: all nodes in one process with the events executor, handing their messages to each other, or each through
+the middleware; a process for each half of the thrusters, for the two nodes of each thruster (these hand over too), for
+each node. In all of them what plays the bench is another process, which
 publishes state, flow and set point of all thrusters and receives the throttles. As a real device would, it does not
 catch up with a tick that it missed.
 
@@ -35,8 +36,8 @@ from thruster_runtime.records import format_of, listen
 
 __all__ = ["ARRANGEMENTS", "Figures", "Row", "alone", "lockstep", "main", "real_time", "rows"]
 
-ARRANGEMENTS = ("one process", "two processes", "per thruster", "per node")
-"""What shares a process."""
+ARRANGEMENTS = ("handed over", "one process", "two processes", "per thruster", "per node")
+"""What shares a process; where more than one does, all but "one process" hand their messages over."""
 
 THRUSTERS = 6
 RATES = (25.0, 100.0, 200.0)
@@ -142,7 +143,7 @@ def _groups(arrangement: str, thrusters: int, simulated: bool) -> list[list[dict
         for i in range(thrusters)
         for name, kind in _CLASSES.items()
     ]
-    sizes = (len(entries), len(_CLASSES) * ((thrusters + 1) // 2), len(_CLASSES), 1)
+    sizes = (len(entries), len(entries), len(_CLASSES) * ((thrusters + 1) // 2), len(_CLASSES), 1)
     size = sizes[ARRANGEMENTS.index(arrangement)]
     return [entries[k : k + size] for k in range(0, len(entries), size)]
 
@@ -160,7 +161,8 @@ def _graph(arrangement: str, thrusters: int, simulated: bool, domain_id: int) ->
         with tempfile.TemporaryDirectory() as folder:
             for index, group in enumerate(groups):
                 file = Path(folder) / f"{index}.yaml"
-                file.write_text(yaml.safe_dump({"nodes": group}), "utf-8")
+                composed = {"nodes": group, "hand_over": arrangement != "one process"}
+                file.write_text(yaml.safe_dump(composed), "utf-8")
                 command = [sys.executable, "-m", "thruster_runtime.compose", str(file)]
                 processes.append(subprocess.Popen(command, env=environment))
             _wait(bench, processes)

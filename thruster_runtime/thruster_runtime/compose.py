@@ -4,8 +4,10 @@ nodes:
   - class: thruster_estimation.observer_node:ObserverNode
     name: observer_0                             # of the node
     parameters: {thruster: 0, estimator: nlo}    # optional
+hand_over: true                                  # optional
 
-They share one executor, so that they need no lock; a message between them still goes through the middleware.
+They share one executor, so that they need no lock. A message between them goes through the middleware as any other,
+unless they hand it over: then each of them hears what another one publishes from that one alone, sooner.
 """
 
 import argparse
@@ -28,6 +30,7 @@ from thruster_runtime.node_main import REFUSED, run_nodes
 __all__ = ["CompositionError", "builders", "main"]
 
 _KEYS = {"class", "name", "parameters"}
+_TOP_KEYS = {"nodes", "hand_over"}
 
 
 class CompositionError(ThrusterRuntimeError):
@@ -42,7 +45,7 @@ def builders(document: Any, source: str, *, context: Context | None = None) -> l
     """Return what makes each node of a composition, as `yaml.safe_load` gives it.
 
     Args:
-        document: mapping with the key `nodes`.
+        document: mapping with the key `nodes`, perhaps `hand_over`.
         source: names it in errors.
         context: of the nodes, None: the default one.
 
@@ -53,7 +56,9 @@ def builders(document: Any, source: str, *, context: Context | None = None) -> l
     if not isinstance(entries, list) or not entries:
         raise CompositionError(source, ["key 'nodes': expected a list of nodes; found none"])
     made: list[Callable[[], Node]] = []
-    problems = []
+    problems = [f"key '{key}': expected one of nodes, hand_over" for key in document if key not in _TOP_KEYS]
+    if not isinstance(document.get("hand_over", False), bool):
+        problems.append(f"key 'hand_over': expected true or false; found {document['hand_over']!r}")
     for index, entry in enumerate(entries):
         problem, node_class = _class_of(entry)
         if problem:
@@ -92,11 +97,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, help="YAML file with the nodes")
     file = parser.parse_args(remove_ros_args(given)[1:]).file
     try:
-        made = builders(yaml.safe_load(file.read_text("utf-8")), str(file))
+        document = yaml.safe_load(file.read_text("utf-8"))
+        made = builders(document, str(file))
     except (OSError, yaml.YAMLError, CompositionError) as error:
         sys.stderr.write(f"{error}\n")
         return REFUSED
-    return run_nodes(made, args=given[1:])
+    return run_nodes(made, args=given[1:], handing_over=document.get("hand_over", False))
 
 
 if __name__ == "__main__":

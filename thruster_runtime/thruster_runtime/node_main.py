@@ -30,6 +30,7 @@ from thruster_runtime.executors import (
     make_executor,
     unsuitable_callbacks,
 )
+from thruster_runtime.hand_over import hand_over
 from thruster_runtime.simulated_time import share_clock
 
 STOPPED, REFUSED = 0, 2
@@ -76,8 +77,12 @@ def run_nodes(
     context: Context | None = None,
     refusals: tuple[type[Exception], ...] = (),
     stop: threading.Event | None = None,
+    handing_over: bool = False,
 ) -> int:
-    """Run several nodes in one executor as `run_node` does one; they stop in the opposite order."""
+    """Run several nodes in one executor as `run_node` does one; they stop in the opposite order.
+
+    `handing_over`: they hand their messages to each other (`hand_over`).
+    """
     stop = threading.Event() if stop is None else stop
     context = rclpy.get_default_context() if context is None else context
     with _signals_set(stop):
@@ -87,7 +92,7 @@ def run_nodes(
                 context=context,
                 signal_handler_options=SignalHandlerOptions.NO,
             )
-            return _run_in(context, builds, stop)
+            return _run_in(context, builds, stop, handing_over)
         except (*_REFUSALS, *refusals) as error:
             sys.stderr.write(f"{error}\n")
             return REFUSED
@@ -95,13 +100,15 @@ def run_nodes(
             rclpy.try_shutdown(context=context)
 
 
-def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: threading.Event) -> int:
+def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: threading.Event, handing_over: bool) -> int:
     with ExitStack() as destroyed:
         nodes = []
         for build in builds:
             nodes.append(build())
             destroyed.callback(nodes[-1].destroy_node)
         share_clock(nodes)
+        if handing_over:
+            hand_over(nodes)
         kinds = {_executor_kind(node) for node in nodes}
         if len(kinds) != 1:
             raise StartRefused(f"executor: expected one kind for all nodes of a process; found {', '.join(kinds)}")

@@ -19,7 +19,8 @@ import struct
 from collections import namedtuple
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from builtin_interfaces.msg import Time
 from rclpy.node import Node
@@ -30,7 +31,10 @@ from thruster_runtime.errors import ThrusterRuntimeError
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import NANOSECONDS
 
-__all__ = ["Format", "RecordPublisher", "UnreadableBytes", "UnreadableType", "format_of", "listen"]
+__all__ = [
+    "Ends", "Format", "Listener", "RecordPublisher", "UnreadableBytes", "UnreadableType", "ends_of", "format_of",
+    "listen",
+]  # fmt: skip
 
 _CODES = {
     "boolean": "?", "octet": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
@@ -62,20 +66,31 @@ class UnreadableBytes(ThrusterRuntimeError):
         self.data = data
 
 
-def listen(
-    node: Node, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
-) -> Subscription:
-    """Subscribe to a topic for `node`; `callback` gets each message as a record.
+class Listener:
+    """A subscription whose callback gets records.
 
-    Raises:
-        UnreadableType: of a message type that records cannot hold.
+    Attributes:
+        subscription: to the topic.
+        callback: gets each record.
     """
-    read = format_of(kind).read
-    return node.create_subscription(kind, topic, lambda data: callback(read(data)), qos, raw=True)
+
+    def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> None:
+        """Subscribe for `node`."""
+        self._read = format_of(kind).read
+        self.callback = callback
+        self.subscription: Subscription = node.create_subscription(kind, topic, self._receive, qos, raw=True)
+
+    def _receive(self, data: bytes) -> None:
+        self.callback(self._read(data))
 
 
 class RecordPublisher:
-    """Publishes records on a topic."""
+    """Publishes records on a topic.
+
+    Attributes:
+        publisher: rclpy's.
+        heard_by: these get each record as it is, beside the topic.
+    """
 
     def __init__(self, node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> None:
         """Publish for `node`.
@@ -84,15 +99,47 @@ class RecordPublisher:
             UnreadableType: of a message type that records cannot hold.
         """
         self._write = format_of(kind).write
-        self._publisher = node.create_publisher(kind, topic, qos)
+        self.publisher = node.create_publisher(kind, topic, qos)
+        self.heard_by: list[Callable[[Any], None]] = []
+        ends_of(node).publishers.append(self)
 
     def publish(self, record: Any) -> None:
         """Publish a record of the topic's type."""
-        self._publisher.publish(self._write(record))
+        self.publisher.publish(self._write(record))
+        for callback in self.heard_by:
+            callback(record)
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions are matched, as rclpy's publisher does."""
-        return int(self._publisher.get_subscription_count())
+        return int(self.publisher.get_subscription_count())
+
+
+class Ends(NamedTuple):
+    """What a node publishes and listens to as records."""
+
+    publishers: list[RecordPublisher]
+    listeners: list[Listener]
+
+
+_ENDS: WeakKeyDictionary[Node, Ends] = WeakKeyDictionary()
+
+
+def ends_of(node: Node) -> Ends:
+    """Return what a node publishes and listens to as records, so far."""
+    return _ENDS.setdefault(node, Ends([], []))
+
+
+def listen(
+    node: Node, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile = RELIABLE
+) -> Subscription:
+    """Subscribe to a topic for `node`; `callback` gets each message as a record.
+
+    Raises:
+        UnreadableType: of a message type that records cannot hold.
+    """
+    listener = Listener(node, kind, topic, callback, qos)
+    ends_of(node).listeners.append(listener)
+    return listener.subscription
 
 
 class Format:
