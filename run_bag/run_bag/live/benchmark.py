@@ -52,7 +52,7 @@ class Throughput(NamedTuple):
         return self.published / self.seconds
 
 
-def measure(rate: float = 15_000.0, seconds: float = 6.0) -> Throughput:
+def measure(rate: float = 16_000.0, seconds: float = 6.0) -> Throughput:
     """Publish WrenchStamped on 15 topics to a recorder in a process of its own.
 
     Args:
@@ -99,7 +99,7 @@ def measure(rate: float = 15_000.0, seconds: float = 6.0) -> Throughput:
         rclpy.try_shutdown(context=context)
 
 
-def rows(rate: float = 15_000.0, seconds: float = 4.0) -> list[Row]:
+def rows(rate: float = 16_000.0, seconds: float = 4.0) -> list[Row]:
     """Measure what arrives in the run of what is published at `rate` [messages/s] over all topics."""
     result = measure(rate, seconds)
     return [
