@@ -57,7 +57,11 @@ def test_an_interrupt_is_one_sentence_and_status_130_and_leaves_nothing_half_wri
 
     monkeypatch.setattr(writer, "_write_messages", interrupted)
     (tmp_path / "in").mkdir()
-    assert run_import(tmp_path / "in", tmp_path / "out") == 130
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs ignore it
+    try:
+        assert run_import(tmp_path / "in", tmp_path / "out") == 130
+    finally:
+        signal.signal(signal.SIGINT, before)
     (sentence,) = capsys.readouterr().err.splitlines()
     assert "interrupted; what is there is whole" in sentence
     assert list((tmp_path / "out").iterdir()) == []
