@@ -19,7 +19,7 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     id="rotor_inertia",
-    title="more inertia of the rotor",
+    title="inertia of the rotor",
     block="rotor",
     equation="dn/dt / (1 + s)",
     parameters=(EffectParameter(name="share", unit="1", meaning="of the inertia in addition", lower=-0.5, upper=1.5),),

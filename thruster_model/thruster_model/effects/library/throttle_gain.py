@@ -12,7 +12,7 @@ def drive(drive, n, heat, p, e):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     id="throttle_gain",
-    title="loss of the throttle's gain",
+    title="gain of the throttle",
     block="command",
     equation="gamma(u) (1 - s)",
     parameters=(

@@ -13,7 +13,7 @@ def loads(loads, n, v, ambient, gate, p, e):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     id="thrust_asymmetry",
-    title="less thrust in reverse",
+    title="asymmetry of the thrust",
     block="thrust",
     equation="T (1 - s) for n < 0",
     parameters=(

@@ -15,7 +15,7 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
 
 EFFECT = Effect(
     id="viscous_friction",
-    title="more viscous friction of the rotor",
+    title="viscous friction of the rotor",
     block="rotor",
     equation="k_n (1 + s)",
     parameters=(
