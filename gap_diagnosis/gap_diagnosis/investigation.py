@@ -22,7 +22,7 @@ from gap_diagnosis.candidate import (
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps
 from gap_diagnosis.noise import NoiseModel, fit_noise, widened
-from gap_diagnosis.pairs import pairs_of
+from gap_diagnosis.pairs import pairs_of, without_either
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, Trials, rated, tried
 from gap_diagnosis.suspects import Suspect
@@ -94,6 +94,9 @@ def investigate(
             # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
             pairs += [c for c in with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
         ranked = examined([*ranked, *pairs], none.noise)
+        if len(ranked[0].suspects) == 2 and not ranked[0].fitted.problem.gates:
+            better = {single.keys: single for single in without_either(ranked[0], none, ranked)}
+            ranked = examined([better.pop(each.keys, each) for each in ranked] + list(better.values()), none.noise)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
         if _settled(none.noise, renewed):

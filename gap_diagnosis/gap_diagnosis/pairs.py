@@ -4,13 +4,16 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.candidate import Candidate, extended, is_likely, with_air
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.suspects import Suspect
 
-__all__ = ["pairs_of"]
+__all__ = ["pairs_of", "without_either"]
+
+Array = NDArray[np.float64]
 
 _PAIRS = 4
 
@@ -42,12 +45,33 @@ def pairs_of(
         second = best.suspects[1]
         alone = next((s for s in singles if s.keys == (second.key,)), None)
         if alone is None:
-            x = np.concatenate((none.fitted.x, best.fitted.x[-len(second.slots) :]))
-            fitted = fit(none.fitted.problem.with_effects(second.slots), noise, x)
-            evidence = fitted.evidence - none.fitted.evidence
-            alone = replace(none, suspects=(second,), fitted=fitted, evidence=evidence)
+            alone = _alone(none, second, none.fitted.x, best.fitted.x[-len(second.slots) :])
         if best.suspects[0].effect == "ventilation":
             keep(with_air(alone))  # gates decoded without the second effect have patched what it leaves
         else:
             extend(alone)
     return list(found.values())
+
+
+def without_either(pair: Candidate, none: Candidate, singles: Sequence[Candidate]) -> list[Candidate]:
+    """Return both effects of a pair by themselves, fitted from where they are in it, as far as that fits better.
+
+    Some single effects have several valleys: the fit of a pair may have found a better one of them than its own did.
+    """
+    better = []
+    nuisances = none.fitted.problem.nuisances
+    sizes = dict(zip(pair.fitted.problem.slots, pair.fitted.x[nuisances:], strict=True))
+    for suspect in pair.suspects:
+        start = np.array([sizes[slot] for slot in suspect.slots])
+        alone = _alone(none, suspect, pair.fitted.x[:nuisances], start)
+        known = next((single for single in singles if single.keys == alone.keys), None)
+        if known is None or alone.fitted.cost < known.fitted.cost - 1.0:
+            better.append(alone)
+    return better
+
+
+def _alone(none: Candidate, suspect: Suspect, nuisances: Array, sizes: Array) -> Candidate:
+    problem = none.fitted.problem.with_effects(suspect.slots)
+    fitted = fit(problem, none.noise, np.concatenate((nuisances, sizes)), iterations=25)
+    evidence = fitted.evidence - none.fitted.evidence
+    return replace(none, suspects=(suspect,), fitted=fitted, evidence=evidence, unexplained=None)

@@ -146,3 +146,10 @@ def test_a_coarse_tachometer_is_no_friction():
     stated, recordings = campaign({"tach_quantization": {"step": 12.4}}, seed=10)
     claims = diagnose(recordings, stated).verdict.claims
     assert [claim.effect for claim in claims] == ["tach_quantization"]
+
+
+def test_an_effect_that_a_first_fit_left_in_another_valley_is_not_named_as_a_pair():
+    mode = {"load_cell_resonance": {"frequency": 29.0, "damping": 0.23}}
+    read = ("n", "thrust", "torque")
+    stated, recordings = campaign(mode, model="simplified", seed=6, runs=4, duration=30.0, channels=read)
+    assert [claim.effect for claim in diagnose(recordings, stated).verdict.claims] == ["load_cell_resonance"]
