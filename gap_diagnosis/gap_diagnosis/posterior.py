@@ -17,7 +17,7 @@ from scipy.special import softmax
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.investigation import Investigation
 
-__all__ = ["Posterior", "posterior_of"]
+__all__ = ["Posterior", "beyond_sensors", "posterior_of"]
 
 PRIOR_NONE = 0.10
 PRIOR_SINGLE = 0.63
@@ -96,8 +96,21 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
-    seen = _shared({each: priors[each] + nats for each, nats in evidence.items()})
+    doubted = beyond_sensors(found)
+    seen = _shared({each: priors[each] + nats / doubted for each, nats in evidence.items()})
     return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
+
+
+def beyond_sensors(found: Investigation) -> float:
+    """Return how many times larger the noise is than the samples' own, as the mean over the signals; at least 1.
+
+    What had to be called noise though no sensor makes it has a shape that nobody knows, and the evidence of every
+    hypothesis beside it is overrated: it is divided by that (a tempered likelihood).
+    """
+    problem = found.none.fitted.problem
+    own = problem.sample_noise.signals
+    ratios = [s.marginal / own[n].marginal for n, s in found.noise.signals.items() if n not in problem.opaque]
+    return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
 
 
 def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:

@@ -8,7 +8,7 @@ import numpy as np
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.investigation import Investigation
-from gap_diagnosis.posterior import Posterior
+from gap_diagnosis.posterior import Posterior, beyond_sensors
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.screening import Screened
@@ -31,6 +31,8 @@ VISIBLE = 25.0
 """Cost that an effect has to take off so that it would have been found."""
 LEAST_POWER = 0.5
 """Share of the suspects that recordings must be able to show for "no gap" to mean anything."""
+DOUBTED = 4.0
+"""Noise over that of the samples themselves from which nothing is said to suffice: something else is at work."""
 WIDER, IMPRECISE = 1.2, 0.005
 """What a size's standard deviation is multiplied by, and the share of the size that is added to it: curvature at the
 best fit and exact integration promise more than sizes keep (calibrated on simulated cases)."""
@@ -114,7 +116,7 @@ def verdict_of(
         verdict = "effect"
     elif posterior.none > QUIET:
         verdict = "parameters" if found.stated[1] < 0.0 else "no_gap"
-        if power(found.screened) < LEAST_POWER:
+        if power(found.screened) < LEAST_POWER or beyond_sensors(found) > DOUBTED:
             verdict = "cannot_tell"
     else:
         verdict = "cannot_tell"

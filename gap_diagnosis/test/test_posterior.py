@@ -1,10 +1,13 @@
 """Probabilities of hypotheses, before and after they are mixed with the prior."""
 
+from dataclasses import replace
+
 import pytest
 from generated import campaign
 
 from gap_diagnosis.diagnosis import diagnose
-from gap_diagnosis.posterior import LAPSE, posterior_of
+from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.posterior import LAPSE, beyond_sensors, posterior_of
 
 
 @pytest.fixture(scope="module")
@@ -35,3 +38,16 @@ def test_another_effect_beside_one_that_scatters_needs_more_evidence(found):
     alone, beside = posterior_of(found), posterior_of(found, scatters=True)
     key = max(alone.singles, key=lambda name: alone.singles[name])
     assert beside.singles[key] / beside.none < 0.1 * alone.singles[key] / alone.none
+
+
+def test_evidence_counts_less_where_noise_is_larger_than_the_sensors_own(found):
+    assert beyond_sensors(found) == pytest.approx(1.0, abs=0.1)
+    louder = {name: replace(s, marginal=6.0 * s.marginal) for name, s in found.noise.signals.items()}
+    doubted = replace(found, noise=NoiseModel(signals=louder))
+    assert beyond_sensors(doubted) == pytest.approx(6.0, rel=0.1)
+    best = max(found.candidates, key=lambda candidate: candidate.evidence).keys[0]
+    assert (
+        0.0
+        < posterior_of(doubted).singles[best] / posterior_of(doubted).none
+        < (posterior_of(found).singles[best] / posterior_of(found).none)
+    )
