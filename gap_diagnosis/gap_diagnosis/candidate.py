@@ -53,7 +53,7 @@ class Candidate:
         return tuple(suspect.key for suspect in self.suspects)
 
 
-def extended(on: Candidate, screened: Screened, likely: bool = True) -> Candidate:
+def extended(on: Candidate, screened: Screened, likely: bool) -> Candidate:
     """Return a hypothesis with one more suspect, refitted; only a likely one is worth starts past its jumps."""
     start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
     fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
@@ -88,7 +88,7 @@ def is_likely(screened: Screened, among: Sequence[Screened]) -> bool:
     return screened.criterion > 0.5 * among[0].criterion
 
 
-def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate, likely: bool = True) -> Candidate:
+def unstretched(candidate: Candidate, stated: Screened | None, none: Candidate, likely: bool) -> Candidate:
     """Return a hypothesis fitted from the nuisances as stated too, where its fit holds them pulled far off.
 
     What the effect does may have been left to them by the fit without it: a valley of its own.

@@ -22,6 +22,7 @@ from gap_diagnosis.experiment_inputs import Limits, Programme, programmes
 from gap_diagnosis.experiment_rivals import Rival, in_experiment, recording_of_programme, rivals_of
 from gap_diagnosis.experiment_words import as_sentence, inseparable_in_words
 from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.sensitivities import sensitivities_of
 
 __all__ = ["NextExperiment", "Separation", "design", "distances"]
 
@@ -154,7 +155,7 @@ def distances(
     moves = {}
     for place in able:
         problem, x, root = posed[place]
-        moves[place] = problem.whitened(noise, problem.sensitivities(x)) @ root
+        moves[place] = problem.whitened(noise, sensitivities_of(problem, x)) @ root
     return [
         min(
             _left(white[a] - white[b], moves[b])

@@ -8,6 +8,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
+from gap_diagnosis.sensitivities import movable, sensitivities_of
 
 __all__ = ["Fitted", "fit", "fit_past_jumps", "outlying"]
 
@@ -87,12 +88,12 @@ def fit(
     x = problem.bounded(x)
     residuals, white, cost = _cost(problem, noise, x, counts)
     borrowed = near is not None
-    sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
+    sensitivities = _borrowed(problem, x, near) if near is not None else sensitivities_of(problem, x)
     jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
     rows_known = int(np.sum(problem.known & counts))
     damping = 1e-6
     for _ in range(iterations):
-        moving = jacobian * problem.moves
+        moving = jacobian * movable(problem)
         information = _information(moving, problem.nuisances)
         gradient = _pull(moving, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
@@ -122,7 +123,7 @@ def fit(
             sensitivities = _borrowed(problem, x, near)
         else:
             borrowed = False
-            sensitivities = problem.sensitivities(x)
+            sensitivities = sensitivities_of(problem, x)
         jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
     return Fitted(
         problem=problem,
@@ -187,7 +188,7 @@ def _borrowed(problem: Problem, x: Array, near: Fitted) -> Array:
     if near.x.size == x.size:
         return near.sensitivities
     own = range(problem.nuisances, x.size)
-    return np.hstack((near.sensitivities[:, : problem.nuisances], problem.sensitivities(x, own)))
+    return np.hstack((near.sensitivities[:, : problem.nuisances], sensitivities_of(problem, x, own)))
 
 
 def _cost(problem: Problem, noise: NoiseModel, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:

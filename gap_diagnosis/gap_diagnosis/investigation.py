@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from gap_diagnosis.candidate import (
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps
 from gap_diagnosis.noise import NoiseModel, fit_noise, widened
-from gap_diagnosis.pairs import pairs_of, without_either
+from gap_diagnosis.pairs import pairs_of, with_parts
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, Trials, rated, tried
 from gap_diagnosis.suspects import Suspect
@@ -55,6 +56,18 @@ class Investigation:
     screened: tuple[Screened, ...]
     noise: NoiseModel
     stated: tuple[float, float]
+
+    @cached_property
+    def beyond_sensors(self) -> float:
+        """How many times larger the noise is than the samples' own, as the mean over the signals; at least 1.
+
+        What had to be called noise though no sensor makes it has a shape that nobody knows, and the evidence of every
+        hypothesis beside it is overrated.
+        """
+        problem = self.none.fitted.problem
+        own = problem.sample_noise.signals
+        ratios = [s.marginal / own[n].marginal for n, s in self.noise.signals.items() if n not in problem.opaque]
+        return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
 
 
 def investigate(
@@ -93,10 +106,7 @@ def investigate(
         if with_ventilation and leading.suspects[0].effect != "ventilation":
             # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
             pairs += [c for c in with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
-        ranked = examined([*ranked, *pairs], none.noise)
-        if len(ranked[0].suspects) == 2 and not ranked[0].fitted.problem.gates:
-            better = {single.keys: single for single in without_either(ranked[0], none, ranked)}
-            ranked = examined([better.pop(each.keys, each) for each in ranked] + list(better.values()), none.noise)
+        ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
         if _settled(none.noise, renewed):

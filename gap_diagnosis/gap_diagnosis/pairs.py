@@ -6,12 +6,12 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.candidate import Candidate, extended, is_likely, with_air
+from gap_diagnosis.candidate import Candidate, examined, extended, is_likely, with_air
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.suspects import Suspect
 
-__all__ = ["pairs_of", "without_either"]
+__all__ = ["pairs_of", "with_parts"]
 
 Array = NDArray[np.float64]
 
@@ -53,21 +53,23 @@ def pairs_of(
     return list(found.values())
 
 
-def without_either(pair: Candidate, none: Candidate, singles: Sequence[Candidate]) -> list[Candidate]:
-    """Return both effects of a pair by themselves, fitted from where they are in it, as far as that fits better.
+def with_parts(ranked: Sequence[Candidate], none: Candidate) -> list[Candidate]:
+    """Return hypotheses with both effects of a leading pair by themselves too, fitted from where they are in it.
 
     Some single effects have several valleys: the fit of a pair may have found a better one of them than its own did.
     """
-    better = []
+    pair, found = ranked[0], {each.keys: each for each in ranked}
+    if len(pair.suspects) < 2 or pair.fitted.problem.gates:
+        return list(ranked)
     nuisances = none.fitted.problem.nuisances
     sizes = dict(zip(pair.fitted.problem.slots, pair.fitted.x[nuisances:], strict=True))
     for suspect in pair.suspects:
         start = np.array([sizes[slot] for slot in suspect.slots])
         alone = _alone(none, suspect, pair.fitted.x[:nuisances], start)
-        known = next((single for single in singles if single.keys == alone.keys), None)
+        known = found.get(alone.keys)
         if known is None or alone.fitted.cost < known.fitted.cost - 1.0:
-            better.append(alone)
-    return better
+            found[alone.keys] = alone
+    return examined(list(found.values()), none.noise)
 
 
 def _alone(none: Candidate, suspect: Suspect, nuisances: Array, sizes: Array) -> Candidate:

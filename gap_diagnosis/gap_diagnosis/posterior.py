@@ -3,8 +3,9 @@
 Priors are those of somebody who has a reason to ask: eight times in nine something is wrong, be it too small to be
 seen. So "none" stays modest, however well the model fits, and what is claimed is decided beside it (`verdict`). Where
 the log shows an effect in the samples themselves, another one beside it is as rare as a pair. With these the first
-candidate's probability is calibrated on simulated cases; evidence needs no temperature there, but a lapse: certainty
-is not to be had. What is not refitted counts by its screening.
+candidate's probability is calibrated on simulated cases. Evidence is divided by how far the noise exceeds the samples'
+own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
+refitted counts by its screening.
 """
 
 from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ from scipy.special import softmax
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.investigation import Investigation
 
-__all__ = ["Posterior", "beyond_sensors", "posterior_of"]
+__all__ = ["Posterior", "posterior_of"]
 
 PRIOR_NONE = 0.10
 PRIOR_SINGLE = 0.63
@@ -96,21 +97,8 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
-    doubted = beyond_sensors(found)
-    seen = _shared({each: priors[each] + nats / doubted for each, nats in evidence.items()})
+    seen = _shared({each: priors[each] + nats / found.beyond_sensors for each, nats in evidence.items()})
     return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
-
-
-def beyond_sensors(found: Investigation) -> float:
-    """Return how many times larger the noise is than the samples' own, as the mean over the signals; at least 1.
-
-    What had to be called noise though no sensor makes it has a shape that nobody knows, and the evidence of every
-    hypothesis beside it is overrated: it is divided by that (a tempered likelihood).
-    """
-    problem = found.none.fitted.problem
-    own = problem.sample_noise.signals
-    ratios = [s.marginal / own[n].marginal for n, s in found.noise.signals.items() if n not in problem.opaque]
-    return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
 
 
 def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.noise import NoiseModel, Series, white_noise
-from gap_diagnosis.prediction import JUMPING, NO_GATES, Simulated, Situation, Sizes, acts_in_plant, predict, simulated
+from gap_diagnosis.prediction import JUMPING, NO_GATES, Simulated, Situation, Sizes, predict, simulated
 from gap_diagnosis.recording import Recording
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
@@ -24,10 +24,6 @@ Array = NDArray[np.float64]
 DEFAULT_DEVIATION = 0.05
 """Relative standard deviation of a parameter where its set states none."""
 _DIVERGED = 1e6
-_SEARCHED = "command_quantization"
-"""Effect whose size no slope can improve: it stays in a fit where the search for it has put it."""
-_CODES = 0.01
-"""Codes per volt within which what a converter adds to a throttle stays the same one, for the greater part."""
 
 
 class Slot(NamedTuple):
@@ -172,11 +168,6 @@ class Problem:
         return any(slot.effect in JUMPING for slot in self.slots)
 
     @cached_property
-    def moves(self) -> NDArray[np.bool_]:
-        """Which unknowns a fit may move, shape (K,)."""
-        return np.array([True] * self.nuisances + [slot.effect != _SEARCHED for slot in self.slots])
-
-    @cached_property
     def measured(self) -> Array:
         """All samples in their units, NaN where missing or masked, shape (R,)."""
         if self.observed is not None:
@@ -264,61 +255,6 @@ class Problem:
     def residuals(self, x: Array) -> Array:
         """Return measured less predicted, NaN where nothing counts, shape (R,)."""
         return self.measured - self.predicted(x)
-
-    def sensitivities(self, x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
-        """Return d predicted / d unknowns by differences inside the ranges, shape (R, K); missing rows are NaN.
-
-        Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
-        the slopes to either side the smaller one counts, none where they disagree in sign.
-        """
-        columns = range(x.size) if columns is None else columns
-        happened = self.happened(x)
-        here = self.predicted(x, happened=happened)
-        result = np.zeros((here.size, len(columns)))
-        for place, k in enumerate(columns):
-            inward = self._inward(k, x[k], step)
-            slope = self._slope(x, k, inward, here, happened)
-            if self.jumps and self._inside(k, x[k] - 0.5 * inward):
-                other = self._slope(x, k, -0.5 * inward, here, happened)
-                smaller = np.where(np.abs(other) < np.abs(slope), other, slope)
-                slope = np.where(other * slope > 0.0, smaller, 0.0)
-            result[:, place] = slope
-        result[~self.known] = np.nan
-        return result
-
-    def _slope(self, x: Array, k: int, step: float, here: Array, happened: Sequence[Simulated]) -> Array:
-        """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`."""
-        moved = x.copy()
-        moved[k] += step
-        only = self.situations[k - len(self.names)].recording if len(self.names) <= k < self.nuisances else None
-        there = self.predicted(moved, only, None if self._moves_plant(k) else happened)
-        result = np.zeros(here.size)
-        for each in self.series:
-            if only in (None, each.recording):
-                result[each.rows] = (there[each.rows] - here[each.rows]) / (moved[k] - x[k])
-        return result
-
-    def _moves_plant(self, k: int) -> bool:
-        if k < len(self.names):
-            return True
-        if k < self.nuisances:
-            return self.situations[k - len(self.names)].kind == "start"
-        return acts_in_plant(self.slots[k - self.nuisances].effect)
-
-    def _inward(self, k: int, unit: float, step: float) -> float:
-        if k < self.nuisances:
-            return 10.0 * step
-        slot = self.slots[k - self.nuisances]
-        if slot.effect == _SEARCHED:
-            step = min(step, _CODES * unit**2 * slot.width)
-        return step if self._inside(k, unit + step) else -step
-
-    def _inside(self, k: int, unit: float) -> bool:
-        """Tell whether an unknown may have a value: sizes are bounded by their ranges."""
-        if k < self.nuisances:
-            return True
-        slot = self.slots[k - self.nuisances]
-        return slot.lower <= unit * slot.width <= slot.upper
 
     def bounded(self, x: Array) -> Array:
         """Return unknowns with sizes inside their ranges and nuisances within eight deviations."""

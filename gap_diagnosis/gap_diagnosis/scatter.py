@@ -36,8 +36,9 @@ class Scatter:
 def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[np.bool_]]:
     """Return the samples that say nothing: repeated ones and spikes."""
     masks: dict[tuple[int, str], NDArray[np.bool_]] = {}
+    hole = _hole(recordings)
     for index, recording in enumerate(recordings):
-        for table in (recording.log.repeated, recording.log.spikes, _zeros(recordings, recording)):
+        for table in (recording.log.repeated, recording.log.spikes, _zeros(recording, hole)):
             for signal, mask in table.items():
                 if np.any(mask):
                     masks[index, signal] = mask | masks.get((index, signal), False)
@@ -48,12 +49,12 @@ LEAST_HOLE = 1.0  # [rad/s]
 _ABOUT = np.array([0.25, 0.25, 0.0, 0.25, 0.25])
 
 
-def _zeros(recordings: Sequence[Recording], recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
+def _zeros(recording: Recording, hole: float) -> Mapping[str, NDArray[np.bool_]]:
     """Return the zeros of a blind tachometer, and the readings about its threshold: noise decided which of them are
     seen, so their mean is not the speed. By their neighbours, as their own noise must not choose them.
     """
-    hole, read = _hole(recordings), recording.experiment.measurements.get("speed")
-    if not hole > 0.0 or read is None or not np.any(read.values == 0.0):
+    read = recording.experiment.measurements.get("speed")
+    if hole == 0.0 or read is None or not np.any(read.values == 0.0):
         return {}
     about = np.abs(np.convolve(np.nan_to_num(read.values), _ABOUT, "same"))
     return {"speed": (read.values == 0.0) | (about < hole + 3.0 * read.noise)}

@@ -14,7 +14,7 @@ from gap_diagnosis.fitting import Fitted, fit, projector
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import JAGGED, Suspect
+from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
 from gap_diagnosis.throttle_steps import SPACING, likely_steps
 
 __all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
@@ -89,7 +89,7 @@ def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[
 
 def _with_likely_sizes(suspect: Suspect, anchor: Fitted, noise: NoiseModel) -> Suspect:
     """Return a coarse command with the steps that are worth a trial; others as they are."""
-    if suspect.effect != "command_quantization":
+    if suspect.effect != SEARCHED:
         return suspect
     (slot,) = suspect.slots
     steps = likely_steps(anchor, noise, slot.upper, _STEPS)
@@ -188,7 +188,7 @@ def _searched(view: _View, reference: float, screened: Screened, rounds: range =
     if suspect.effect not in JAGGED or screened.gain < 10.0:
         return screened
     best, gain, signature = screened.sizes, screened.gain, screened.signature
-    if suspect.effect == "command_quantization":
+    if suspect.effect == SEARCHED:
         spacing = SPACING * float(best[0]) * suspect.slots[0].width
     else:
         trials = np.sort(np.log(suspect.grid[:, 0]))

@@ -9,15 +9,17 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import SizeSlot
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["JAGGED", "SCATTERING", "Suspect", "suspects"]
+__all__ = ["JAGGED", "SCATTERING", "SEARCHED", "Suspect", "suspects"]
 
 Array = NDArray[np.float64]
 
 SCATTERING = ("timestamp_jitter", "dropped_samples", "flow_spikes")
 """Effects that only scatter: judged by the shape of the noise, not by a prediction."""
-JAGGED = ("command_quantization", "tach_quantization", "tach_dropout")
+SEARCHED = "command_quantization"
+"""Effect whose size no slope can improve: it stays in a fit where the search for it has put it."""
+JAGGED = (SEARCHED, "tach_quantization", "tach_dropout")
 """Effects whose predictions jump as their size grows: their sizes are searched, not fitted."""
-_DENSE = {"tach_quantization": 60, "tach_dropout": 16, "command_quantization": 16, "load_cell_resonance": 24}
+_DENSE = {"tach_quantization": 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
 _SECOND = {"load_cell_resonance": 3}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
 

@@ -8,7 +8,7 @@ import numpy as np
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.investigation import Investigation
-from gap_diagnosis.posterior import Posterior, beyond_sensors
+from gap_diagnosis.posterior import Posterior
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.screening import Screened
@@ -116,7 +116,7 @@ def verdict_of(
         verdict = "effect"
     elif posterior.none > QUIET:
         verdict = "parameters" if found.stated[1] < 0.0 else "no_gap"
-        if power(found.screened) < LEAST_POWER or beyond_sensors(found) > DOUBTED:
+        if power(found.screened) < LEAST_POWER or found.beyond_sensors > DOUBTED:
             verdict = "cannot_tell"
     else:
         verdict = "cannot_tell"

@@ -7,7 +7,7 @@ from generated import campaign
 
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.posterior import LAPSE, beyond_sensors, posterior_of
+from gap_diagnosis.posterior import LAPSE, posterior_of
 
 
 @pytest.fixture(scope="module")
@@ -41,10 +41,10 @@ def test_another_effect_beside_one_that_scatters_needs_more_evidence(found):
 
 
 def test_evidence_counts_less_where_noise_is_larger_than_the_sensors_own(found):
-    assert beyond_sensors(found) == pytest.approx(1.0, abs=0.1)
+    assert found.beyond_sensors == pytest.approx(1.0, abs=0.1)
     louder = {name: replace(s, marginal=6.0 * s.marginal) for name, s in found.noise.signals.items()}
     doubted = replace(found, noise=NoiseModel(signals=louder))
-    assert beyond_sensors(doubted) == pytest.approx(6.0, rel=0.1)
+    assert doubted.beyond_sensors == pytest.approx(6.0, rel=0.1)
     best = max(found.candidates, key=lambda candidate: candidate.evidence).keys[0]
     assert (
         0.0

@@ -2,9 +2,8 @@
 
 Arrangements: all nodes in one process with the events executor, handing their messages to each other, or each through
 the middleware; a process for each half of the thrusters, for the two nodes of each thruster (these hand over too), for
-each node. In all of them what plays the bench is another process, which
-publishes state, flow and set point of all thrusters and receives the throttles. As a real device would, it does not
-catch up with a tick that it missed.
+each node. In all of them what plays the bench is another process, which publishes state, flow and set point of all
+thrusters and receives the throttles. As a real device would, it does not catch up with a tick that it missed.
 
 Beside them stands what the machine itself does to such figures: how long the same work takes in one process by itself.
 """
@@ -36,9 +35,6 @@ from thruster_runtime.records import format_of, listen
 
 __all__ = ["ARRANGEMENTS", "Figures", "Row", "alone", "lockstep", "main", "real_time", "rows"]
 
-ARRANGEMENTS = ("handed over", "one process", "two processes", "per thruster", "per node")
-"""What shares a process; where more than one does, all but "one process" hand their messages over."""
-
 THRUSTERS = 6
 RATES = (25.0, 100.0, 200.0)
 _PERIOD = 40_000_000  # ns, in lockstep
@@ -49,6 +45,14 @@ _CLASSES = {
     "inner_loop": "thruster_control.inner_loop_node:InnerLoopNode",
 }
 _NODES = THRUSTERS * len(_CLASSES)
+ARRANGEMENTS = {
+    "handed over": _NODES,
+    "one process": _NODES,
+    "two processes": _NODES // 2,
+    "per thruster": len(_CLASSES),
+    "per node": 1,
+}
+"""How many nodes share a process; all but those of "one process" hand their messages over."""
 
 
 class Figures(NamedTuple):
@@ -143,8 +147,7 @@ def _groups(arrangement: str, thrusters: int, simulated: bool) -> list[list[dict
         for i in range(thrusters)
         for name, kind in _CLASSES.items()
     ]
-    sizes = (len(entries), len(entries), len(_CLASSES) * ((thrusters + 1) // 2), len(_CLASSES), 1)
-    size = sizes[ARRANGEMENTS.index(arrangement)]
+    size = ARRANGEMENTS[arrangement]
     return [entries[k : k + size] for k in range(0, len(entries), size)]
 
 
