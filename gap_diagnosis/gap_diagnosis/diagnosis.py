@@ -51,7 +51,8 @@ class Diagnosis:
         investigation, posterior: all hypotheses; None where there is not enough data.
         problem: recordings and parameters, without effects.
         errors: the four numbers; None where there is not enough data.
-        shrink: of the claimed effects together; None where nothing with a trace in the predictions is claimed.
+        shrink: of the claimed effects together; None where nothing with a trace in the predictions is claimed, or
+            something that parameters would do by themselves.
         shrinks: of each claimed effect, in the order of the claims.
         where: blocks and their shares of the gap.
         regime: in which the re-tuned model is worst.
@@ -153,9 +154,7 @@ def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple
     found = []
     for recording in problem.recordings:
         for signal, size in recording.log.scatter.items():
-            m = recording.experiment.measurements.get(signal)
-            period = float(np.median(np.diff(m.time))) if m is not None else 0.04
-            found.append(scattered_before_sorting(size, period))
+            found.append(scattered_before_sorting(size, recording.log.period[signal]))
     size = float(np.sqrt(np.mean(np.square(found))))
     sentence = f"stamps scatter by {1000 * size:.1f} ms; regular ones fit better"
     count = sum(m.values.size for r in regular for m in r.experiment.measurements.values())
@@ -216,15 +215,16 @@ def _complete(
     whole: Shrink | None = None
     if verdict.chosen is not None and verdict.verdict == "effect":
         predictions["with_effect"] = held_out(verdict.chosen.fitted, found.noise)
-        whole = shrink_of(problem, found.noise, predictions["retuned"], predictions["with_effect"], seed)
         physical = [c for c in verdict.claims if not c.scatters]
+        if all(claim.kind != "parametric" for claim in physical):  # parameters would do that by themselves
+            whole = shrink_of(problem, found.noise, predictions["retuned"], predictions["with_effect"], seed)
         for claim in verdict.claims:
             if claim.scatters or claim.kind == "parametric":
                 shrinks.append(Shrink(value=None, interval=None))
-            elif len(physical) == 1:
+            elif len(physical) == 1 and whole is not None:
                 shrinks.append(whole)
             else:
-                shrinks.append(_of_one(found, claim.effect, problem, predictions, seed))
+                shrinks.append(_of_one(found, claim.key, problem, predictions, seed))
     else:
         shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
     units = {name: signal.unit for name, signal in SIGNALS.items()}
@@ -259,9 +259,9 @@ def _complete(
     )
 
 
-def _of_one(found: Investigation, effect: str, problem: Problem, predictions: Mapping[str, Array], seed: int) -> Shrink:
+def _of_one(found: Investigation, key: str, problem: Problem, predictions: Mapping[str, Array], seed: int) -> Shrink:
     """Return how far one of two effects alone shrinks the gap."""
-    alone = next((c for c in found.candidates if len(c.suspects) == 1 and c.suspects[0].effect == effect), None)
+    alone = next((c for c in found.candidates if c.keys == (key,)), None)
     if alone is None:
         return Shrink(value=None, interval=None)
     return shrink_of(problem, found.noise, predictions["retuned"], held_out(alone.fitted, found.noise), seed)

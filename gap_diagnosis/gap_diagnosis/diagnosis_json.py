@@ -153,16 +153,21 @@ def _parameters_in_words(diagnosis: Diagnosis) -> str:
 
 
 def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
-    found = diagnosis.investigation
-    if found is not None and diagnosis.verdict.none > 0.5:
+    found, verdict = diagnosis.investigation, diagnosis.verdict
+    if found is not None and verdict.reason == "power":
         share = power(found.screened)
         return (
             "This data cannot tell: no effect is needed to explain it, but only "
             f"{100 * share:.0f} % of the effects would have shown at a third of their plausible size."
         )
-    ranked = sorted(diagnosis.verdict.probabilities.items(), key=lambda each: -each[1])[:4]
-    listed = ", ".join(f"{name} {p:.2f}" for name, p in ranked if p > 0.02)
-    return f"This data cannot tell: several explanations remain ({listed}; none {diagnosis.verdict.none:.2f})."
+    if found is not None and verdict.reason == "noise":
+        return (
+            "This data cannot tell: what no effect explains had to be taken for noise, and that is "
+            f"{found.beyond_sensors:.1f} times what the samples themselves show of the sensors."
+        )
+    ranked = sorted(verdict.probabilities.items(), key=lambda each: -each[1])[:4]
+    listed = [f"{name} {p:.2f}" for name, p in ranked if p > 0.02]
+    return f"This data cannot tell: several explanations remain ({', '.join([*listed, f'none {verdict.none:.2f}'])})."
 
 
 def _unknown_in_words(diagnosis: Diagnosis) -> str:

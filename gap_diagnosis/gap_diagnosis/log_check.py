@@ -94,6 +94,8 @@ def regular_stamps(stamps: Array) -> tuple[Array, float]:
     if stamps.size < 8:
         return stamps, 0.0
     slope, first = np.polyfit(index, stamps, 1)
+    if not slope > 0.0:
+        return stamps, 0.0
     regular = first + slope * index
     residual = stamps - regular
     kept = np.abs(residual) <= 4.0 * max(float(np.median(np.abs(residual))) / 0.6745, 1e-12)

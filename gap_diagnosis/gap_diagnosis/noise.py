@@ -103,8 +103,8 @@ def fit_noise(series: Sequence[Series], residuals: Array, lost: float = 0.0, opa
         opaque: signals whose residuals are no autoregression (a coarse converter's): white, as large as their memory
             leaves them worth.
 
-    The order of each autoregression is the one of least corrected Akaike criterion up to 4; covariances are pooled
-    over recordings.
+    The order of each autoregression, up to 4, is the one of least deviance with six units to pay for each coefficient;
+    covariances are pooled over recordings.
     """
     signals = {}
     for name in dict.fromkeys(each.signal for each in series):

@@ -41,6 +41,10 @@ def checked(recordings: Sequence[Recording]) -> Checked:
             period = float(np.median(np.diff(m.time))) if m.time.size > 1 else np.inf
             if values.size < 20:
                 warnings.append(f"{where}: expected at least 20 samples, found {values.size}; left out")
+            elif float(np.ptp(m.time)) == 0.0:
+                warnings.append(
+                    f"{where}: expected stamps that advance, found {m.time[0]:g} s on all samples; left out"
+                )
             elif period > SLOWEST:
                 found = f"expected samples at least every {SLOWEST:g} s, found one every {period:.2g} s"
                 warnings.append(f"{where}: {found}; left out")
@@ -50,6 +54,11 @@ def checked(recordings: Sequence[Recording]) -> Checked:
                 )
             else:
                 clipped = _clipped(m.values)
+                free = int(np.sum(np.isfinite(m.values) & ~clipped))
+                if free < 20:
+                    expected = "expected at least 20 samples between its limits"
+                    warnings.append(f"{where}: {expected}, found {free}; left out")
+                    continue
                 if np.any(clipped):
                     share, level = 100.0 * np.mean(clipped), float(np.nanmax(np.abs(m.values[clipped])))
                     warnings.append(f"{where}: {share:.0f} % of the samples stand at a limit of {level:g}; masked")

@@ -24,7 +24,7 @@ PRIOR_NONE = 0.10
 PRIOR_SINGLE = 0.63
 PRIOR_PAIR = 0.12
 PRIOR_UNKNOWN = 0.04  # beside none; beside effects in the same proportion to them
-LAPSE = 0.03
+LAPSE = 0.01
 """Share of simulated cases in which what seemed certain was wrong: stated probabilities are mixed with the prior by it.
 """
 
@@ -36,7 +36,7 @@ Hypothesis = tuple[str, tuple[str, ...]]
 class Posterior:
     """Probabilities: of none and of unknown, of each single suspect by key (marginal, where pairs are in play), of
     each pair by its keys; `beside`: of each suspect with something unknown beside it, all in `unknown`; `leading`: the
-    most probable hypothesis without an unknown part, None for none; `prior`: before the recordings were seen.
+    most probable hypothesis of effects alone, None where no effect was weighed; `prior`: before the recordings.
     """
 
     none: float

@@ -58,7 +58,9 @@ def recording_of(
 
     The simulation's clock starts with the throttle's, so that commands begin with its steps.
     """
-    scatter = {name: regular_stamps(time)[1] for name, (time, _) in {"throttle": throttle, **signals}.items()}
+    stamps = {name: time for name, (time, _) in {"throttle": throttle, **signals}.items()}
+    scatter = {name: regular_stamps(time)[1] for name, time in stamps.items()}
+    periods = {name: float(np.mean(np.diff(time))) if time.size > 1 else CELL for name, time in stamps.items()}
     given = (throttle, dict(signals))
     if regular:
         throttle = (regular_stamps(throttle[0])[0], throttle[1])
@@ -98,7 +100,7 @@ def recording_of(
             np.hypot(clocks.get("throttle", 0.0), regular * 2.0 * scatter["throttle"] / np.sqrt(throttle[0].size))
         ),
     )
-    found = with_log_findings(experiment, thruster, scatter)
+    found = with_log_findings(experiment, thruster, scatter, periods)
     if regular or max(scatter.values()) < LEAST_SCATTER:
         return found
     again = recording_of(name, *given, thruster=thruster, clock_deviations=clock_deviations, regular=True)
@@ -106,7 +108,10 @@ def recording_of(
 
 
 def with_log_findings(
-    experiment: Experiment, thruster: int = 0, scatter: Mapping[str, float] | None = None
+    experiment: Experiment,
+    thruster: int = 0,
+    scatter: Mapping[str, float] | None = None,
+    period: Mapping[str, float] | None = None,
 ) -> Recording:
     """Return an experiment as a recording, with what its log shows and the state at its start."""
     start, deviations = initial_state(experiment)
@@ -120,5 +125,12 @@ def with_log_findings(
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)
-    log = LogFindings(hole=hole, repeated=repeated, spikes=standing_out, lattice=lattice, scatter=dict(scatter or {}))
+    log = LogFindings(
+        hole=hole,
+        repeated=repeated,
+        spikes=standing_out,
+        lattice=lattice,
+        scatter=dict(scatter or {}),
+        period=dict(period or {}),
+    )
     return Recording(experiment=experiment, start=start, start_std=deviations, log=log, thruster=thruster)

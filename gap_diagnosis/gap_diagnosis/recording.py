@@ -33,6 +33,7 @@ class LogFindings:
         lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
         hole: readings up to this magnitude are given as exactly zero, in the signal's unit; 0 where there is no hole.
         scatter: standard deviation of the stamps about regular ones [s]; also of the "throttle".
+        period: of the samples as they came [s]; also of the "throttle".
     """
 
     repeated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
@@ -40,6 +41,7 @@ class LogFindings:
     lattice: Mapping[str, float] = field(default_factory=dict)
     hole: Mapping[str, float] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
+    period: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
 
-from gap_diagnosis.fitting import Fitted, fit
+from gap_diagnosis.fitting import fit
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.preparing import DT
-from gap_diagnosis.problem import Problem, SizeSlot, deviations_of
+from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.screening import rated, refined, tried
+from gap_diagnosis.sizes import sizes_of
 from gap_diagnosis.suspects import suspects
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
@@ -125,7 +126,7 @@ def diagnose_steady_states(
     for screened in rated(base, noise, tried(base, noise, listed))[:_TRIED]:
         start = np.concatenate((screened.anchor.x, refined(screened, noise).sizes))
         fitted = fit(screened.problem, noise, start, iterations=25)
-        sizes = _sizes(fitted, screened.suspect.slots)
+        sizes = {name: (size.value, size.std) for name, size in sizes_of(fitted, noise, screened.suspect).items()}
         explanations.append(
             Explanation(
                 effect=screened.suspect.effect, sizes=sizes, evidence=fitted.evidence - base.evidence, cost=fitted.cost
@@ -175,16 +176,6 @@ def _staircase(u: Array, measured: Mapping[str, Array], deviations: Mapping[str,
     }
     commands = np.repeat(u, round(STAIR / DT))
     return Recording(experiment=Experiment(name="steady states", dt=DT, throttle=commands, measurements=measurements))
-
-
-def _sizes(fitted: Fitted, slots: tuple[SizeSlot, ...]) -> dict[str, tuple[float, float]]:
-    problem = fitted.problem
-    values, spread = problem.sizes(fitted.x), np.sqrt(np.diag(fitted.covariance))
-    return {
-        slot.parameter: (values[slot.effect][slot.parameter], float(spread[problem.nuisances + place]) * slot.width)
-        for place, slot in enumerate(problem.slots)
-        if slot in slots
-    }
 
 
 def _by_signal(problem: Problem, rows: Array) -> dict[str, Array]:

@@ -100,7 +100,9 @@ def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: 
     closed: list[NDArray[np.bool_]] = []
     fast: list[NDArray[np.bool_]] = []
     seen: list[Array] = []
-    for each, happened in zip(series, fitted.problem.happened(fitted.x), strict=True):
+    everything = fitted.problem.happened(fitted.x)
+    for each in series:
+        happened = everything[each.recording]
         n, v = happened.outputs["speed"][1:], happened.outputs["axial"][1:]
         rate = np.abs(np.diff(happened.outputs["speed"]))
         size = min(n.size, gates[each.recording].size)
@@ -215,4 +217,4 @@ def _viterbi(odds, change):  # type: ignore[no-untyped-def]
         if before != state:
             changes += 1
         state = before
-    return states, best, changes
+    return states, best, changes + state  # a run that begins in air has changed before it

@@ -12,19 +12,22 @@ from gap_diagnosis.posterior import Posterior
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.screening import Screened
-from gap_diagnosis.suspects import JAGGED, Suspect
+from gap_diagnosis.sizes import Size, sizes_of
+from gap_diagnosis.suspects import Suspect
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["VERDICTS", "Claim", "Size", "Verdict", "class_of", "power", "verdict_of"]
+__all__ = ["VERDICTS", "Claim", "Verdict", "class_of", "power", "verdict_of"]
 
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
-CLAIMED = 0.87
+CLAIMED = 0.89
 """Stated probability from which a group of effects is claimed."""
 AGAINST_NONE = 90.0
 """And how much more probable than none it has to be: a false alarm is worse than a small effect that is passed over."""
 QUIET = 0.14
 """Probability of none from which nothing is said to be wrong, where nothing is claimed: the rest is spread over all
 that may be there, too small to be seen."""
+FAVOURED = 3.0
+"""How much more probable than none an effect may be where nothing is said to be wrong."""
 APART = 9.0
 """Squared distance (Fisher, in standard deviations) below which two hypotheses cannot be told apart."""
 VISIBLE = 25.0
@@ -33,20 +36,8 @@ LEAST_POWER = 0.5
 """Share of the suspects that recordings must be able to show for "no gap" to mean anything."""
 DOUBTED = 4.0
 """Noise over that of the samples themselves from which nothing is said to suffice: something else is at work."""
-WIDER, IMPRECISE = 1.2, 0.005
-"""What a size's standard deviation is multiplied by, and the share of the size that is added to it: curvature at the
-best fit and exact integration promise more than sizes keep (calibrated on simulated cases)."""
 IN_SPAN = 0.002
 """Share of an effect's energy outside the span of the parameters below which it counts as parametric."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Size:
-    """One parameter of a claimed effect."""
-
-    value: float
-    std: float
-    unit: str
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,10 +53,19 @@ class Claim:
     alike: tuple[str, ...] = ()
     scatters: bool = False
 
+    @property
+    def key(self) -> str:
+        """Of the suspect that is claimed."""
+        return f"{self.effect}:{self.channel}" if self.channel else self.effect
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """One of `VERDICTS`, what is claimed, the hypothesis behind it (None: no effect), and its probabilities."""
+    """One of `VERDICTS`, what is claimed, the hypothesis behind it (None: no effect), and its probabilities.
+
+    `reason`: why it cannot be told, where that is the verdict: "several" explanations remain, the "noise" is larger
+    than any sensor's, or none is needed but the recordings lack the "power" to show most effects.
+    """
 
     verdict: str
     claims: tuple[Claim, ...]
@@ -73,6 +73,7 @@ class Verdict:
     probabilities: dict[str, float]
     none: float
     unknown: float
+    reason: str = ""
 
 
 def power(screened: Sequence[Screened]) -> float:
@@ -107,23 +108,21 @@ def verdict_of(
         # One of the two may be certain even though the other is not.
         sure = tuple(c for c in claims if c.group_probability >= least)
         if sure:
-            single = next((c for c in found.candidates if c.keys == _key(sure[0])), None)
-            if single is not None and _at_work(stated, single.keys[0]) >= least:
+            single = next((c for c in found.candidates if c.keys == (sure[0].key,)), None)
+            if single is not None and _at_work(stated, sure[0].key) >= least:
                 claims, chosen, named = sure, single, True
+    reason = ""
     if posterior.unknown > 0.5 or foreign:
         verdict = "unknown"
     elif named:
         verdict = "effect"
-    elif posterior.none > QUIET:
-        verdict = "parameters" if found.stated[1] < 0.0 else "no_gap"
-        if power(found.screened) < LEAST_POWER or found.beyond_sensors > DOUBTED:
-            verdict = "cannot_tell"
     else:
-        verdict = "cannot_tell"
+        reason = _doubt(found, posterior, bool(noise_claims))
+        verdict = "cannot_tell" if reason else "parameters" if found.stated[1] < 0.0 else "no_gap"
     if verdict != "effect":
         claims, chosen = (), None
-    if noise_claims and verdict in ("no_gap", "parameters", "cannot_tell"):
-        verdict, chosen = "effect", None
+    if noise_claims and verdict in ("no_gap", "parameters"):
+        verdict = "effect"
     if verdict == "effect":
         claims = (*claims, *noise_claims)
     return Verdict(
@@ -133,11 +132,18 @@ def verdict_of(
         probabilities=probabilities,
         none=none,
         unknown=stated.unknown,
+        reason=reason,
     )
 
 
-def _key(claim: Claim) -> tuple[str, ...]:
-    return (f"{claim.effect}:{claim.channel}" if claim.channel else claim.effect,)
+def _doubt(found: Investigation, posterior: Posterior, in_log: bool) -> str:
+    """Return why it cannot be told whether anything is wrong; empty where nothing is, but for what the log shows."""
+    likeliest = max(posterior.marginal.values(), default=0.0)
+    if posterior.none <= QUIET or likeliest > FAVOURED * posterior.none:
+        return "several"
+    if found.beyond_sensors > DOUBTED:
+        return "noise"
+    return "power" if power(found.screened) < LEAST_POWER and not in_log else ""
 
 
 def _at_work(posterior: Posterior, key: str) -> float:
@@ -160,45 +166,10 @@ def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect:
         channel=suspect.channel,
         probability=stated.marginal.get(suspect.key, 0.0),
         group_probability=group,
-        sizes=_sizes(leading, suspect),
+        sizes=sizes_of(leading.fitted, leading.noise, suspect),
         kind=class_of(leading, suspect),
         alike=tuple(dict.fromkeys(alike)),
     )
-
-
-def _sizes(candidate: Candidate, suspect: Suspect) -> dict[str, Size]:
-    fitted = candidate.fitted
-    deviations = np.sqrt(np.diag(fitted.covariance))
-    values = fitted.problem.sizes(fitted.x)
-    result = {}
-    for place, slot in enumerate(fitted.problem.slots):
-        if slot.effect == suspect.effect and slot in suspect.slots:
-            unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
-            std = float(deviations[fitted.problem.nuisances + place]) * slot.width
-            if slot.effect in JAGGED:
-                std = _width(candidate, place) * slot.width
-            std = float(np.hypot(WIDER * std, IMPRECISE * values[slot.effect][slot.parameter]))
-            result[slot.parameter] = Size(value=values[slot.effect][slot.parameter], std=std, unit=unit)
-    return result
-
-
-def _width(candidate: Candidate, place: int) -> float:
-    """Return by how much a size over its range must change for the cost to rise by one; the other unknowns stay."""
-    fitted = candidate.fitted
-    problem = fitted.problem
-    at = problem.nuisances + place
-    step = 1e-5
-    while step < 0.5:
-        rises = []
-        for sign in (-1.0, 1.0):
-            moved = fitted.x.copy()
-            moved[at] += sign * step
-            white = problem.whitened(candidate.noise, problem.residuals(problem.bounded(moved)))
-            rises.append(float(white @ white - fitted.white @ fitted.white))
-        if max(rises) > 1.0:
-            break
-        step *= 1.6
-    return step
 
 
 def class_of(candidate: Candidate, suspect: Suspect) -> str:
@@ -210,7 +181,8 @@ def class_of(candidate: Candidate, suspect: Suspect) -> str:
     x = fitted.x[[*range(problem.nuisances), *places]]
     target = np.where(problem.known, problem.predicted(fitted.x), np.nan)
     wide = {name: 10.0 * deviation for name, deviation in problem.deviations.items()}
-    bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=())
+    gates = problem.gates if suspect.effect != "ventilation" else ()
+    bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=gates)
     x = x.copy()
     x[: len(problem.names)] /= 10.0
     noise = candidate.noise

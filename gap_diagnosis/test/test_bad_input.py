@@ -64,6 +64,10 @@ def without(*channels):
     return lambda runs: {name: {c: s for c, s in run.items() if c not in channels} for name, run in runs.items()}
 
 
+def pinned(time, values):
+    return time, np.where(values > np.median(values), 9.0, -9.0)
+
+
 def silent(time, values):
     kept = (time < 3.0) | (time > 8.0)
     return time[kept], values[kept]
@@ -199,6 +203,12 @@ def test_constant_clipped_and_interrupted_channels_are_named_and_no_effect_is_cl
         r"steps: thruster_0/state.n: no samples for 5.1 s from 3.0 s on",
     ):
         assert re.search(sentence, found.error), found.error
+
+
+def test_a_channel_that_only_knows_its_two_limits_is_left_out(diagnosed):
+    found = diagnosed(changed(pinned, "torque")(healthy()))
+    assert found.content["verdict"] in HONEST and not found.content["effects"]
+    assert "steps: thruster_0/load.wrench.torque.x: expected at least 20 samples between its limits" in found.error
 
 
 def test_where_the_throttle_was_silent_nothing_is_made_of_what_was_measured_meanwhile(diagnosed):

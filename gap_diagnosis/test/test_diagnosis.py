@@ -139,7 +139,7 @@ def test_predictions_are_held_out(coulomb):
         problem.measured - coulomb.investigation.none.fitted.problem.predicted(coulomb.investigation.none.fitted.x)
     )
     outside = np.abs(problem.measured - coulomb.predictions["retuned"])
-    assert np.nanmean(outside**2) != np.nanmean(inside**2)
+    assert np.nanmean(outside**2) > np.nanmean(inside**2)
 
 
 def test_a_coarse_tachometer_is_no_friction():

@@ -89,3 +89,8 @@ def test_regular_stamps_do_not_scatter():
 def test_a_flow_that_climbs_and_falls_all_the_time_has_no_spikes():
     steep = 0.3 * np.sin(np.arange(750) / 18.0) + 0.006 * np.random.default_rng(7).standard_normal(750)
     assert np.sum(spikes(steep, 0.006)) <= 2
+
+
+def test_stamps_that_do_not_advance_have_no_line_through_them():
+    stamps, scatter = regular_stamps(np.full(100, 3.0))
+    assert np.all(stamps == 3.0) and scatter == 0.0

@@ -1,5 +1,7 @@
 """Air at the propeller comes at random: what the states foresee is something else."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from generated import campaign
@@ -8,7 +10,7 @@ from gap_diagnosis.discrepancy import chosen_greedily
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.ventilation import ventilated
+from gap_diagnosis.ventilation import _viterbi, ventilated
 
 NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
 
@@ -29,6 +31,27 @@ def test_thrust_that_collapses_at_random_is_found_with_its_share(seed):
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_thrust_that_collapses_after_each_quick_change_of_speed_is_not_taken_for_air(seed):
     assert found(None, {"wake_stall": {"share": 0.5}}, seed) is None
+
+
+def test_a_recording_without_a_load_cell_is_no_obstacle_to_air_in_another():
+    stated, recordings = campaign(
+        {"ventilation": {"share": 0.4, "onset": 60.0}}, seed=3, spread=0.0, duration=30.0, runs=3
+    )
+    blind = recordings[0].experiment
+    kept = {name: m for name, m in blind.measurements.items() if name in ("speed", "ambient")}
+    recordings[0] = replace(recordings[0], experiment=replace(blind, measurements=kept))
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    fitted, _ = ventilated(fit(problem, NOISE, problem.start()), NOISE)
+    assert fitted.problem.sizes(fitted.x)["ventilation"]["share"] == pytest.approx(0.4, abs=0.06)
+
+
+@pytest.mark.parametrize(
+    ("odds", "air", "changes"), [([5.0, 5.0, -9.0], [1, 1, 0], 2), ([-9.0, 9.0, 9.0], [0, 1, 1], 1)]
+)
+def test_every_change_of_a_path_is_counted_that_of_a_start_in_air_too(odds, air, changes):
+    states, gain, counted = _viterbi(np.array(odds), -2.0)
+    assert states.tolist() == air and counted == changes
+    assert gain == pytest.approx(sum(o for o, a in zip(odds, air, strict=True) if a) - 2.0 * changes)
 
 
 def test_where_there_is_nothing_to_choose_from_nothing_is_chosen():

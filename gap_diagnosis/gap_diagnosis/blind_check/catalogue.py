@@ -119,7 +119,9 @@ OUTSIDE: dict[str, Kind] = {
     "throttle_backlash": Kind(block="command", size=_upto("width", 0.8, least=0.4)),
     "throttle_cubic": Kind(block="command", size=_upto("curvature", 0.05, least=0.4)),
     "drive_resonance": Kind(
-        block="command", size=_upto("share", 0.9, least=0.4), more=(_also("frequency", 0.5, 1.5, "log"),)
+        block="command",
+        size=_upto("share", 0.9, least=0.4),
+        more=(_also("frequency", 0.5, 1.5, "log"), _also("damping", 0.03, 0.3, "log")),
     ),
     "gain_step": Kind(block="command", size=_upto("share", 0.5, least=0.3), more=(_also("time", 8.0, 22.0),)),
     "static_friction_peak": Kind(block="rotor", size=_upto("deceleration", 700.0, least=0.5)),
@@ -132,13 +134,15 @@ OUTSIDE: dict[str, Kind] = {
     "tank_seiche": Kind(
         block="flow",
         size=_upto("gain", 0.02, least=0.4),
-        more=(_also("frequency", 0.1, 0.3),),
+        more=(_also("frequency", 0.1, 0.3), _also("damping", 0.03, 0.3, "log")),
         inert_in=_SIMPLE,
     ),
     "load_cell_creep": Kind(block="sensor", size=_upto("share", 0.5, least=0.4), more=(_also("time", 1.0, 5.0),)),
-    "tach_periodic_error": Kind(block="sensor", size=_upto("amplitude", 8.0, least=0.5)),
+    "tach_periodic_error": Kind(
+        block="sensor", size=_upto("amplitude", 8.0, least=0.5), more=(_also("period", 3.0, 12.0, "log"),)
+    ),
     "flow_compression": Kind(block="sensor", size=_upto("curvature", 8.0, least=0.4), inert_in=_SIMPLE),
-    "clock_jump": Kind(block="log", size=_upto("time", 0.4, signed=True, least=0.4)),
+    "clock_jump": Kind(block="log", size=_upto("time", 0.4, signed=True, least=0.4), more=(_also("when", 0.2, 0.8),)),
 }
 """Effects that are in no library, to see what is said about the unknown; ids of our own, blocks as in the library."""
 

@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from gap_diagnosis.blind_check.cases import KINDS, MODELS, plan
+from gap_diagnosis.blind_check.cases import KINDS, MODELS, Plan, plan
 from gap_diagnosis.blind_check.docs_io import summary_rows, write_page
 from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases, pool
 from gap_diagnosis.blind_check.scoring import score
@@ -64,20 +64,15 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         f"{len(plans)} keys sealed, hashes in {given.out / 'hashes.txt'}; hash of all: [bold]{published}[/bold]"
     )
     if given.so_far:
-        plans = [each for each in plans if store.finished(each.name)]
+        plans = [each for each in plans if store.finished(each.name) or store.failed(each.name)]
         if not plans:
             raise ValueError(f"{given.out}: expected finished cases; found none")
-    with _progress(console) as progress, pool(given.processes) as executor:
-        done = sum(store.finished(each.name) for each in plans)
-        task = progress.add_task("diagnosing", total=len(plans), completed=done)
-        failed = diagnose_all(
-            store, plans, executor, keep_runs=given.keep_runs, progress=lambda *_: progress.advance(task)
-        )
-    for name, reason in list(failed.items())[:5]:
-        print(f"{name}: {reason}", file=sys.stderr)
+    else:
+        _diagnose(store, plans, given, console)
+    failed = [each.name for each in plans if store.failed(each.name)]
     if failed:
         print(f"{len(failed)} of {len(plans)} diagnoses failed; they count as wrong, and are tried again on resuming")
-    cases = opened_cases(store, plans, failed)
+    cases = opened_cases(store, plans)
     scores = score(cases, np.random.default_rng([given.seed, 4]))
     table = Table("figure", "value", "target", title=f"Blind check, {len(cases)} cases, seed {given.seed}")
     for row in summary_rows(scores):
@@ -91,6 +86,22 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         )
         console.print("written: " + ", ".join(str(file) for file in write_page(scores, given.docs, provenance)))
     return 1 if failed else 0
+
+
+def _diagnose(store: Store, plans: Sequence[Plan], given: argparse.Namespace, console: Console) -> None:
+    with _progress(console) as progress, pool(given.processes) as executor:
+        done = sum(store.finished(each.name) for each in plans)
+        task = progress.add_task("diagnosing", total=len(plans), completed=done)
+        failed = diagnose_all(
+            store,
+            plans,
+            executor,
+            keep_runs=given.keep_runs,
+            ahead=2 * given.processes,
+            progress=lambda *_: progress.advance(task),
+        )
+    for name, reason in list(failed.items())[:5]:
+        print(f"{name}: {reason}", file=sys.stderr)
 
 
 def _progress(console: Console) -> Progress:

@@ -105,6 +105,7 @@ class Outside(NamedTuple):
     throttle_cubic: float = 0.0  # [1/V^2] u -> u (1 - s u^2)
     drive_resonance: float = 0.0  # share of a lightly damped mode in what the motor gets
     drive_resonance_frequency: float = 2.0  # [Hz]
+    drive_resonance_damping: float = 0.1
     gain_step: float = 0.0  # share of the drive lost from one instant on
     gain_step_time: float = 15.0  # [s]
     static_friction_peak: float = 0.0  # [rad/s^2] friction that fades with speed (Stribeck)
@@ -115,9 +116,11 @@ class Outside(NamedTuple):
     torque_by_current: float = 0.0  # share of Q lost per 0.3 m/s of ambient flow
     tank_seiche: float = 0.0  # [m/s/N] sway of the tank's water by thrust
     tank_seiche_frequency: float = 0.2  # [Hz]
+    tank_seiche_damping: float = 0.1
     load_cell_creep: float = 0.0  # share of the load that comes late
     load_cell_creep_time: float = 5.0  # [s]
-    tach_periodic_error: float = 0.0  # [rad/s] times sin(n / 5 rad/s)
+    tach_periodic_error: float = 0.0  # [rad/s] times sin(n / its period)
+    tach_periodic_error_period: float = 5.0  # [rad/s] over a radian
 
 
 class Surroundings(NamedTuple):

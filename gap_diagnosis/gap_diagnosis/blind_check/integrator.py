@@ -23,7 +23,6 @@ CHANNELS = ("n", "ambient", "thrust", "torque", "v", "u", "tach", "tach_noisy", 
 
 _STALL_TIME = 0.5
 _STALL_RATE = 300.0
-_LIGHT_DAMPING = 0.1
 
 
 @equation
@@ -40,7 +39,7 @@ def _converted(u, e, o):  # type: ignore[no-untyped-def]
 @equation
 def _tachometer(n, noise, e, o):  # type: ignore[no-untyped-def]
     """Return the tachometer's reading [rad/s]: scale, noise, converter."""
-    y = n * (1.0 + e.tach_scale) + o.tach_periodic_error * math.sin(n / 5.0) + noise
+    y = n * (1.0 + e.tach_scale) + o.tach_periodic_error * math.sin(n / o.tach_periodic_error_period) + noise
     if e.tach_quantization > 0.0:
         y = e.tach_quantization * np.round(y / e.tach_quantization)
     return 0.0 if abs(y) < e.tach_dropout else y
@@ -78,8 +77,8 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
     load_f = load_f_rate = load_m = load_m_rate = creep = creep_slow = 0.0
     springy = e.load_cell_resonance < math.inf
     mode = _mode(e.load_cell_resonance if springy else 1.0, e.load_cell_resonance_damping, h)
-    ringing = _mode(o.drive_resonance_frequency, _LIGHT_DAMPING, h)
-    swaying = _mode(o.tank_seiche_frequency, _LIGHT_DAMPING, h)
+    ringing = _mode(o.drive_resonance_frequency, o.drive_resonance_damping, h)
+    swaying = _mode(o.tank_seiche_frequency, o.tank_seiche_damping, h)
     keep_lag = math.exp(-h / e.command_lag) if e.command_lag > 0.0 else 0.0
     keep_tach = math.exp(-h / e.tach_lag) if e.tach_lag > 0.0 else 0.0
     keep_heat = math.exp(-h / e.thermal_fade_time_constant)

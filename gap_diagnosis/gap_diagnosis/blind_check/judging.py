@@ -13,16 +13,18 @@ from gap_diagnosis.blind_check.catalogue import EFFECTS, OUTSIDE, Kind
 __all__ = [
     "CONFIDENT",
     "FOREIGN",
-    "accepted_labels",
+    "accepts",
     "block_right",
     "claims",
     "is_named",
     "named_claim",
+    "quiet",
     "right",
     "silent",
     "size_of",
     "size_parameter",
     "top_block",
+    "true_label",
     "true_names",
     "wrong_names",
 ]
@@ -61,6 +63,11 @@ def silent(diagnosis: Diagnosis) -> bool:
     return diagnosis.get("verdict") in _ABSTAINS
 
 
+def quiet(diagnosis: Diagnosis) -> bool:
+    """Return whether the diagnosis says that no effect is needed."""
+    return diagnosis.get("verdict") in _QUIET
+
+
 def size_of(key: Key, name: str) -> float:
     """Return the true size of an effect of the case."""
     return float({**key["effects"], **key["outside"]}[name][size_parameter(key, name)])
@@ -95,6 +102,12 @@ def _is(claim: Mapping[str, Any], key: Key, name: str) -> bool:
     return claim["id"] == name or claim["id"] in _twins(key, name)
 
 
+def _labelled(label: str) -> dict[str, str]:
+    """Return effect and channel of a candidate as a claim has them: "log_alignment:speed" is that of one channel."""
+    name, _, channel = label.partition(":")
+    return {"id": name, "channel": channel}
+
+
 def _twins(key: Key, name: str) -> tuple[str, ...]:
     """Return the exact twins of an effect of the case: of late stamps, that of their channel alone."""
     twins = _kind(name).twins
@@ -109,8 +122,7 @@ def named_claim(key: Key, name: str, diagnosis: Diagnosis) -> Mapping[str, Any] 
         if _is(claim, key, name):
             return claim
     for claim in claims(diagnosis):
-        group = {member.split(":")[0] for member in claim.get("indistinguishable_from") or ()}
-        if group & {name, *_twins(key, name)}:
+        if any(_is(_labelled(member), key, name) for member in claim.get("indistinguishable_from") or ()):
             return claim
     return None
 
@@ -121,13 +133,18 @@ def is_named(key: Key, name: str, diagnosis: Diagnosis) -> bool:
 
 
 def wrong_names(key: Key, diagnosis: Diagnosis, least: float = CONFIDENT) -> list[str]:
-    """Return the effects claimed with at least that probability that are not in the case, nor in a group with one."""
+    """Return the effects claimed, as a group, with at least that probability, of which none is in the case."""
     rightly = [named_claim(key, name, diagnosis) for name in key["effects"]]
     return [
         str(claim["id"])
         for claim in claims(diagnosis)
-        if float(claim.get("probability") or 0.0) >= least and not any(claim is right_one for right_one in rightly)
+        if _probability(claim) >= least and not any(claim is right_one for right_one in rightly)
     ]
+
+
+def _probability(claim: Mapping[str, Any]) -> float:
+    """Return the probability with which a claim's group is said to be at work: what a reader is told."""
+    return float(claim.get("group_probability") or claim.get("probability") or 0.0)
 
 
 def top_block(diagnosis: Diagnosis) -> str | None:
@@ -165,15 +182,23 @@ def right(key: Key, diagnosis: Diagnosis) -> bool:
         told = verdict in ("effect", "parameters")
         return verdict == "unknown" or (told and not wrong_names(key, diagnosis) and block_right(key, diagnosis))
     if not names:
-        return verdict in _QUIET
+        return quiet(diagnosis)
     return all(is_named(key, name, diagnosis) for name in names) and not wrong_names(key, diagnosis, _CLAIMED)
 
 
-def accepted_labels(key: Key) -> set[str]:
-    """Return the candidates, with "none" and "unknown", that are the truth of a case with one effect at most."""
+def true_label(key: Key) -> str:
+    """Return the truth of a case with one effect at most as a candidate: a name with its channel, none or unknown."""
     if key["kind"] in FOREIGN:
-        return {"unknown"} if any(_kind(name).structural for name in true_names(key)) else {"unknown", "none"}
+        return "unknown"
     names = list(key["effects"])
     if not names:
-        return {"none"}
-    return {names[0], *_twins(key, names[0])}
+        return "none"
+    return f"{names[0]}:{_channel_of_key(key, names[0])}" if names[0] == "log_alignment" else names[0]
+
+
+def accepts(key: Key, label: str) -> bool:
+    """Return whether a candidate, "none" or "unknown" is the truth of a case with one effect at most, or its twin."""
+    if label in ("none", "unknown"):
+        retuned = key["kind"] in FOREIGN and not any(_kind(name).structural for name in true_names(key))
+        return label == true_label(key) or (label == "none" and retuned)
+    return key["kind"] not in FOREIGN and any(_is(_labelled(label), key, name) for name in key["effects"])

@@ -122,7 +122,7 @@ def _stamps(at: Array, topic: str, effects: Sizes, outside: Sizes, rng: np.rando
     if topic != "throttle":
         stamps = stamps * (1.0 + _size(effects, "clock_drift", "rate"))
     if "clock_jump" in outside and topic != "throttle":
-        late = np.where(at >= 0.5 * at[-1], outside["clock_jump"]["time"], 0.0)
+        late = np.where(at >= outside["clock_jump"]["when"] * at[-1], outside["clock_jump"]["time"], 0.0)
         stamps = np.maximum.accumulate(stamps + late)
     if "timestamp_jitter" in effects:
         stamps = np.sort(stamps + effects["timestamp_jitter"]["deviation"] * rng.standard_normal(at.size))

@@ -2,12 +2,14 @@
 
 import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from gap_diagnosis.blind_check.cases import Plan
 from gap_diagnosis.blind_check.scoring import Opened
+from gap_diagnosis.blind_check.sealing import BrokenSealError
 from gap_diagnosis.blind_check.store_io import Store
 
 __all__ = ["diagnose_all", "diagnose_by_library", "opened_cases", "pool"]
@@ -16,16 +18,16 @@ Diagnose = Callable[..., Mapping[str, Any]]
 
 
 def diagnose_by_library(
-    paths: list[Path], parameter_set_path: Path, excluded: tuple[str, ...] = (), seed: int = 0
+    paths: list[Path], parameter_set_path: Path, excluded: tuple[str, ...] = ()
 ) -> Mapping[str, Any]:
     """Return what the diagnosis says about runs."""
     from gap_diagnosis.diagnose_io import diagnose_paths  # kernels load once a process, and not to seal
 
-    return diagnose_paths(paths, parameter_set_path, excluded=excluded, seed=seed)
+    return diagnose_paths(paths, parameter_set_path, excluded=excluded)
 
 
 def pool(processes: int) -> Executor:
-    """Return that many processes, each started afresh: nothing of a key is in their memory."""
+    """Return that many processes, each started afresh: keys and seeds are in the memory of none."""
     return ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"))
 
 
@@ -36,37 +38,55 @@ def diagnose_all(
     *,
     diagnose: Diagnose = diagnose_by_library,
     keep_runs: bool = False,
+    ahead: int = 4,
     progress: Callable[[Plan, str | None], None] = lambda *_: None,
 ) -> dict[str, str]:
     """Diagnose all cases that are not finished.
+
+    What diagnoses is given paths and the list of excluded effects, nothing else: runs are made and diagnoses are kept
+    on this side of the executor.
 
     Args:
         store: of the check, its hashes published.
         plans: the cases.
         executor: where each case is diagnosed.
-        diagnose: (paths, parameter set, excluded=, seed=) -> content of diagnosis.json.
+        diagnose: (paths, parameter set, excluded=) -> content of diagnosis.json.
         keep_runs: keep the recordings of finished cases.
+        ahead: how many cases wait or are being diagnosed at once.
         progress: called with each case as it ends, and with what went wrong, or None.
 
     Returns:
         What went wrong, by case. Such a case is not finished; it is tried again when the check is resumed.
     """
     failed: dict[str, str] = {}
-    waiting = {
-        executor.submit(store.diagnose, plan, diagnose, keep_runs=keep_runs): plan
-        for plan in plans
-        if not store.finished(plan.name)
-    }
-    for future in as_completed(waiting):
-        plan, error = waiting[future], future.exception()
+    remaining = (plan for plan in plans if not store.finished(plan.name))
+    waiting: dict[Future[Mapping[str, Any]], Plan] = {}
+
+    def end(plan: Plan, error: BaseException | None) -> None:
         if error is not None:
             failed[plan.name] = f"{type(error).__name__}: {error}"
+            store.note_failure(plan.name, failed[plan.name])
         progress(plan, failed.get(plan.name))
-    return failed
+
+    while True:
+        for plan in islice(remaining, ahead - len(waiting)):
+            try:
+                runs, parameter_set, excluded = store.prepare(plan)
+            except (BrokenSealError, OSError) as error:
+                end(plan, error)
+                continue
+            waiting[executor.submit(diagnose, runs, parameter_set, excluded=excluded)] = plan
+        if not waiting:
+            return failed
+        for future in wait(waiting, return_when=FIRST_COMPLETED).done:
+            plan, broke = waiting.pop(future), future.exception()
+            if broke is None:
+                store.keep(plan.name, future.result(), keep_runs=keep_runs)
+            end(plan, broke)
 
 
-def opened_cases(store: Store, plans: Sequence[Plan], failed: Mapping[str, str]) -> list[Opened]:
-    """Open the seals of all finished cases; a failed one counts as a diagnosis that is wrong.
+def opened_cases(store: Store, plans: Sequence[Plan]) -> list[Opened]:
+    """Open the seals of all finished cases; one whose diagnosis failed counts as a diagnosis that is wrong.
 
     Raises:
         BrokenSealError: a seal does not have its published hash.
@@ -76,6 +96,6 @@ def opened_cases(store: Store, plans: Sequence[Plan], failed: Mapping[str, str])
         if store.finished(plan.name):
             key, diagnosis, clean = store.opened(plan.name)
             found.append(Opened(key=key, diagnosis=diagnosis, clean=clean))
-        elif plan.name in failed:
+        elif store.failed(plan.name):
             found.append(Opened(key=store.key(plan.name), diagnosis={"verdict": "failed"}))
     return found

@@ -9,19 +9,29 @@ import numpy as np
 from gap_diagnosis.blind_check.catalogue import EFFECTS
 from gap_diagnosis.blind_check.judging import (
     FOREIGN,
-    accepted_labels,
+    accepts,
     block_right,
     claims,
     is_named,
     named_claim,
+    quiet,
     right,
     silent,
     size_of,
     size_parameter,
+    true_label,
     true_names,
     wrong_names,
 )
-from gap_diagnosis.blind_check.limits import STANDARD, detection_limits, limit_name, never_found, sizes_above
+from gap_diagnosis.blind_check.limits import (
+    STANDARD,
+    detection_limits,
+    limit_name,
+    limits_without_own,
+    never_found,
+    sizes_above,
+    sizes_above_targets,
+)
 from gap_diagnosis.blind_check.shrink import actual_shrink
 from gap_diagnosis.blind_check.statistics import Limit, Share, calibration_error, share
 
@@ -69,10 +79,13 @@ class Scores:
 
 def score(cases: Sequence[Opened], rng: np.random.Generator) -> Scores:
     """Return the figures of opened cases; `rng` is that of the bootstrap of the detection limits."""
-    limits = detection_limits(((case.key, case.diagnosis) for case in cases), rng)
-    clear = [case for case in cases if sizes_above(case.key, limits)]
+    given = [(case.key, case.diagnosis) for case in cases]
+    limits = detection_limits(given, rng)
+    own = limits_without_own(given)
+    clear = [case for case, without in zip(cases, own, strict=True) if sizes_above(case.key, without)]
     without = [case for case in cases if not true_names(case.key)]
     pairs = [case for case in cases if case.key["kind"] == "pair"]
+    targeted = [case for case in cases if case.single and _standard(case) and sizes_above_targets(case.key)]
     hidden = [case for case in clear if true_names(case.key) and case.key["excitation"] == "rich"]
     foreign = [case for case in cases if case.key["kind"] in FOREIGN]
     sizes = _sizes(cases)
@@ -82,14 +95,18 @@ def score(cases: Sequence[Opened], rng: np.random.Generator) -> Scores:
     error, bins = calibration_error([p for p, _ in tops], [hit for _, hit in tops]) if tops else (float("nan"), [])
     shares = {
         "right verdict, above the limit": share([_right(c) for c in clear if c.key["kind"] in (*HEADLINE, "sweep")]),
+        "right verdict, above the target of the limit": share([_right(c) for c in targeted]),
         "right verdict, all sizes": share([_right(c) for c in cases if c.key["kind"] in HEADLINE]),
         "wrong effect named with probability 0.8 or more": share([bool(_wrong(c)) for c in cases]),
         "effect claimed where there is none": share([bool(claims(c.diagnosis)) for c in without]),
         "cannot tell where there is none": share([silent(c.diagnosis) for c in without]),
+        "no gap said, or parameters, where an effect above the limit is hidden": share(
+            [quiet(c.diagnosis) for c in hidden if c.key["kind"] not in FOREIGN]
+        ),
         "outside the library: unknown, or right block": share([_right(c) for c in foreign]),
         "both effects of a pair named": share([_right(c) for c in pairs]),
         "both effects of a pair named, above their limits": share(
-            [_right(c) for c in pairs if sizes_above(c.key, limits)]
+            [_right(c) for c in clear if c.key["kind"] == "pair"]
         ),
         "block right, above the limit": share([block_right(c.key, c.diagnosis) for c in hidden]),
         "90 % intervals of sizes cover": share([abs(e - t) <= _NORMAL_90 * std for _, _, t, e, std in sizes]),
@@ -179,28 +196,26 @@ def _shrinks(cases: Sequence[Opened]) -> list[tuple[str, str, float, float]]:
 
 
 def _labels(case: Opened) -> dict[str, float]:
-    """Return the probability of each candidate, of "none" and "unknown"; of entries a channel each, the sum."""
+    """Return the probability of each candidate, of "none" and "unknown"."""
     given = {name: float(case.diagnosis.get(f"p_{name}") or 0.0) for name in ("none", "unknown")}
-    for candidate in case.diagnosis["candidates"]:
-        given[candidate["id"]] = given.get(candidate["id"], 0.0) + float(candidate["probability"])
-    return given
+    return given | {each["id"]: float(each["probability"]) for each in case.diagnosis["candidates"]}
 
 
 def _top(case: Opened) -> tuple[float, bool]:
     labels = _labels(case)
     best = max(labels, key=lambda name: labels[name])
-    return labels[best], best in accepted_labels(case.key)
+    return labels[best], accepts(case.key, best)
 
 
 def _log_score(cases: Sequence[Opened]) -> float:
     """Return the mean logarithm of the probability given to the truth (its exact twins included), at least 1e-6."""
-    given = [sum(_labels(c).get(name, 0.0) for name in accepted_labels(c.key)) for c in cases]
+    given = [sum(p for label, p in _labels(c).items() if accepts(c.key, label)) for c in cases]
     return float(np.mean(np.log(np.clip(given, 1e-6, 1.0)))) if given else float("nan")
 
 
 def _base_rates(cases: Sequence[Opened]) -> float:
     """Return the log score of one who knows how often each truth occurs, and nothing else."""
-    truths = [min(accepted_labels(c.key)) for c in cases]
+    truths = [true_label(c.key) for c in cases]
     counts = {name: truths.count(name) for name in truths}
     return float(np.mean([np.log(counts[name] / len(truths)) for name in truths])) if truths else float("nan")
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["Limit", "Share", "calibration_error", "detection_limit", "share"]
+__all__ = ["Limit", "Share", "calibration_error", "detection_limit", "limit_without", "share"]
 
 Array = NDArray[np.float64]
 
@@ -80,6 +80,15 @@ def detection_limit(
     low, high = np.quantile(drawn, [0.05, 0.95], method="nearest")
     tried = (float(magnitude.min()), float(magnitude.max()))
     return Limit(value=value, interval=(float(low), float(high)), cases=magnitude.size, tried=tried)
+
+
+def limit_without(sizes: ArrayLike, found: ArrayLike, left_out: int, *, falls: bool = False) -> float:
+    """Return the value of a detection limit from all cases but one."""
+    magnitude, hits = np.abs(np.asarray(sizes, dtype=np.float64)), np.asarray(found, dtype=bool)
+    kept = np.arange(magnitude.size) != left_out
+    if not np.any(kept):
+        return 0.0 if falls else np.inf
+    return _limit(magnitude[kept], hits[kept], falls)
 
 
 def _limit(magnitude: Array, found: NDArray[np.bool_], falls: bool) -> float:

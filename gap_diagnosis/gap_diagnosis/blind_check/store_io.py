@@ -6,6 +6,7 @@ cases/<case>/model.yaml       the parameter set that the simulator uses
 cases/<case>/library.json     effects that are taken out of the diagnosis' library
 cases/<case>/runs/<name>/     the recordings
 cases/<case>/predictions.npz  predicted channels, if the diagnosis gives them
+cases/<case>/failed.txt       why the diagnosis broke off, if it did
 cases/<case>/diagnosis.json   written last: a case that has it is finished
 """
 
@@ -31,7 +32,6 @@ from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_s
 __all__ = ["Store", "nominal_parameters", "write_case", "write_generated_run"]
 
 Array = NDArray[np.float64]
-Diagnose = Callable[..., Mapping[str, Any]]
 
 _EPOCH_NS = 1_000_000_000  # the first stamp: zero means "no stamp" to some tools
 _SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
@@ -114,36 +114,43 @@ class Store:
         """Return whether the case has its diagnosis."""
         return (self.case_folder(name) / "diagnosis.json").is_file()
 
-    def diagnose(self, plan: Plan, diagnose: Diagnose, *, keep_runs: bool = False) -> None:
-        """Write the runs of a case, diagnose them, save the diagnosis; a finished case is left as it is.
+    def failed(self, name: str) -> bool:
+        """Return whether the last diagnosis of the case broke off."""
+        return (self.case_folder(name) / "failed.txt").is_file() and not self.finished(name)
 
-        The diagnosis is given paths and the list of excluded effects, nothing else.
+    def prepare(self, plan: Plan) -> tuple[list[Path], Path, tuple[str, ...]]:
+        """Write the runs of a case; return them, the simulator's parameter set and the effects that are taken out.
 
         Raises:
             BrokenSealError: nothing is diagnosed whose hash has not been published, or that the generator, changed
                 since, would no longer record as it was sealed.
         """
-        if self.finished(plan.name):
-            return
         key = self.key(plan.name)
         case = draw(plan, self.seed, self._nominal)
         runs = recordings(case, self._nominal)
         if key["recordings"] != _fingerprint(runs):
             raise BrokenSealError(plan.name, key["recordings"], _fingerprint(runs))
         folder = self.case_folder(plan.name)
-        paths = write_case(folder, case, runs)
-        found = diagnose(paths, folder / "model.yaml", excluded=case.excluded, seed=self.seed)
-        if not keep_runs:
-            shutil.rmtree(folder / "runs")
-        found = dict(found)
+        return write_case(folder, case, runs), folder / "model.yaml", case.excluded
+
+    def keep(self, name: str, diagnosis: Mapping[str, Any], *, keep_runs: bool = False) -> None:
+        """Save the diagnosis of a case, which is finished then, and remove its runs unless they are to stay."""
+        folder, found = self.case_folder(name), dict(diagnosis)
         arrays = {
-            f"{kind}/{name}/{channel}": np.asarray(values, dtype=np.float32)
+            f"{kind}/{run}/{channel}": np.asarray(values, dtype=np.float32)
             for kind, by_run in found.pop("predictions", {}).items()
-            for name, channels in by_run.items()
+            for run, channels in by_run.items()
             for channel, values in channels.items()
         }
+        if not keep_runs:
+            shutil.rmtree(folder / "runs")
         _replace(folder / "predictions.npz", _compressed(arrays))
         _replace(folder / "diagnosis.json", json.dumps(found, indent=1).encode())
+        (folder / "failed.txt").unlink(missing_ok=True)
+
+    def note_failure(self, name: str, reason: str) -> None:
+        """Save why the diagnosis of a case broke off."""
+        _replace(self.case_folder(name) / "failed.txt", f"{reason}\n".encode())
 
     def key(self, name: str) -> dict[str, Any]:
         """Open the seal of a case.

@@ -66,7 +66,10 @@ def _table(
         ],
         rows,
         caption="Errors of each run over the noise of its channels (1: noise alone), the most telling run first.",
-        notes=[f"Shows most: where {what}. Held out, except as stated, which is not fitted at all."],
+        notes=[
+            f"Shows most: where {what}. Held out, except as stated: there clocks, rest values and states at the start "
+            "alone are fitted."
+        ],
     )
 
 

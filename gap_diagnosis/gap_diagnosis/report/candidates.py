@@ -3,8 +3,6 @@
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.investigation import Investigation
@@ -12,9 +10,9 @@ from gap_diagnosis.report.explained import add_explained
 from gap_diagnosis.report.wording import key_of, probability, roomy, title_of, titles_of
 from gap_diagnosis.report.wording import unit as raised
 from gap_diagnosis.scatter import Scatter
+from gap_diagnosis.sizes import sizes_of
 from gap_diagnosis.suspects import Suspect
 from run_bag.report import Axis, Bars, Cell, Column, Report, bars
-from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["add_candidates"]
 
@@ -169,17 +167,8 @@ def _sizes_of_claim(claim: Mapping[str, Any]) -> str:
 
 def _sizes(candidate: Candidate, suspect: Suspect) -> str:
     """Return the sizes of one suspect of a candidate, each with its standard deviation."""
-    fitted = candidate.fitted
-    problem = fitted.problem
-    values = problem.sizes(fitted.x)
-    deviations = np.sqrt(np.diag(fitted.covariance))
-    parts = []
-    for place, slot in enumerate(problem.slots):
-        if slot in suspect.slots:
-            unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
-            std = float(deviations[problem.nuisances + place]) * slot.width
-            parts.append(_size(slot.parameter, values[slot.effect][slot.parameter], std, unit))
-    return ", ".join(parts)
+    found = sizes_of(candidate.fitted, candidate.noise, suspect)
+    return ", ".join(_size(name, size.value, size.std, size.unit) for name, size in found.items())
 
 
 def _size(name: str, value: float, std: float, unit: str) -> str:

@@ -14,7 +14,6 @@ from gap_diagnosis.report.location import add_where
 from gap_diagnosis.report.parameters import add_parameters
 from gap_diagnosis.report.unexplained import add_unexplained
 from gap_diagnosis.report.verdict import add_verdict, headline
-from gap_diagnosis.report.wording import retuned_beside, titles_of
 from run_bag.report import Report
 from thruster_model.parameter_set_io import dump_parameter_set
 
@@ -68,9 +67,6 @@ def _add_files(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> 
         switched = [effect["id"] for effect in content["effects"]]
         what = f"with {', '.join(switched)} switched on" if switched else "without any effect"
         text = f"The parameter set, re-tuned within its stated deviations, {what}; simulator and fit read it."
-        beside = retuned_beside(found, content)
-        if beside and not switched:
-            text += f" Beware: its parameters were re-tuned beside {titles_of(beside)}, which is not switched on in it."
         report.paragraph(text)
         text = dump_parameter_set(with_effect(found))
         report.download("Parameter set of the diagnosis", "with_effect.yaml", text)

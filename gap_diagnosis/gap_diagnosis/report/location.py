@@ -37,7 +37,7 @@ def add_where(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> N
                 labels,
             ),
             caption="Shares of the blocks: hypotheses weighed by their probability, each in its own block; what is "
-            "unknown by the channels in which re-tuned parameters leave an excess.",
+            "unknown by the blocks in which a nameless disturbance would explain most.",
             alt="; ".join(f"{block} {share:.2f}" for block, share in shares.items()),
         )
     else:

@@ -24,8 +24,7 @@ def add_parameters(report: Report, found: Diagnosis, content: Mapping[str, Any])
     parameters = found.parameter_set.parameters
     assumed = [name for name in retuned if parameters[name].standard_deviation is None]
     beside = retuned_beside(found, content)
-    text = f"Values with {titles_of(beside)} beside them" if beside else "Values without any effect"
-    text += "." if content["verdict"] == "effect" or not beside else ", which leads but is not claimed."
+    text = f"Values with {titles_of(beside)} beside them." if beside else "Values without any effect."
     text += " A shift beyond two stated deviations says that the set or its deviations are wrong."
     if assumed:
         which = "any parameter" if len(assumed) == len(retuned) else ", ".join(assumed)

@@ -20,7 +20,7 @@ class Stub:
     def __init__(self, fails_at=()):
         self.seen, self.fails_at = [], fails_at
 
-    def __call__(self, paths, parameter_set_path, excluded=(), seed=0):
+    def __call__(self, paths, parameter_set_path, excluded=()):
         self.seen.append((paths, parameter_set_path, excluded))
         if len(self.seen) in self.fails_at:
             raise RuntimeError("no convergence")
@@ -72,7 +72,7 @@ def test_a_key_changed_after_publishing_is_not_scored(store):
     key = json.loads(file.read_text())
     file.write_text(json.dumps({**key, "effects": {"tach_lag": {"time": 0.1}}}))
     with pytest.raises(BrokenSealError, match="the seal of case_00000 is broken"):
-        opened_cases(store, PLANS, {})
+        opened_cases(store, PLANS)
     with pytest.raises(BrokenSealError, match="it is not scored"):
         store.publish(PLANS)
 
@@ -117,7 +117,8 @@ def test_a_finished_case_is_never_done_again_and_a_half_written_one_is(store):
 
 def test_a_failed_diagnosis_counts_as_a_wrong_one(store):
     store.publish(PLANS)
-    cases = opened_cases(store, PLANS, run(store, Stub(fails_at=(1,))))
+    run(store, Stub(fails_at=(1,)))
+    cases = opened_cases(store, PLANS)
     assert [case.diagnosis["verdict"] for case in cases] == ["failed", "no_gap", "no_gap"]
 
 
@@ -137,7 +138,7 @@ def test_a_folder_of_another_choice_of_cases_is_refused(store):
 def test_predictions_of_a_diagnosis_come_back_with_it(store):
     store.publish(PLANS[:1])
 
-    def predicting(paths, parameter_set_path, excluded=(), seed=0):
+    def predicting(paths, parameter_set_path, excluded=()):
         kept = {"steps": {"n": [0.5, None, 2.0]}}
         return {"verdict": "no_gap", "predictions": {"retuned": kept, "with_effect": kept}}
 

@@ -139,14 +139,6 @@ def test_a_verdict_without_a_chosen_effect_has_the_same_sections(effect, verdict
     assert "With effect" not in cells(page)["Channel"]
 
 
-def test_an_unknown_cause_says_beside_which_unclaimed_leader_parameters_stand(effect):
-    other = with_verdict(effect, "unknown")
-    other = replace(other, verdict=replace(other.verdict, chosen=effect.verdict.chosen))
-    page = page_of(diagnosis_report(other, content_of(other)))
-    assert sections(page) == ANALYSED
-    assert "which leads but is not claimed" in page and "which is not switched on in it" in page
-
-
 def test_not_enough_data_has_its_reasons_and_no_pictures(not_enough):
     content = content_of(not_enough)
     assert content["verdict"] == "not_enough_data"
