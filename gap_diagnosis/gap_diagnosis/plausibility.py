@@ -71,7 +71,8 @@ def checked(recordings: Sequence[Recording]) -> Checked:
                 measurements[name] = replace(m, values=np.where(clipped, np.nan, m.values))
         if measurements:
             experiment = replace(recording.experiment, measurements=measurements)
-            kept.append(replace(recording, experiment=experiment, log=replace(recording.log, repeated=repeated)))
+            log = replace(recording.log, repeated=repeated).of(measurements)
+            kept.append(replace(recording, experiment=experiment, log=log))
     duration = sum(recording.experiment.duration for recording in recordings)
     if not kept:
         reasons.append("no channel is left that a model of the thruster predicts")

@@ -34,11 +34,13 @@ __all__ = [
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
 NO_GATES = np.empty(0)
+_BETWEEN = 3.5e-3
+"""Largest step [s] of what is read between the steps: speed bends within longer ones by more than its noise."""
 # Largest steps [s] at which effects are simulated. What a lag makes of a step of the command is a curve: its stairs
 # must be fine, or the plant's ramp limit sees steps. The others are read between the steps, or ring faster.
 _LARGEST_STEPS = {
-    "command_lag": 2e-3, "command_delay": 3.5e-3, "log_alignment": 3.5e-3, "flow_delay": 3.5e-3, "clock_drift": 3.5e-3,
-    "load_cell_resonance": 3.5e-3,
+    "command_lag": 2e-3, "command_delay": _BETWEEN, "log_alignment": _BETWEEN, "flow_delay": _BETWEEN,
+    "clock_drift": _BETWEEN, "load_cell_resonance": _BETWEEN,
 }  # fmt: skip
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
@@ -79,7 +81,8 @@ class Simulated(NamedTuple):
 def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
     """Return what happens in the plant."""
     experiment = recording.experiment
-    finer = int(np.ceil(experiment.dt / min([experiment.dt, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
+    largest = _BETWEEN if recording.read_between_steps else experiment.dt
+    finer = int(np.ceil(experiment.dt / min([largest, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
         if effect.id == "throttle_rate_limit":

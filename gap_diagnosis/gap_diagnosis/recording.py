@@ -1,7 +1,9 @@
 """One recording as the diagnosis sees it: an experiment, how it starts, and what its log looks like by itself."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,6 +45,20 @@ class LogFindings:
     scatter: Mapping[str, float] = field(default_factory=dict)
     period: Mapping[str, float] = field(default_factory=dict)
 
+    def of(self, signals: Collection[str]) -> "LogFindings":
+        """Return what the log shows of these signals alone; about stamps nothing is left out."""
+
+        def kept(table: Mapping[str, Any]) -> dict[str, Any]:
+            return {name: found for name, found in table.items() if name in signals}
+
+        return replace(
+            self,
+            repeated=kept(self.repeated),
+            spikes=kept(self.spikes),
+            lattice=kept(self.lattice),
+            hole=kept(self.hole),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class Recording:
@@ -68,6 +84,15 @@ class Recording:
     def name(self) -> str:
         """Of the run."""
         return self.experiment.name
+
+    @cached_property
+    def read_between_steps(self) -> bool:
+        """Whether readings fall between the steps of the simulation: means over cells, other stamps, clocks off."""
+        experiment = self.experiment
+        return experiment.throttle_shift_std > 0.0 or any(
+            m.width > 0.0 or m.shift_std > 0.0 or _off_grid(m.time, experiment.dt)
+            for m in experiment.measurements.values()
+        )
 
     def channel(self, signal: str) -> str:
         """Return the name of a signal's channel."""
@@ -99,6 +124,11 @@ def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantS
 
 
 _TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
+
+
+def _off_grid(time: Array, dt: float) -> bool:
+    place = time / dt
+    return bool(np.any(np.abs(place - np.round(place)) > 1e-3))
 
 
 def _first(time: Array, values: Array, span: float = 0.01) -> tuple[float, int]:

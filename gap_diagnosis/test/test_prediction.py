@@ -7,6 +7,29 @@ import pytest
 from generated import campaign
 
 from gap_diagnosis.prediction import Situation, predict
+from gap_diagnosis.preparing import recording_of
+
+
+@pytest.mark.parametrize(
+    "effect",
+    [
+        {"command_delay": {"time": 0.0}},
+        {"command_lag": {"time": 1e-4}},
+        {"log_alignment": {"load": 0.0}},
+        {"flow_delay": {"time": 0.0}},
+        {"clock_drift": {"rate": 0.0}},
+        {"coulomb_friction": {"deceleration": 0.0}},
+    ],
+)
+def test_an_effect_of_no_size_predicts_for_fast_readings_what_none_predicts(effect):
+    stated, (recording,) = campaign(model="hq", seed=1, runs=1)
+    at: np.ndarray = np.arange(3000) * 0.005
+    slow = recording.experiment.measurements["speed"]
+    wavy = np.interp(at, slow.time, slow.values) + np.random.default_rng(1).standard_normal(at.size)
+    fast = recording_of("fast", (at[::8], np.interp(at[::8], slow.time, np.sign(slow.values))), {"speed": (at, wavy)})
+    coefficients = stated.model.coefficients(stated.values)
+    none, found = (predict(fast, coefficients, e, Situation(start=fast.start))["speed"] for e in ({}, effect))
+    assert np.sqrt(np.mean((none - found) ** 2)) < 0.01, "a fit would take the difference for the effect"
 
 
 @pytest.mark.parametrize(
