@@ -49,7 +49,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         )
         out.mkdir(parents=True, exist_ok=True)
         page = diagnosis_report(found, content).write(out / "report.html")
-        written = [page, *write_experiment(proposed, out), *write_diagnosis(found, content, out)]
+        written = [page, *write_experiment(proposed, out, given.thruster), *write_diagnosis(found, content, out)]
     except Unfit as error:
         print("\n".join(error.problems), file=sys.stderr)
         return 1
@@ -95,7 +95,10 @@ def _proposed(given: argparse.Namespace, found: Diagnosis, recordings: list[Reco
         found, recordings, largest=given.largest_throttle, duration=given.experiment_duration, seed=given.seed
     )
     if proposed is None:
-        print("note: no next experiment: too little is known to tell hypotheses apart", file=sys.stderr)
+        print(
+            "note: no next experiment: no two hypotheses are left that these recordings do not tell apart",
+            file=sys.stderr,
+        )
     return proposed
 
 

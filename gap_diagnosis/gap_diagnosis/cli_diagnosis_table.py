@@ -11,6 +11,7 @@ from run_bag.command_line import user_arguments
 
 __all__ = ["main", "table"]
 
+_NEEDED = ("verdict", "gap", "p_unknown", "summary", "provenance")
 _NUMBERS = ("as_is", "retuned", "with_effect", "noise_floor")
 
 
@@ -20,12 +21,41 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("files", nargs="+", type=Path, metavar="diagnosis.json", help="one for each row")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        found = {path.parent.name: json.loads(path.read_text(encoding="utf-8")) for path in given.files}
+        found = dict(zip(_names(given.files), map(_read, given.files), strict=True))
     except (OSError, ValueError) as error:
         print(f"diagnosis_table: {error}", file=sys.stderr)
         return 1
     print(table(found))
     return 0
+
+
+def _names(files: Sequence[Path]) -> list[str]:
+    """Return the folders' names, with as many parents as tell them apart."""
+    folders = [file.absolute().parent for file in files]
+    depth = 1
+    while len({folder.parts[-depth:] for folder in folders}) < len(set(folders)):
+        depth += 1
+    names = ["/".join(folder.parts[-depth:]) for folder in folders]
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise ValueError(f"expected each diagnosis once; found {', '.join(twice)} several times")
+    return names
+
+
+def _read(file: Path) -> dict[str, Any]:
+    """Return the content of a diagnosis.
+
+    Raises:
+        ValueError: it is no JSON, or no diagnosis.
+    """
+    try:
+        content = json.loads(file.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{file}: expected JSON; {error}") from error
+    missing = [key for key in _NEEDED if not isinstance(content, dict) or key not in content]
+    if missing:
+        raise ValueError(f"{file}: expected a diagnosis.json; it has no {', '.join(missing)}")
+    return dict(content)
 
 
 def table(found: dict[str, dict[str, Any]]) -> str:

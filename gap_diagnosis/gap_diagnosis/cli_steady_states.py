@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.steady_states import SteadyDiagnosis, diagnose_steady_states
+from gap_diagnosis.steady_states import FEWEST, SteadyDiagnosis, diagnose_steady_states
 from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
@@ -97,7 +97,9 @@ def _lines(found: SteadyDiagnosis) -> list[str]:
     for k, u in enumerate(found.throttle):
         cells = [_number(each[s][k]) for s in signals for each in (found.measured, found.stated, found.retuned)]
         lines.append(f"| {u:g} | " + " | ".join(cells) + " |")
-    lines += ["", f"`{found.verdict}`. {_WORDS[found.verdict]}"]
+    few = found.verdict == "cannot_tell" and len(found.equals) == 1
+    said = f"Fewer than {FEWEST} readings: no effect is claimed on them." if few else _WORDS[found.verdict]
+    lines += ["", f"`{found.verdict}`. {said}"]
     costs = f"{found.costs[0]:.1f} as stated, {found.costs[1]:.1f} re-tuned"
     lines.append(f"Sum of squares over {found.count} readings, in their deviations: {costs}.")
     lines += ["", "| effect | size | evidence (log) | sum of squares |", "|---|---|---|---|"]

@@ -12,6 +12,8 @@ from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["as_json", "in_words"]
 
+_AS_MUCH = 0.8  # of the largest share of a block, from which on another one is named beside it
+
 
 def as_json(
     diagnosis: Diagnosis, *, runs: Sequence[str], parameter_set: str, version: str, seed: int,
@@ -115,9 +117,16 @@ def in_words(diagnosis: Diagnosis) -> str:
         "cannot_tell": _cannot_tell_in_words(diagnosis),
         "unknown": _unknown_in_words(diagnosis),
         "not_enough_data": "Not enough data: " + "; ".join(diagnosis.reasons) + ".",
-        "effect": " ".join(_claim_in_words(c) for c in verdict.claims),
+        "effect": _claims_in_words(verdict.claims),
     }[verdict.verdict]
     return " ".join(part for part in (said, _errors_in_words(diagnosis), _log_in_words(diagnosis)) if part)
+
+
+def _claims_in_words(claims: Sequence[Claim]) -> str:
+    if len(claims) == 1:
+        return f"The gap is explained by {_claim_in_words(claims[0])}."
+    listed = "; and by ".join(_claim_in_words(claim) for claim in claims)
+    return f"The gap is explained by {len(claims)} effects together: by {listed}."
 
 
 def _claim_in_words(claim: Claim) -> str:
@@ -126,14 +135,14 @@ def _claim_in_words(claim: Claim) -> str:
         f"{name.replace('_', ' ')} {size.value:.3g} ± {size.std:.2g}{units[name]}" for name, size in claim.sizes.items()
     )
     name = f"{claim.effect}{' of ' + claim.channel if claim.channel else ''} ({LIBRARY[claim.effect].title})"
-    text = f"The gap is explained by {name}: {sizes}; probability {claim.group_probability:.2f}"
+    text = f"{name}: {sizes}; probability {claim.group_probability:.2f}"
     if claim.alike:
         text += f", shared with {', '.join(claim.alike)}, which these recordings cannot tell apart from it"
     if claim.kind == "parametric":
         text += (
             "; it lies in the span of the nominal parameters: a re-tuning far beyond their stated deviations would do"
         )
-    return text + "."
+    return text
 
 
 def _parameters_in_words(diagnosis: Diagnosis) -> str:
@@ -210,7 +219,9 @@ def _errors_in_words(diagnosis: Diagnosis) -> str:
     if diagnosis.shrink is not None and diagnosis.shrink.value is not None:
         text += f" The effect closes {100 * min(diagnosis.shrink.value, 1.0):.0f} % of what re-tuning leaves."
     if diagnosis.where:
-        text += f" It lies in the block '{diagnosis.where[0][0]}'"
+        most = diagnosis.where[0][1]
+        blocks = [f"'{block}'" for block, share in diagnosis.where if share > _AS_MUCH * most]
+        text += f" It lies in the block{'s' if len(blocks) > 1 else ''} {' and '.join(blocks)}"
         text += f", mostly in the regime '{diagnosis.regime}'." if diagnosis.regime not in ("", "all alike") else "."
     return text
 

@@ -20,7 +20,7 @@ from threadpoolctl import threadpool_limits
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Limits, Programme, programmes
 from gap_diagnosis.experiment_rivals import Rival, in_experiment, recording_of_programme, rivals_of
-from gap_diagnosis.experiment_words import as_sentence, inseparable_in_words
+from gap_diagnosis.experiment_words import SURE, as_sentence, inseparable_in_words
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.sensitivities import sensitivities_of
 
@@ -65,7 +65,7 @@ class NextExperiment:
 def design(
     found: Diagnosis, *, duration: float, period: float, largest: float, count: int = 200, seed: int = 0
 ) -> NextExperiment | None:
-    """Return the next experiment; None where there is nothing to tell apart.
+    """Return the next experiment; None where there is nothing to tell apart that these recordings do not tell.
 
     Args:
         found: the diagnosis of the present recordings.
@@ -91,8 +91,12 @@ def design(
         return None
     noise = found.investigation.noise
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
+        apart_now = {(i, k): _distance_now(rivals[i], rivals[k], noise) for i, k in pairs}
+        pairs = [pair for pair in pairs if apart_now[pair] < SURE]
+        if not pairs:
+            return None
+        now = [apart_now[pair] for pair in pairs]
         chosen, apart = _chosen(programmes(limits, count=count, seed=seed), rivals, pairs, noise)
-        now = [_distance_now(rivals[i], rivals[k], noise) for i, k in pairs]
     names = [(rivals[i].name, rivals[k].name) for i, k in pairs]
     separable = apart.max(axis=0) >= INSEPARABLE
     separates = tuple(

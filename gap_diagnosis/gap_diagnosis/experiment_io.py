@@ -9,6 +9,7 @@ import numpy as np
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_design import NextExperiment, design
 from gap_diagnosis.recording import Recording
+from run_bag import Topic, write_run
 
 __all__ = ["FILE", "LARGEST", "command_period", "experiment_content", "propose", "write_experiment"]
 
@@ -17,6 +18,7 @@ FILE = "next_experiment.csv"
 LARGEST = 5.0
 """Throttle [V] where recordings show none and nothing else is said."""
 USUAL_PERIOD = 0.04
+_EPOCH_NS = 1_000_000_000  # the first stamp: zero means "no stamp" to some tools
 SLOWEST_PERIOD = 0.1
 
 
@@ -67,8 +69,12 @@ def experiment_content(proposed: NextExperiment | None) -> dict[str, Any] | None
     }
 
 
-def write_experiment(proposed: NextExperiment | None, folder: Path) -> list[Path]:
-    """Write the programme to a file in the folder; return its path, none where there is no programme."""
+def write_experiment(proposed: NextExperiment | None, folder: Path, thruster: int = 0) -> list[Path]:
+    """Write the programme to the folder, as a table and as a run that `run_bag play` plays to a thruster.
+
+    Returns:
+        The paths of both; none where there is no programme.
+    """
     if proposed is None or proposed.programme is None:
         return []
     folder.mkdir(parents=True, exist_ok=True)
@@ -77,4 +83,11 @@ def write_experiment(proposed: NextExperiment | None, folder: Path) -> list[Path
     part = file.with_suffix(".csv.part")
     part.write_text("\n".join(["time_s,throttle_V", *rows]) + "\n", encoding="utf-8")
     os.replace(part, file)
-    return [file]
+    throttle = Topic(
+        name=f"thruster_{thruster}/throttle",
+        type="thruster_msgs/msg/Throttle",
+        stamps=_EPOCH_NS + np.round(programme.time * 1e9).astype(np.int64),
+        fields={"commanded": programme.throttle},
+        frame=f"thruster_{thruster}",
+    )
+    return [file, write_run(folder / file.stem, [throttle], {"what": f"throttle programme: {programme.title}"})]

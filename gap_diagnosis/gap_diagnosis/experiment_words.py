@@ -7,9 +7,10 @@ import numpy as np
 from gap_diagnosis.experiment_inputs import Programme
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["as_sentence", "inseparable_in_words"]
+__all__ = ["SURE", "as_sentence", "inseparable_in_words"]
 
-_SURE = 3.0  # standard deviations
+SURE = 3.0
+"""Standard deviations from which on two hypotheses are told apart."""
 _TOLD = 4  # pairs, the closest ones
 _SETTLES = {
     "log": "stamps taken on the device beside those of the log",
@@ -38,9 +39,9 @@ def as_sentence(
         told = []
         for (a, b), distance, now in sorted(separates, key=lambda each: each[1]):
             text = f"{_called(a)} from {_called(b)} by {distance:.1f} standard deviations (now {now:.1f})"
-            if np.hypot(distance, now) < _SURE:
-                times = int(np.ceil((_SURE**2 - now**2) / max(distance, 1e-3) ** 2))
-                text += f", played {times} times by {_SURE:g} in all"
+            if np.hypot(distance, now) < SURE:
+                times = int(np.ceil((SURE**2 - now**2) / max(distance, 1e-3) ** 2))
+                text += f", played {times} times by {SURE:g} in all"
             told.append(text)
         length = programme.period * programme.throttle.size
         rest = f"; further pairs, {len(told) - _TOLD} of them, by more" if len(told) > _TOLD else ""

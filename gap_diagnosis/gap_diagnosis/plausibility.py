@@ -49,9 +49,8 @@ def checked(recordings: Sequence[Recording]) -> Checked:
                 found = f"expected samples at least every {SLOWEST:g} s, found one every {period:.2g} s"
                 warnings.append(f"{where}: {found}; left out")
             elif moves and float(np.ptp(values)) == 0.0:
-                warnings.append(
-                    f"{where}: constant at {values[0]:g} {SIGNALS[name].unit} while the throttle moves; left out"
-                )
+                still = f"{values[0]:g} {SIGNALS[name].unit}" if abs(values[0]) > 1e-9 else "its rest value"
+                warnings.append(f"{where}: constant at {still} while the throttle moves; left out")
             else:
                 clipped = _clipped(m.values)
                 free = int(np.sum(np.isfinite(m.values) & ~clipped))

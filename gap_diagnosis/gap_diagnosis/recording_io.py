@@ -91,8 +91,8 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         UnfitDataError: no throttle or nothing measured.
     """
     prefix = f"thruster_{thruster}"
-    sign = f"{prefix}/state.sign_source"
-    if sign in run and experiment_io.unsigned(run[sign].values, run[f"{prefix}/state.n"].values):
+    sign, speed = f"{prefix}/state.sign_source", f"{prefix}/state.n"
+    if sign in run and speed in run and experiment_io.unsigned(run[sign].values, run[speed].values):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
     throttle = experiment_io.throttle_channel(run, prefix)

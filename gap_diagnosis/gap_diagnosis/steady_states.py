@@ -20,6 +20,7 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.screening import rated, refined, tried
 from gap_diagnosis.sizes import sizes_of
 from gap_diagnosis.suspects import suspects
+from gap_diagnosis.unit_check import unit_problems
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
 from thruster_model.parameter_set import ParameterSet
@@ -33,6 +34,8 @@ _EQUAL = 5.0  # difference of evidence (logarithm) below which explanations are 
 _SURE = 0.99  # of the chi-squared distribution: costs beyond it are no chance
 _OF_TIME = ("load_cell_resonance", "load_cell_drift", "thermal_fade", "tank_recirculation")
 """Effects of which a reading shows how long one has waited."""
+FEWEST = 10
+"""Readings below which no effect is claimed: re-tuning and a size bend any curve through a handful."""
 _TRIED = 8
 
 
@@ -84,7 +87,7 @@ class SteadyDiagnosis:
             return "no_gap" if self.costs[0] <= limit else "parameters"
         if best.cost > limit:
             return "unknown"
-        return "effect" if len(self.equals) == 1 else "cannot_tell"
+        return "effect" if len(self.equals) == 1 and self.count >= FEWEST else "cannot_tell"
 
 
 def diagnose_steady_states(
@@ -117,7 +120,10 @@ def diagnose_steady_states(
     )
     if not problem.series:
         raise UnfitDataError([f"model {parameter_set.model_name} predicts none of {', '.join(measured)}"])
-    noise = white_noise(dict(deviations))
+    wrong = unit_problems(problem)
+    if wrong:
+        raise UnfitDataError(wrong)
+    noise = white_noise({name: deviations[name] for name in measured})
     progress("re-tuning")
     base = fit(problem, noise, problem.start(), iterations=25)
     listed = [s for s in suspects(set(measured)) if s.block != "log" and s.effect not in _OF_TIME]
@@ -158,9 +164,14 @@ def _check(u: Array, measured: Mapping[str, Array], deviations: Mapping[str, flo
         if values.shape != u.shape
     ]
     problems += [
-        f"{name}: expected a standard deviation above zero; found {deviations.get(name)}"
+        f"deviation of {name}: expected a number above zero; found {deviations.get(name, 'none given')}"
         for name in measured
         if not float(deviations.get(name) or 0.0) > 0.0
+    ]
+    problems += [
+        f"deviation of {name}: expected one of {', '.join(SIGNALS)}; found another name"
+        for name in deviations
+        if name not in SIGNALS
     ]
     if not measured:
         problems.append("expected readings of at least one signal; found none")

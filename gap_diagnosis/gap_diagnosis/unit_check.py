@@ -40,6 +40,7 @@ _ALIKE, _FOLLOWS, _OPPOSITE = 0.9, 0.5, -0.8
 _DEAD = 0.05  # of the movement that the model predicts
 _LATEST = {"ambient": 2.5, "axial": 2.5}  # [s], beyond what sensors and commands delay; others 1.2
 _LARGE = 10.0  # [V], from which on a throttle may be in another unit
+_BEYOND_ANY_DRIVE = 200.0  # edges of the dead zone: no drive in volts reaches that far
 
 
 class _Compared(NamedTuple):
@@ -214,6 +215,13 @@ def _throttle_problems(problem: Problem, found: Mapping[str, _Compared]) -> list
                 f"{np.max(speed.measured):.3g} rad/s; expected the commands that made it"
             ]
     largest = max(float(np.max(np.abs(u))) for u in commands)
+    edge = max(abs(problem.parameter_set.values.get(key, 0.0)) for key in ("delta_u1", "delta_u2"))
+    if edge > 0.0 and largest > _BEYOND_ANY_DRIVE * edge:
+        times = f"{largest / edge:.3g} times the dead zone's edge ({edge:g} V)"
+        return [
+            f"{name}: readings of up to {largest:.4g} are {times}; "
+            "expected V (found per cent, millivolts or microseconds?)"
+        ]
     if largest < _LARGE or not found or max(each.ratio for each in found.values()) > 0.3:
         return []
     for factor in np.geomspace(3.0, 3000.0, 60):

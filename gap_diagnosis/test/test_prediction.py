@@ -26,7 +26,9 @@ def test_an_effect_of_no_size_predicts_for_fast_readings_what_none_predicts(effe
     at: np.ndarray = np.arange(3000) * 0.005
     slow = recording.experiment.measurements["speed"]
     wavy = np.interp(at, slow.time, slow.values) + np.random.default_rng(1).standard_normal(at.size)
-    fast = recording_of("fast", (at[::8], 3.0 * np.interp(at[::8], slow.time, np.sign(slow.values))), {"speed": (at, wavy)})
+    fast = recording_of(
+        "fast", (at[::8], 3.0 * np.interp(at[::8], slow.time, np.sign(slow.values))), {"speed": (at, wavy)}
+    )
     coefficients = stated.model.coefficients(stated.values)
     none, found = (predict(fast, coefficients, e, Situation(start=fast.start))["speed"] for e in ({}, effect))
     assert np.sqrt(np.mean((none - found) ** 2)) < 0.01, "a fit would take the difference for the effect"

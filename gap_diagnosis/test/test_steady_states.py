@@ -79,7 +79,7 @@ def test_effects_that_need_time_are_not_considered(diagnosed):
         ([1.0, np.nan, 2.0], {"speed": [1.0, 2.0, 3.0]}, {"speed": 1.0}, "at least three finite values"),
         ([1.0, 2.0, 3.0], {"speed": [1.0, 2.0]}, {"speed": 1.0}, "expected 3 readings"),
         ([1.0, 2.0, 3.0], {"rpm": [1.0, 2.0, 3.0]}, {"rpm": 1.0}, "rpm: expected one of speed"),
-        ([1.0, 2.0, 3.0], {"speed": [1.0, 2.0, 3.0]}, {}, "expected a standard deviation above zero"),
+        ([1.0, 2.0, 3.0], {"speed": [1.0, 2.0, 3.0]}, {}, "deviation of speed: expected a number above zero"),
         ([1.0, 2.0, 3.0], {}, {}, "at least one signal"),
     ],
 )
@@ -115,7 +115,11 @@ def test_the_command_prints_the_table_the_verdict_and_the_candidates(tmp_path, t
         ("throttle,speed,torqe", [], "found 'torqe'"),
         ("speed,-,thrust", [], "expected a column throttle"),
         ("throttle,speed,thrust", ["--deviation", "speed"], "expected SIGNAL=STD"),
-        ("throttle,speed,thrust", ["--deviation", "speed=1"], "thrust: expected a standard deviation"),
+        (
+            "throttle,speed,thrust",
+            ["--deviation", "speed=1"],
+            "deviation of thrust: expected a number above zero; found none given",
+        ),
     ],
 )
 def test_bad_words_on_the_command_line_get_a_sentence(tmp_path, capsys, columns, more, sentence):

@@ -13,9 +13,10 @@ from thruster_model.flow_tank import simulate
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["BenchRun", "Recorded", "altered", "run_campaign"]
+__all__ = ["BenchRun", "Recorded", "altered", "run_campaign", "run_programme"]
 
 Array = NDArray[np.floating]
+_STEP = 0.001  # [s] of the simulation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,10 +64,33 @@ def run_campaign(truth: ParameterSet, rng: np.random.Generator) -> list[BenchRun
     ]
 
 
+def run_programme(truth: ParameterSet, time: Array, throttle: Array, rng: np.random.Generator) -> list[BenchRun]:
+    """Return two recordings of a throttle programme, one with each place of the flow meter.
+
+    Args:
+        truth: parameters and effects of the thruster.
+        time: of the commands [s], shape (N,), each held until the next one.
+        throttle: the commands [V], shape (N,).
+        rng: of the sensors' noise.
+
+    Raises:
+        ValueError: the commands are not evenly spaced in whole milliseconds.
+    """
+    gaps = np.diff(time)
+    period = round(float(np.median(gaps)) / _STEP) * _STEP if gaps.size else 0.0
+    if period <= 0.0 or np.max(np.abs(gaps - period)) > 1e-6:
+        raise ValueError(
+            f"programme: expected commands a whole number of milliseconds apart, all alike; found gaps of "
+            f"{np.min(gaps, initial=np.inf):g} to {np.max(gaps, initial=0.0):g} s"
+        )
+    held = with_rest(np.asarray(throttle, dtype=np.float64), period, before=2.0, after=2.0)
+    return [_record(f"programme_{flow}", held, period, flow, truth, rng) for flow in ("axial", "ambient")]
+
+
 def _record(
     name: str, commands: Array, period: float, flow: str, truth: ParameterSet, rng: np.random.Generator
 ) -> BenchRun:
-    dt = 0.001
+    dt = _STEP
     effects = truth.effects
     acting = effects.command(np.repeat(commands, round(period / dt)), dt)
     trajectory = simulate(truth.coefficients, acting, dt, effects=effects.plant)

@@ -1,4 +1,4 @@
-"""Synthetic bench recordings as runs, in the topics that a real bench would be recorded in."""
+"""Throttle programmes as files, and synthetic bench recordings as runs, in a real bench's topics."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,11 +9,35 @@ from numpy.typing import NDArray
 from rov_sim.bench_campaign import BenchRun, Recorded
 from run_bag import Topic, write_run
 
-__all__ = ["write_bench_run"]
+__all__ = ["read_programme", "write_bench_run"]
+
+Array = NDArray[np.float64]
 
 _EPOCH_NS = 1_000_000_000  # the synthetic clock starts at one second: zero means "no stamp" to some tools
 _SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
 _FRAME = "thruster_0"
+
+
+def read_programme(file: Path) -> tuple[Array, Array]:
+    """Return the instants [s] and commands [V], each (N,), of a csv with the columns time_s and throttle_V.
+
+    Raises:
+        ValueError: it has other columns, no rows, or something in them that is no number.
+    """
+    header, *lines = file.read_text(encoding="utf-8").split() or [""]
+    if header != "time_s,throttle_V" or not lines:
+        raise ValueError(
+            f"{file}: expected a header time_s,throttle_V and rows; found {header!r} and {len(lines)} rows"
+        )
+    table = np.empty((len(lines), 2))
+    for row, line in enumerate(lines):
+        try:
+            table[row] = [float(cell) for cell in line.split(",")]
+        except ValueError:
+            raise ValueError(f"{file}, row {row + 1}: expected two numbers; found {line!r}") from None
+    if not np.all(np.isfinite(table)):
+        raise ValueError(f"{file}: expected finite numbers; found others in {int(np.sum(~np.isfinite(table)))} cells")
+    return table[:, 0], table[:, 1]
 
 
 def write_bench_run(run: BenchRun, folder: Path, metadata: Mapping[str, object]) -> Path:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from rov_sim.bench_campaign import altered, run_campaign
-from rov_sim.campaign_io import write_bench_run
+from rov_sim.bench_campaign import altered, run_campaign, run_programme
+from rov_sim.campaign_io import read_programme, write_bench_run
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError
@@ -26,6 +26,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
     example = "for example coulomb_friction.deceleration=60; several times for several"
     parser.add_argument("--effect", action="append", default=[], metavar="EFFECT.PARAMETER=SIZE", help=example)
+    help_programme = (
+        "record this throttle instead: csv with columns time_s and throttle_V, as diagnose --experiment writes"
+    )
+    parser.add_argument("--programme", type=Path, metavar="FILE", help=help_programme)
     given = parser.parse_args(user_arguments(arguments))
     try:
         if given.out.exists() and any(given.out.iterdir()):
@@ -35,8 +39,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
         rng = np.random.default_rng(given.seed)
         truth = altered(load_parameter_set(given.parameters), given.spread, rng)
         truth = replace(truth, effects=truth.effects.with_words(given.effect))
+        if given.programme is None:
+            runs = run_campaign(truth, rng)
+        else:
+            runs = run_programme(truth, *read_programme(given.programme), rng)
         given.out.mkdir(parents=True, exist_ok=True)
-        for run in run_campaign(truth, rng):
+        for run in runs:
             metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
             print(write_bench_run(run, given.out, metadata))
         write_parameter_set(truth, given.out / "truth.yaml")

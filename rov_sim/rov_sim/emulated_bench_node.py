@@ -78,6 +78,9 @@ class EmulatedBenchNode(Node):
         self.create_timer(_POLL[self._lockstep], self._step if self._lockstep else self._catch_up, clock=wall)
         self.create_timer(0.1, self._report, clock=wall)
         self.get_logger().info(f"port: {self.bench.port}")
+        if self._given.left_out:
+            names = ", ".join(self._given.left_out)
+            self.get_logger().warning(f"left out: {names}, which concern the log or the load cell alone, not the loop")
 
     def on_stop(self) -> None:
         """Take the port away."""

@@ -61,7 +61,10 @@ PARAMETERS = (
 
 
 class BenchNodeSettings(NamedTuple):
-    """What the node is made of; participants and wires are names of topics, times in s of the wall's clock."""
+    """What the node is made of; participants and wires are names of topics, times in s of the wall's clock.
+
+    `left_out`: effects of the set that concern the log or the load cell, which no controller sees.
+    """
 
     device: DeviceSettings
     bench: BenchSettings
@@ -70,6 +73,7 @@ class BenchNodeSettings(NamedTuple):
     wires: tuple[str, ...]
     settle: float
     timeout: float
+    left_out: tuple[str, ...]
 
 
 def settings_of(node: Node) -> BenchNodeSettings:
@@ -85,8 +89,10 @@ def settings_of(node: Node) -> BenchNodeSettings:
         device = DeviceSettings(
             protocol=given["protocol"], firmware=_path(given["firmware"]), link=_path(given["link"]), load_cell=cell
         )
+        within = truth.effects.within_a_loop()
+        left_out = tuple(name for name in truth.effects.sizes if name not in within.sizes)
         bench = BenchSettings(
-            coefficients=truth.coefficients, effects=truth.effects.with_words(given["effects"].split()),
+            coefficients=truth.coefficients, effects=within.with_words(given["effects"].split()),
             rig=Rig() if given["noise"] else QUIET, period=device.period, seed=given["seed"],
         )  # fmt: skip
     except SettingsRefused as error:
@@ -95,8 +101,9 @@ def settings_of(node: Node) -> BenchNodeSettings:
         raise refused(node, [str(error)]) from error
     words = {name: tuple(given[name].split()) for name in ("participants", "wires")}
     return BenchNodeSettings(
-        device, bench, given["lockstep"], words["participants"], words["wires"], given["settle"], given["timeout"]
-    )
+        device, bench, given["lockstep"], words["participants"], words["wires"], given["settle"], given["timeout"],
+        left_out,
+    )  # fmt: skip
 
 
 def _numbers(text: str) -> list[float]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,7 +15,8 @@ from bench_driver.link_records import LinkState
 from rov_sim.emulated_bench import BenchSettings
 from rov_sim.emulated_bench_io import DeviceSettings, EmulatedBench
 from rov_sim.emulated_bench_node import EmulatedBenchNode
-from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.effects.active import ActiveEffects
+from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import spin_until
 
@@ -155,6 +157,30 @@ def test_in_real_time_there_is_no_clock_and_the_thruster_turns(make: Callable[..
 def test_wrong_parameters_are_refused_with_a_sentence(context: Context, given: dict[str, object], said: str) -> None:
     with pytest.raises(StartRefused, match=said):
         EmulatedBenchNode(context=context, parameter_overrides=parameters(**given))
+
+
+LAG = {"tach_lag": {"time": 0.05}}
+
+
+def test_a_set_with_effects_of_the_load_cell_is_taken_without_them_but_not_without_those_that_the_loop_feels(
+    context: Context, tmp_path: Path
+) -> None:
+    truth = load_parameter_set("hl_bench")
+    for effects, refused in (({"load_cell_resonance": {"frequency": 8.0, "damping": 0.1}}, False), (LAG, True)):
+        sizes = {"coulomb_friction": {"deceleration": 60.0}, **effects}
+        file = tmp_path / f"{next(iter(effects))}.yaml"
+        write_parameter_set(replace(truth, effects=ActiveEffects(sizes=sizes)), file)
+        if refused:
+            with pytest.raises(StartRefused, match="found tach_lag, which act on whole recorded series"):
+                EmulatedBenchNode(context=context, parameter_overrides=parameters(parameter_set=str(file)))
+            continue
+        node = EmulatedBenchNode(context=context, parameter_overrides=parameters(parameter_set=str(file)))
+        try:
+            assert node._given.left_out == ("load_cell_resonance",)
+            assert set(node._given.bench.effects.sizes) == {"coulomb_friction"}
+        finally:
+            node.bench.close()
+            node.destroy_node()
 
 
 def test_a_link_that_exists_is_not_overwritten(context: Context, tmp_path: Path) -> None:

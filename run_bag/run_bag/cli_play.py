@@ -35,6 +35,8 @@ def parser() -> argparse.ArgumentParser:
     by = "time of the messages: when they were logged, or their header's stamp (default; of --step: stamp)"
     p.add_argument("--by", choices=("log", "stamp"), help=by.replace("(default; ", "(default: log; "))
     p.add_argument("--no-clock", action="store_true", help="publish no /clock")
+    now = "stamp messages with the time at which they are published, for devices that act now; no /clock"
+    p.add_argument("--restamp", action="store_true", help=now)
     p.add_argument(
         "--clock-period", type=_positive, default=0.01, help="of /clock between messages [s of the run] (default 0.01)"
     )
@@ -49,6 +51,9 @@ def options(argv: Sequence[str] | None = None) -> argparse.Namespace:
     given = p.parse_args(user_arguments(argv))
     if given.wait_for and not given.step:
         p.error("--wait-for belongs to --step")
+    if given.restamp and given.step:
+        p.error("--restamp: expected a pace of its own; --step waits for the recorded stamps")
+    given.no_clock = given.no_clock or given.restamp
     # A subscriber is discovered after 0.5 s, but after 2.5 s where a killed process has left its locks.
     given.delay = given.delay or (0.5 if given.wait_for else 3.0)
     given.by = given.by or ("stamp" if given.step else "log")

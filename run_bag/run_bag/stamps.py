@@ -1,4 +1,4 @@
-"""The stamp of a serialised message, read without decoding it."""
+"""The stamp of a serialised message, read and replaced without decoding it."""
 
 from __future__ import annotations
 
@@ -28,3 +28,12 @@ def header_stamp(payload: bytes) -> int:
         return 0
     seconds, nanoseconds = _STAMP[payload[1]].unpack_from(payload, HEADER_BYTES)
     return int(seconds) * NANOSECONDS + int(nanoseconds)
+
+
+def restamped(payload: bytes, stamp: int) -> bytes:
+    """Return a CDR message that begins with a header, with another stamp [ns]; one too short for a header as it is."""
+    if len(payload) < HEADER_BYTES + 8 or payload[1] not in _STAMP:
+        return payload
+    changed = bytearray(payload)
+    _STAMP[payload[1]].pack_into(changed, HEADER_BYTES, *divmod(stamp, NANOSECONDS))
+    return bytes(changed)

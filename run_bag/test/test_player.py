@@ -13,7 +13,7 @@ from recording_graph import Graph, messages
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, String
 
-from run_bag import RunError, Topic, write_run
+from run_bag import RunError, Topic, read_run, write_run
 from run_bag.benchmark import bench_topics
 from run_bag.cli_play import options
 from run_bag.errors import MissingParticipantError
@@ -58,6 +58,22 @@ def test_a_run_that_is_played_and_recorded_again_has_the_same_content(
     graph.stop(recorder)
     assert recorder.topics.lost == 0
     assert sorted_content(tmp_path / "b", ()) == sorted_content(tmp_path / "a", ())
+
+
+def test_what_is_played_to_a_device_that_acts_now_is_stamped_now(graph: Graph, tmp_path: Path) -> None:
+    write_run(tmp_path / "a", bench_topics(50))
+    clocks: list[Clock] = []
+    heard: list[Throttle] = []
+    graph.node.create_subscription(Clock, "/clock", clocks.append, RECORDER)
+    graph.node.create_subscription(Throttle, "thruster_0/throttle", heard.append, RECORDER)
+    begin = graph.node.get_clock().now().nanoseconds
+    played(graph, str(tmp_path / "a"), "--restamp", "--topics", "thruster_0/throttle")
+    graph.until(lambda: len(heard) == 50)
+    stamps = np.array([m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in heard])
+    assert begin < stamps[0] and stamps[-1] < graph.node.get_clock().now().nanoseconds
+    assert np.all(np.diff(stamps) > 0) and not clocks
+    recorded = read_run(tmp_path / "a")["thruster_0/throttle.commanded"].values
+    assert [m.commanded for m in heard] == recorded.tolist()
 
 
 def test_time_passes_at_the_rate_that_was_asked_for(graph: Graph, tmp_path: Path) -> None:

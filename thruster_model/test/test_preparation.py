@@ -178,6 +178,14 @@ def test_empty_and_mostly_masked_cells_are_nan():
     np.testing.assert_array_equal(means[np.isfinite(means)], 1.0)
 
 
+def test_a_burst_of_late_samples_in_one_cell_takes_nothing_from_the_others():
+    time = 0.04 * np.arange(200) + 0.01
+    time[:5] = time[5] - 0.001 * np.arange(5, 0, -1)
+    _, means = cell_means(time, np.sin(time), start=0.0, width=0.04, cells=200)
+    assert np.sum(np.isfinite(means)) == 195
+
+
+
 @pytest.mark.parametrize("sigma", [0.01, 0.3, 5.0])
 def test_white_noise_on_a_curve_with_steps_and_spikes_is_recovered_within_ten_percent(sigma):
     rng = np.random.default_rng(4)

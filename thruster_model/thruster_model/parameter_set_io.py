@@ -59,7 +59,7 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
         raise ParameterSetError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
     problems = [f"key '{key}': missing" for key in sorted(_TOP_KEYS - set(document))]
     problems += [
-        f"key '{key}': unknown; known are {', '.join(sorted(_TOP_KEYS))}"
+        f"key '{key}': unknown; known are {', '.join(sorted(_TOP_KEYS | _OPTIONAL_KEYS))}"
         for key in set(document) - _TOP_KEYS - _OPTIONAL_KEYS
     ]
     entries = document.get("parameters")

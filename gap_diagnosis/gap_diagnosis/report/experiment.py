@@ -18,7 +18,14 @@ def add_next_experiment(report: Report, content: Mapping[str, Any]) -> None:
         return
     report.paragraph(planned["sentence"])
     if planned.get("file"):
-        report.key_values({"throttle programme": planned["file"]})
+        played = planned["file"].removesuffix(".csv")
+        report.key_values(
+            {
+                "throttle programme": planned["file"],
+                "to a thruster": f"ros2 run run_bag play {played} --restamp, beside its driver and a recorder",
+                "to the simulator": f"ros2 run rov_sim bench_campaign --programme {planned['file']} --out DIR",
+            }
+        )
     if planned.get("separates"):
         now = all("distance_now" in each for each in planned["separates"])
         columns: list[Column | str] = ["Candidates", Column(name="Distance", unit="σ", format=".1f")]

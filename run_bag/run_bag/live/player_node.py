@@ -24,7 +24,7 @@ from ..definitions import definitions
 from ..errors import MissingParticipantError, RunError, SchemaError
 from ..playback import Lockstep, Played, participants, play, with_ticks
 from ..selection import Selection
-from ..stamps import has_header, header_stamp
+from ..stamps import has_header, header_stamp, restamped
 from ..timeline import CLOCK, Instant, read_timeline
 from .qos import offer, request
 from .raw_topic import Arrival, RawTopic, message_class
@@ -60,6 +60,8 @@ class PlayerNode(Node):
         self._publishers = [
             self.create_publisher(message_class(t.type), t.name, offer(t.offers)) for t in self._timeline.topics
         ]
+        kinds = [t.type for t in self._timeline.topics]
+        self._restamps = [given.restamp and has_header(definitions().fields(kind), kind) for kind in kinds]
         self._clock_publisher = None if given.no_clock else self.create_publisher(ClockMessage, CLOCK, RECORDER)
         self._lockstep = Lockstep(self._outputs, given.timeout)
         self._heard: dict[str, RawTopic] = {}
@@ -152,7 +154,8 @@ class PlayerNode(Node):
             message.clock.sec, message.clock.nanosec = divmod(instant.time, NANOSECONDS)
             self._clock_publisher.publish(message)
         for index, payload in instant.messages:
-            self._publishers[index].publish(payload)
+            now = self.get_clock().now().nanoseconds if self._restamps[index] else None
+            self._publishers[index].publish(payload if now is None else restamped(payload, now))
 
     def _end(self, error: RunError | None) -> None:
         self._error = error

@@ -68,6 +68,11 @@ class ActiveEffects:
                 raise ValueError(f"effect {word!r}: expected EFFECT.PARAMETER=SIZE with a number as size")
         return ActiveEffects(sizes=sizes)
 
+    def within_a_loop(self) -> "ActiveEffects":
+        """Return these effects without those that no controller of speed or flow sees: of the load cell, of the log."""
+        seen = {name: sizes for name, sizes in self.sizes.items() if not _beside_a_loop(LIBRARY[name])}
+        return ActiveEffects(sizes=seen)
+
     @property
     def plant(self) -> Any:
         """For `flow_tank.simulate`: `EffectValues`, or `NO_EFFECTS` where none acts in the plant."""
@@ -99,6 +104,10 @@ class ActiveEffects:
             if not effect.channel or signal in effect.channel.split():
                 time, values = effect.samples(signal, time, values, rng, **_sized(effect, self.sizes))
         return time, values
+
+
+def _beside_a_loop(effect: Any) -> bool:
+    return effect.block == "log" or (effect.block == "sensor" and set(effect.channel.split()) <= {"thrust", "torque"})
 
 
 def _of_block(sizes: Sizes, block: str) -> list[Any]:

@@ -30,6 +30,14 @@ __all__ = ["PreparationOptions", "lacks_sign", "prepare", "read_experiments", "t
 Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
 _NEAR_REST = 3.0  # standard deviations
+_LEAST_USABLE = 0.25  # of the samples of a channel, below which it is told of
+_FIELDS = {
+    "speed": "state.n",
+    "thrust": "load.wrench.force.x",
+    "torque": "load.wrench.torque.x",
+    "axial": "flow.axial",
+    "ambient": "flow.ambient",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -122,8 +130,11 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     measurements = [m for m in (preparation.speed(), *preparation.loads(), *preparation.flows()) if m is not None]
     kept = [m for m in measurements if np.any(m.usable) and np.isfinite(m.noise)]
     notes += [f"{SIGNALS[m.signal].title.lower()}: {note}" for m in measurements for note in m.notes]
+    warnings = [_poor(prefix, m, left_out=m not in kept) for m in measurements]
+    told = [sentence for sentence in warnings if sentence]
     if not kept:
-        raise UnfitDataError([f"{run.name}: nothing usable is measured; channels are {', '.join(run)}"])
+        found = "; ".join(told) or f"channels are {', '.join(run)}"
+        raise UnfitDataError([f"{run.name}: nothing usable is measured; {found}"])
     return Experiment(
         name=run.name,
         dt=options.dt,
@@ -131,8 +142,18 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
         measurements={m.signal: m for m in kept},
         throttle_shift_std=_stated_deviation(run, "throttle"),
         notes=tuple(notes),
-        warnings=run.warnings,
+        warnings=(*run.warnings, *told),
     )
+
+
+def _poor(prefix: str, measurement: Measurement, *, left_out: bool) -> str:
+    """Return a sentence on a channel of which little or nothing is usable; empty for a sound one."""
+    usable, size = int(np.sum(measurement.usable)), measurement.values.size
+    if not left_out and usable > _LEAST_USABLE * size:
+        return ""
+    period = float(np.median(np.diff(measurement.time))) if size > 1 else np.inf
+    found = f"found {usable} of {size} usable, one every {period:.2g} s ({'; '.join(measurement.notes)})"
+    return f"{prefix}/{_FIELDS[measurement.signal]}: expected readings; {found}" + ("; left out" if left_out else "")
 
 
 def _held(time: Array, values: Array, grid: Array) -> Array:

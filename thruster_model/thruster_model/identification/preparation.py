@@ -109,13 +109,15 @@ def cell_means(
 ) -> tuple[Array, Array]:
     """Return (centres, means) over `cells` cells of `width` [s] from `start` [s].
 
-    A cell is NaN when more than 1 - `least_share` of the samples that its fullest neighbour has are missing.
+    A cell is NaN when it has less than `least_share` of the samples that the cells with any have in the middle (median):
+    a burst of late samples in one of them takes nothing from the others.
     """
     index = np.floor((time - start) / width + 1e-9).astype(np.int64)
     inside = (index >= 0) & (index < cells) & np.isfinite(values)
     counts = np.bincount(index[inside], minlength=cells)
     sums = np.bincount(index[inside], weights=values[inside], minlength=cells)
-    enough = counts >= max(1.0, least_share * np.max(counts, initial=0))
+    usual = float(np.median(counts[counts > 0])) if np.any(counts) else 0.0
+    enough = counts >= max(1.0, least_share * usual)
     with np.errstate(invalid="ignore", divide="ignore"):
         means = np.where(enough, sums / counts, np.nan)
     return np.asarray(start + width * (np.arange(cells) + 0.5), dtype=np.float64), np.asarray(means, dtype=np.float64)
