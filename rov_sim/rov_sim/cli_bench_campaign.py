@@ -1,4 +1,8 @@
-"""Command line: record a synthetic identification campaign of a thruster bench."""
+"""Command line: record a synthetic identification campaign of a thruster bench.
+
+Its sensors are those of the rig, with noise and drift; its load cell rings at 7 Hz (force) and 8.5 Hz (moment), which a
+diagnosis finds beside what is switched on.
+"""
 
 import argparse
 import sys

@@ -185,7 +185,6 @@ def test_a_burst_of_late_samples_in_one_cell_takes_nothing_from_the_others():
     assert np.sum(np.isfinite(means)) == 195
 
 
-
 @pytest.mark.parametrize("sigma", [0.01, 0.3, 5.0])
 def test_white_noise_on_a_curve_with_steps_and_spikes_is_recovered_within_ten_percent(sigma):
     rng = np.random.default_rng(4)

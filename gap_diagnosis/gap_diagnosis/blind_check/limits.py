@@ -71,17 +71,16 @@ def detection_limits(cases: Sequence[Case], rng: np.random.Generator) -> dict[st
     }
 
 
-def limits_without_own(cases: Sequence[Case]) -> list[dict[str, float]]:
-    """Return for each case the values of the limits that all other cases give: none decides about itself."""
-    tried = _tried(cases)
-    arrays = {name: [np.array(column) for column in zip(*rows, strict=True)] for name, rows in tried.items()}
-    rng = np.random.default_rng(0)
-    whole = {name: limit.value for name, limit in detection_limits(cases, rng).items()}
-    result = [dict(whole) for _ in cases]
-    for name, (places, sizes, named) in arrays.items():
-        falls = kind_of_limit(name).size.falls
-        for row, place in enumerate(places):
-            result[place][name] = limit_without(sizes, named, row, falls=falls)
+def limits_without_own(cases: Sequence[Case], limits: Mapping[str, Limit]) -> list[dict[str, float]]:
+    """Return for each case the values of the limits that all other cases give: none decides about itself.
+
+    `limits`: those that all cases together give.
+    """
+    result = [{name: limit.value for name, limit in limits.items()} for _ in cases]
+    for name, rows in _tried(cases).items():
+        sizes, named = ([row[k] for row in rows] for k in (1, 2))
+        for left_out, (place, *_) in enumerate(rows):
+            result[place][name] = limit_without(sizes, named, left_out, falls=kind_of_limit(name).size.falls)
     return result
 
 

@@ -81,7 +81,7 @@ def score(cases: Sequence[Opened], rng: np.random.Generator) -> Scores:
     """Return the figures of opened cases; `rng` is that of the bootstrap of the detection limits."""
     given = [(case.key, case.diagnosis) for case in cases]
     limits = detection_limits(given, rng)
-    own = limits_without_own(given)
+    own = limits_without_own(given, limits)
     clear = [case for case, without in zip(cases, own, strict=True) if sizes_above(case.key, without)]
     without = [case for case in cases if not true_names(case.key)]
     pairs = [case for case in cases if case.key["kind"] == "pair"]

@@ -85,7 +85,8 @@ class Table:
                 + "</tr>"
             )
         marks = {cell.mark for row in cells for cell in row}
-        legend = [f"{_SIGNS[m]} {m}" for m in ("best", "worse") if m in marks]
+        told = " ".join(self.notes)  # a note may say what a sign means here
+        legend = [f"{_SIGNS[m]} {m}" for m in ("best", "worse") if m in marks and _SIGNS[m] not in told]
         notes = list(self.notes) + ([" · ".join(legend)] if legend else [])
         foot = "".join(f'<p class="note">{escape(note)}</p>' for note in notes)
         return (

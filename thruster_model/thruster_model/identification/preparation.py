@@ -109,8 +109,8 @@ def cell_means(
 ) -> tuple[Array, Array]:
     """Return (centres, means) over `cells` cells of `width` [s] from `start` [s].
 
-    A cell is NaN when it has less than `least_share` of the samples that the cells with any have in the middle (median):
-    a burst of late samples in one of them takes nothing from the others.
+    A cell is NaN when it has less than `least_share` of the samples that cells have, by the median of those with any: a
+    burst of late samples in one of them takes nothing from the others.
     """
     index = np.floor((time - start) / width + 1e-9).astype(np.int64)
     inside = (index >= 0) & (index < cells) & np.isfinite(values)
