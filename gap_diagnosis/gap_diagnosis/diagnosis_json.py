@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.how_far import ChannelErrors
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
@@ -102,10 +104,21 @@ def _unexplained(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     chosen = diagnosis.verdict.chosen or (diagnosis.posterior.leading if diagnosis.posterior else None)
     if diagnosis.verdict.verdict in ("no_gap", "parameters"):
         chosen = None
+    elif diagnosis.verdict.verdict == "unknown":
+        chosen = _nearest(diagnosis.investigation)
     candidate = chosen or diagnosis.investigation.none
     if candidate.unexplained is None:
         return []
     return [{"signal": f.signal, "depends_on": f.name, "gain": f.gain} for f in candidate.unexplained.features]
+
+
+def _nearest(found: Investigation) -> Candidate:
+    """Return the effects that are the most probable with something unknown beside them; none where none was weighed."""
+    most, nearest = -np.inf, found.none
+    for candidate in found.candidates:
+        if candidate.unexplained is not None and candidate.evidence + candidate.unexplained.evidence > most:
+            most, nearest = candidate.evidence + candidate.unexplained.evidence, candidate
+    return nearest
 
 
 def in_words(diagnosis: Diagnosis) -> str:
@@ -191,8 +204,10 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
 
 def _nearest_in_words(diagnosis: Diagnosis) -> str:
     """Return what comes nearest, and how much of the cost beyond the noise it takes off."""
-    leading = diagnosis.posterior.leading if diagnosis.posterior else None
-    if leading is None or diagnosis.investigation is None or leading.evidence <= 0.0:
+    if diagnosis.investigation is None:
+        return ""
+    leading = _nearest(diagnosis.investigation)
+    if not leading.suspects or leading.evidence <= 0.0:
         return ""
     none, known = diagnosis.investigation.none.fitted, float(np.sum(leading.fitted.problem.known))
     beyond = none.cost - known
