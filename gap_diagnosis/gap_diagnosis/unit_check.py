@@ -40,6 +40,7 @@ _ALIKE, _FOLLOWS, _OPPOSITE = 0.9, 0.5, -0.8
 _DEAD = 0.05  # of the movement that the model predicts
 _LATEST = {"ambient": 2.5, "axial": 2.5}  # [s], beyond what sensors and commands delay; others 1.2
 _LARGE = 10.0  # [V], from which on a throttle may be in another unit
+_IN_VOLTS = "expected V (found per cent, millivolts or microseconds?)"
 _BEYOND_ANY_DRIVE = 200.0  # edges of the dead zone: no drive in volts reaches that far
 
 
@@ -216,14 +217,12 @@ def _throttle_problems(problem: Problem, found: Mapping[str, _Compared]) -> list
             ]
     largest = max(float(np.max(np.abs(u))) for u in commands)
     edge = max(abs(problem.parameter_set.values.get(key, 0.0)) for key in ("delta_u1", "delta_u2"))
+    beyond = []
     if edge > 0.0 and largest > _BEYOND_ANY_DRIVE * edge:
         times = f"{largest / edge:.3g} times the dead zone's edge ({edge:g} V)"
-        return [
-            f"{name}: readings of up to {largest:.4g} are {times}; "
-            "expected V (found per cent, millivolts or microseconds?)"
-        ]
+        beyond = [f"{name}: readings of up to {largest:.4g} are {times}; {_IN_VOLTS}"]
     if largest < _LARGE or not found or max(each.ratio for each in found.values()) > 0.3:
-        return []
+        return beyond
     for factor in np.geomspace(3.0, 3000.0, 60):
         scaled = tuple(
             replace(r, experiment=replace(r.experiment, throttle=r.experiment.throttle / factor))
@@ -232,8 +231,6 @@ def _throttle_problems(problem: Problem, found: Mapping[str, _Compared]) -> list
         posed = replace(problem, recordings=scaled)
         again = _compared(posed, posed.predicted(posed.start()))
         if again and all(e.likeness > _ALIKE and abs(np.log(e.ratio)) < 0.4 for e in again.values()):
-            return [
-                f"{name}: readings of up to {largest:.4g} are about {factor:.2g} times what all other channels say; "
-                "expected V (found per cent, millivolts or microseconds?)"
-            ]
-    return []
+            told = f"about {factor:.2g} times what all other channels say"
+            return [f"{name}: readings of up to {largest:.4g} are {told}; {_IN_VOLTS}"]
+    return beyond

@@ -124,6 +124,11 @@ REFUSED = {
     "torque times 1000": (scaled(1000.0, "torque"), "torque", "as if in thousandths of its unit; expected N m"),
     "flow in cm/s": (scaled(100.0, "ambient"), "ambient", "as if in hundredths of its unit; expected m/s"),
     "throttle in mV": (scaled(1000.0, "throttle"), "throttle", r"readings of up to 3200 are about .* expected V"),
+    "throttle in mV beside a torque of noise": (
+        lambda runs: scaled(1000.0, "throttle")(changed(asleep, "torque")(runs)),
+        "throttle",
+        r"readings of up to 3200 are 3.72e\+03 times the dead zone's edge \(0.86 V\); expected V",
+    ),
     "throttle in per cent": (scaled(20.0, "throttle"), "throttle", r"readings of up to 64 are about .* expected V"),
     "speed's sign": (scaled(-1.0, "n"), "n", "its sign is opposite .* expected positive for forward thrust"),
     "thrust's sign": (scaled(-1.0, "thrust"), "thrust", "its sign is opposite .* expected positive"),

@@ -24,8 +24,8 @@ def evidence_of(outside):
     [
         ("flow", {"tank_seiche": {"gain": 0.015, "frequency": 0.2}}),
         ("sensor", {"load_cell_creep": {"share": 0.4, "time": 2.0}}),
-        ("log", {"clock_jump": {"time": 0.15}}),
-        ("log", {"clock_jump": {"time": -0.3}}),
+        ("log", {"clock_jump": {"time": 0.15, "when": 0.5}}),
+        ("log", {"clock_jump": {"time": -0.3, "when": 0.5}}),
         ("thrust", {"low_speed_exponent": {"exponent": 1.2}}),
     ],
 )

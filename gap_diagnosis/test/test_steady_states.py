@@ -67,6 +67,18 @@ def test_a_parameter_that_is_off_is_re_tuned_and_no_effect(diagnosed):
     assert found.costs[1] < 40.0 < found.costs[0]
 
 
+def test_readings_in_another_unit_are_refused(tables):
+    rpm = {**tables["none"], "speed": tables["none"]["speed"] * 30.0 / np.pi}
+    with pytest.raises(UnfitDataError, match="as if in rev/min; expected rad/s"):
+        diagnose_steady_states(THROTTLES, rpm, DEVIATIONS, load_parameter_set("hl"))
+
+
+def test_a_handful_of_readings_claims_nothing(tables):
+    few = {"speed": tables["none"]["speed"][:5] * np.linspace(0.8, 1.2, 5)}
+    found = diagnose_steady_states(THROTTLES[:5], few, {"speed": 0.5}, load_parameter_set("hl"))
+    assert found.count == 5 and found.verdict in ("cannot_tell", "unknown")
+
+
 def test_effects_that_need_time_are_not_considered(diagnosed):
     names = {each.effect for each in diagnosed["thrust_asymmetry"].explanations}
     assert not names & {"log_alignment", "load_cell_resonance", "load_cell_drift", "thermal_fade", "tank_recirculation"}
