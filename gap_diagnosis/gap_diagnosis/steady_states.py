@@ -120,7 +120,7 @@ def diagnose_steady_states(
     )
     if not problem.series:
         raise UnfitDataError([f"model {parameter_set.model_name} predicts none of {', '.join(measured)}"])
-    wrong = unit_problems(problem)
+    wrong = unit_problems(problem, least=5)
     if wrong:
         raise UnfitDataError(wrong)
     noise = white_noise({name: deviations[name] for name in measured})

@@ -54,10 +54,13 @@ class _Compared(NamedTuple):
     noise: float
 
 
-def unit_problems(problem: Problem) -> list[str]:
-    """Return what contradicts the model as stated: channels in other units or signs, dead ones, others' clocks."""
+def unit_problems(problem: Problem, least: int = 20) -> list[str]:
+    """Return what contradicts the model as stated: channels in other units or signs, dead ones, others' clocks.
+
+    `least`: readings of a channel that it takes to say so.
+    """
     predicted = problem.predicted(problem.start())
-    found = _compared(problem, predicted)
+    found = {name: each for name, each in _compared(problem, predicted).items() if each.measured.size >= least}
     throttle = _throttle_problems(problem, found)
     if throttle or not found:
         return throttle
@@ -91,7 +94,7 @@ def _compared(problem: Problem, predicted: Array) -> dict[str, _Compared]:
         rows = all_rows[problem.known[all_rows]]
         y, p = problem.measured[rows], predicted[rows]
         power = float(p @ p)
-        if rows.size < 20 or power <= 0.0 or float(y @ y) <= 0.0:
+        if power <= 0.0 or float(y @ y) <= 0.0:
             continue
         levels = [problem.recordings[s.recording].experiment.measurements[signal].noise for s in own]
         likeness = float(y @ p) / np.sqrt(power * float(y @ y))
@@ -230,6 +233,7 @@ def _throttle_problems(problem: Problem, found: Mapping[str, _Compared]) -> list
         )
         posed = replace(problem, recordings=scaled)
         again = _compared(posed, posed.predicted(posed.start()))
+        again = {key: each for key, each in again.items() if key in found}
         if again and all(e.likeness > _ALIKE and abs(np.log(e.ratio)) < 0.4 for e in again.values()):
             told = f"about {factor:.2g} times what all other channels say"
             return [f"{name}: readings of up to {largest:.4g} are {told}; {_IN_VOLTS}"]
