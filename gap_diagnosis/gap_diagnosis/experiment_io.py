@@ -18,7 +18,6 @@ FILE = "next_experiment.csv"
 LARGEST = 5.0
 """Throttle [V] where recordings show none and nothing else is said."""
 USUAL_PERIOD = 0.04
-_EPOCH_NS = 1_000_000_000  # the first stamp: zero means "no stamp" to some tools
 SLOWEST_PERIOD = 0.1
 
 
@@ -83,11 +82,6 @@ def write_experiment(proposed: NextExperiment | None, folder: Path, thruster: in
     part = file.with_suffix(".csv.part")
     part.write_text("\n".join(["time_s,throttle_V", *rows]) + "\n", encoding="utf-8")
     os.replace(part, file)
-    throttle = Topic(
-        name=f"thruster_{thruster}/throttle",
-        type="thruster_msgs/msg/Throttle",
-        stamps=_EPOCH_NS + np.round(programme.time * 1e9).astype(np.int64),
-        fields={"commanded": programme.throttle},
-        frame=f"thruster_{thruster}",
-    )
+    kind, fields = "thruster_msgs/msg/Throttle", {"commanded": programme.throttle}
+    throttle = Topic.of_thruster(thruster, "throttle", kind, programme.time, fields)
     return [file, write_run(folder / file.stem, [throttle], {"what": f"throttle programme: {programme.title}"})]

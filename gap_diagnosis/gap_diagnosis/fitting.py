@@ -91,9 +91,9 @@ def fit(
     sensitivities = _borrowed(problem, x, near) if near is not None else sensitivities_of(problem, x)
     jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
     rows_known = int(np.sum(problem.known & counts))
-    damping = 1e-6
+    damping, moved = 1e-6, movable(problem)
     for _ in range(iterations):
-        moving = jacobian * movable(problem)
+        moving = jacobian * moved
         information = _information(moving, problem.nuisances)
         gradient = _pull(moving, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.

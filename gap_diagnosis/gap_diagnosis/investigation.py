@@ -186,9 +186,8 @@ def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screene
 def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:
     """Return the best of a few hypotheses, fitted in haste: to see what noise is left."""
     best = base
-    aired = (
-        ventilated(base, noise, 0.15 * max((s.gain for s in screened[:1]), default=0.0)) if with_ventilation else None
-    )
+    worth = 0.15 * screened[0].gain if screened else 0.0
+    aired = ventilated(base, noise, worth) if with_ventilation else None
     if aired is not None and aired[0].evidence + aired[1] * change_cost(base.problem) > best.evidence:
         best = aired[0]
     for each in screened[:3]:

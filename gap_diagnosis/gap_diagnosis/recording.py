@@ -9,20 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.flow_tank import AT_REST, PlantState
-from thruster_model.identification.experiment import SIGNALS, Experiment
+from thruster_model.identification.experiment import CHANNELS, SIGNALS, Experiment
 
-__all__ = ["CHANNELS", "LogFindings", "Recording", "initial_state"]
+__all__ = ["LogFindings", "Recording", "initial_state"]
 
 Array = NDArray[np.float64]
-
-CHANNELS = {
-    "speed": "state.n",
-    "axial": "flow.axial",
-    "ambient": "flow.ambient",
-    "thrust": "load.wrench.force.x",
-    "torque": "load.wrench.torque.x",
-}
-"""Fields of a thruster's topics by signal."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.preparing import DT, recording_of, with_log_findings
-from gap_diagnosis.recording import CHANNELS, Recording
+from gap_diagnosis.recording import Recording
 from run_bag import Run, RunError, read_run
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification import experiment_io
+from thruster_model.identification.experiment import CHANNELS
 
 __all__ = ["read_recordings", "recordings_of"]
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import SizeSlot
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["JAGGED", "SCATTERING", "SEARCHED", "Suspect", "suspects"]
+__all__ = ["JAGGED", "SCATTERING", "SEARCHED", "Suspect", "key_of", "suspects"]
 
 Array = NDArray[np.float64]
 
@@ -22,6 +22,11 @@ JAGGED = (SEARCHED, "tach_quantization", "tach_dropout")
 _DENSE = {"tach_quantization": 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
 _SECOND = {"load_cell_resonance": 3}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
+
+
+def key_of(effect: str, channel: str) -> str:
+    """Return the key of an effect as a suspect: with its channel, where it may concern several."""
+    return f"{effect}:{channel}" if channel else effect
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,7 +48,7 @@ class Suspect:
     @property
     def key(self) -> str:
         """Unique name."""
-        return f"{self.effect}:{self.channel}" if self.channel else self.effect
+        return key_of(self.effect, self.channel)
 
     @property
     def block(self) -> str:

@@ -13,8 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.recording import CHANNELS
-from thruster_model.identification.experiment import SIGNALS
+from thruster_model.identification.experiment import CHANNELS, SIGNALS
 
 __all__ = ["unit_problems"]
 

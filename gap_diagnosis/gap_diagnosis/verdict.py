@@ -13,7 +13,7 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.screening import Screened
 from gap_diagnosis.sizes import Size, sizes_of
-from gap_diagnosis.suspects import Suspect
+from gap_diagnosis.suspects import Suspect, key_of
 from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["VERDICTS", "Claim", "Verdict", "class_of", "power", "verdict_of"]
@@ -56,7 +56,7 @@ class Claim:
     @property
     def key(self) -> str:
         """Of the suspect that is claimed."""
-        return f"{self.effect}:{self.channel}" if self.channel else self.effect
+        return key_of(self.effect, self.channel)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,16 +6,14 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.bench_campaign import BenchRun, Recorded
+from rov_sim.bench_campaign import BenchRun
 from run_bag import Topic, write_run
 
 __all__ = ["read_programme", "write_bench_run"]
 
 Array = NDArray[np.float64]
 
-_EPOCH_NS = 1_000_000_000  # the synthetic clock starts at one second: zero means "no stamp" to some tools
 _SIGN_INFERRED = 2  # thruster_msgs/msg/ThrusterState.SIGN_INFERRED
-_FRAME = "thruster_0"
 
 
 def read_programme(file: Path) -> tuple[Array, Array]:
@@ -49,16 +47,13 @@ def write_bench_run(run: BenchRun, folder: Path, metadata: Mapping[str, object])
     flow = next(name for name in ("axial", "ambient") if name in signals)
     throttle = {"commanded": signals["throttle"].values}
     topics = [
-        _topic("throttle", "thruster_msgs/msg/Throttle", signals["throttle"], throttle),
-        _topic("state", "thruster_msgs/msg/ThrusterState", speed, state),
-        _topic("load", "geometry_msgs/msg/WrenchStamped", signals["thrust"], load),
-        _topic("flow", "thruster_msgs/msg/FlowVelocity", signals[flow], {flow: signals[flow].values}),
+        Topic.of_thruster(0, "throttle", "thruster_msgs/msg/Throttle", signals["throttle"].time, throttle),
+        Topic.of_thruster(0, "state", "thruster_msgs/msg/ThrusterState", speed.time, state),
+        Topic.of_thruster(0, "load", "geometry_msgs/msg/WrenchStamped", signals["thrust"].time, load),
+        Topic.of_thruster(
+            0, "flow", "thruster_msgs/msg/FlowVelocity", signals[flow].time, {flow: signals[flow].values}
+        ),
     ]
     target = folder / run.name
     write_run(target, topics, dict(metadata))
     return target
-
-
-def _topic(name: str, kind: str, recorded: Recorded, fields: Mapping[str, NDArray[np.generic]]) -> Topic:
-    stamps = _EPOCH_NS + np.round(recorded.time * 1e9).astype(np.int64)
-    return Topic(name=f"thruster_0/{name}", type=kind, stamps=stamps, fields=dict(fields), frame=_FRAME)

@@ -24,16 +24,23 @@ def has_header(fields_of: FieldsOf, name: str) -> bool:
 
 def header_stamp(payload: bytes) -> int:
     """Return the stamp [ns] of a CDR message that begins with a header; 0 if the message is too short for one."""
-    if len(payload) < HEADER_BYTES + 8 or payload[1] not in _STAMP:
+    stamp = _stamp_of(payload)
+    if stamp is None:
         return 0
-    seconds, nanoseconds = _STAMP[payload[1]].unpack_from(payload, HEADER_BYTES)
+    seconds, nanoseconds = stamp.unpack_from(payload, HEADER_BYTES)
     return int(seconds) * NANOSECONDS + int(nanoseconds)
 
 
 def restamped(payload: bytes, stamp: int) -> bytes:
     """Return a CDR message that begins with a header, with another stamp [ns]; one too short for a header as it is."""
-    if len(payload) < HEADER_BYTES + 8 or payload[1] not in _STAMP:
+    written = _stamp_of(payload)
+    if written is None:
         return payload
     changed = bytearray(payload)
-    _STAMP[payload[1]].pack_into(changed, HEADER_BYTES, *divmod(stamp, NANOSECONDS))
+    written.pack_into(changed, HEADER_BYTES, *divmod(stamp, NANOSECONDS))
     return bytes(changed)
+
+
+def _stamp_of(payload: bytes) -> struct.Struct | None:
+    """Return how a message's stamp is written; None where the message is too short for one."""
+    return _STAMP.get(payload[1]) if len(payload) >= HEADER_BYTES + 8 else None

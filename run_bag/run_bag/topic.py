@@ -41,6 +41,21 @@ class Topic:
     fields: Mapping[str, Any] = field(default_factory=dict)
     frame: str = ""
 
+    @classmethod
+    def of_thruster(cls, index: int, name: str, kind: str, time: ArrayLike, fields: Mapping[str, Any]) -> Topic:
+        """Return a topic of a thruster whose clock begins at one second: zero means "no stamp" to some tools.
+
+        Args:
+            index: of the thruster.
+            name: below the thruster's own.
+            kind: message type.
+            time: of the messages from the beginning [s], (N,).
+            fields: as of any topic.
+        """
+        stamps = NANOSECONDS + np.round(np.asarray(time, dtype=np.float64) * 1e9).astype(np.int64)
+        own = f"thruster_{index}"
+        return cls(name=f"{own}/{name}", type=kind, stamps=stamps, fields=dict(fields), frame=own)
+
 
 @dataclass(frozen=True)
 class Columns:

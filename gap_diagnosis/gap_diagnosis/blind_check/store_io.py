@@ -33,9 +33,7 @@ __all__ = ["Store", "nominal_parameters", "write_case", "write_generated_run"]
 
 Array = NDArray[np.float64]
 
-_EPOCH_NS = 1_000_000_000  # the first stamp: zero means "no stamp" to some tools
 _SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
-_FRAME = "thruster_0"
 
 
 def nominal_parameters() -> dict[str, dict[str, float]]:
@@ -46,22 +44,25 @@ def nominal_parameters() -> dict[str, dict[str, float]]:
 def write_generated_run(run: GeneratedRun, folder: Path, channels: Sequence[str]) -> Path:
     """Write the recording to the new directory `folder`/<name>, the throttle and these channels; return that."""
     throttle, n = run.recorded["throttle"], run.recorded["n"]
-    topics = [_topic("throttle", "thruster_msgs/msg/Throttle", throttle.time, {"commanded": throttle.values})]
+    topics = [
+        Topic.of_thruster(0, "throttle", "thruster_msgs/msg/Throttle", throttle.time, {"commanded": throttle.values})
+    ]
     sign = np.full(n.values.size, _SIGN_MEASURED)
-    topics.append(_topic("state", "thruster_msgs/msg/ThrusterState", n.time, {"n": n.values, "sign_source": sign}))
+    topics.append(
+        Topic.of_thruster(0, "state", "thruster_msgs/msg/ThrusterState", n.time, {"n": n.values, "sign_source": sign})
+    )
     if "ambient" in channels:
         flow = run.recorded["ambient"]
-        topics.append(_topic("flow", "thruster_msgs/msg/FlowVelocity", flow.time, {"ambient": flow.values}))
+        topics.append(
+            Topic.of_thruster(0, "flow", "thruster_msgs/msg/FlowVelocity", flow.time, {"ambient": flow.values})
+        )
     loads = {"thrust": "wrench.force.x", "torque": "wrench.torque.x"}
     fields = {path: run.recorded[name].values for name, path in loads.items() if name in channels}
     if fields:
-        topics.append(_topic("load", "geometry_msgs/msg/WrenchStamped", run.recorded["thrust"].time, fields))
+        topics.append(
+            Topic.of_thruster(0, "load", "geometry_msgs/msg/WrenchStamped", run.recorded["thrust"].time, fields)
+        )
     return write_run(folder / run.name, topics, {"run": run.name})
-
-
-def _topic(name: str, kind: str, time: Array, fields: Mapping[str, Any]) -> Topic:
-    stamps = _EPOCH_NS + np.round(time * 1e9).astype(np.int64)
-    return Topic(name=f"thruster_0/{name}", type=kind, stamps=stamps, fields=dict(fields), frame=_FRAME)
 
 
 def write_case(folder: Path, case: Case, runs: Sequence[GeneratedRun]) -> list[Path]:

@@ -6,7 +6,7 @@ from typing import Any
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.problem import DEFAULT_DEVIATION
-from gap_diagnosis.report.wording import number, retuned_beside, titles_of, unit
+from gap_diagnosis.report.wording import number, titles_of, unit
 from run_bag.report import Axis, Bars, Cell, Column, Report, bars, theme
 
 __all__ = ["add_parameters"]
@@ -23,8 +23,8 @@ def add_parameters(report: Report, found: Diagnosis, content: Mapping[str, Any])
     report.section("Re-tuned parameters")
     parameters = found.parameter_set.parameters
     assumed = [name for name in retuned if parameters[name].standard_deviation is None]
-    beside = retuned_beside(found, content)
-    text = f"Values with {titles_of(beside)} beside them." if beside else "Values without any effect."
+    chosen = found.verdict.chosen
+    text = f"Values with {titles_of(chosen.keys)} beside them." if chosen else "Values without any effect."
     text += " A shift beyond two stated deviations says that the set or its deviations are wrong."
     if assumed:
         which = "any parameter" if len(assumed) == len(retuned) else ", ".join(assumed)

@@ -5,12 +5,11 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from gap_diagnosis.diagnosis import Diagnosis
+from gap_diagnosis import suspects
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.recording import CHANNELS
 from run_bag.report import Axis, Plot
 from thruster_model.effects.stages import LIBRARY
-from thruster_model.identification.experiment import SIGNALS
+from thruster_model.identification.experiment import CHANNELS, SIGNALS
 
 __all__ = [
     "AS_STATED",
@@ -25,7 +24,6 @@ __all__ = [
     "number",
     "percent",
     "probability",
-    "retuned_beside",
     "roomy",
     "sentence",
     "signal_of",
@@ -70,7 +68,7 @@ def signals_of(problem: Problem) -> list[str]:
 
 def key_of(effect: Mapping[str, Any]) -> str:
     """Return the key of a suspect among the effects of diagnosis.json."""
-    return f"{effect['id']}:{effect['channel']}" if effect["channel"] else str(effect["id"])
+    return suspects.key_of(str(effect["id"]), effect["channel"] or "")
 
 
 def title_of(key: str) -> str:
@@ -112,17 +110,6 @@ def percent(value: float | None) -> str | None:
 def sentence(text: str) -> str:
     """Return a text with a capital letter at its beginning."""
     return text[:1].upper() + text[1:]
-
-
-def retuned_beside(found: Diagnosis, content: Mapping[str, Any]) -> tuple[str, ...]:
-    """Return the keys of the suspects beside which the re-tuned parameters of diagnosis.json were found."""
-    chosen = found.verdict.chosen
-    values = {name: each["value"] for name, each in content["retuned_parameters"].items()}
-    if chosen is None or not values:
-        return ()
-    fitted = chosen.fitted
-    there = fitted.problem.values(fitted.x)
-    return chosen.keys if all(there[name] == value for name, value in values.items()) else ()
 
 
 def roomy(plot: Plot, labels: Sequence[str]) -> Plot:

@@ -7,7 +7,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["SIGNALS", "Experiment", "Measurement", "Signal"]
+__all__ = ["CHANNELS", "SIGNALS", "Experiment", "Measurement", "Signal"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,6 +31,14 @@ SIGNALS: dict[str, Signal] = {
         Signal(name="torque", symbol="Q", title="Torque", unit="N m", plant_output="torque"),
     )
 }
+CHANNELS = {
+    "speed": "state.n",
+    "axial": "flow.axial",
+    "ambient": "flow.ambient",
+    "thrust": "load.wrench.force.x",
+    "torque": "load.wrench.torque.x",
+}
+"""Fields of a thruster's topics by signal."""
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from run_bag import Run, RunError, read_run
 from run_bag.importers.signals import infer_sign
 from thruster_model.errors import UnfitDataError
-from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
+from thruster_model.identification.experiment import CHANNELS, SIGNALS, Experiment, Measurement
 from thruster_model.identification.flow_quality import FlowLimits, assess_flow
 from thruster_model.identification.preparation import (
     cell_means,
@@ -31,13 +31,6 @@ Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
 _NEAR_REST = 3.0  # standard deviations
 _LEAST_USABLE = 0.25  # of the samples of a channel, below which it is told of
-_FIELDS = {
-    "speed": "state.n",
-    "thrust": "load.wrench.force.x",
-    "torque": "load.wrench.torque.x",
-    "axial": "flow.axial",
-    "ambient": "flow.ambient",
-}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -153,7 +146,7 @@ def _poor(prefix: str, measurement: Measurement, *, left_out: bool) -> str:
         return ""
     period = float(np.median(np.diff(measurement.time))) if size > 1 else np.inf
     found = f"found {usable} of {size} usable, one every {period:.2g} s ({'; '.join(measurement.notes)})"
-    return f"{prefix}/{_FIELDS[measurement.signal]}: expected readings; {found}" + ("; left out" if left_out else "")
+    return f"{prefix}/{CHANNELS[measurement.signal]}: expected readings; {found}" + ("; left out" if left_out else "")
 
 
 def _held(time: Array, values: Array, grid: Array) -> Array:
