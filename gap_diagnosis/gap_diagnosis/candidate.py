@@ -12,7 +12,7 @@ from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
 from gap_diagnosis.suspects import Suspect
-from gap_diagnosis.ventilation import change_cost, ventilated
+from gap_diagnosis.ventilation import stretches_of
 
 __all__ = [
     "LOOKALIKES",
@@ -38,7 +38,8 @@ _STRAINED = 1e-3
 class Candidate:
     """One hypothesis, fitted: the suspects in it (none: re-tuned parameters alone) and what they leave unexplained.
 
-    `evidence`: logarithm of the probability of the data, above that of the hypothesis without effect.
+    `evidence`: logarithm of the probability of the data, above that of the hypothesis without effect; `nameless`:
+    thrust is lost as air would take it, but in stretches that the states foresee.
     """
 
     suspects: tuple[Suspect, ...]
@@ -46,6 +47,7 @@ class Candidate:
     evidence: float
     noise: NoiseModel
     unexplained: Discrepancy | None = None
+    nameless: bool = False
 
     @property
     def keys(self) -> tuple[str, ...]:
@@ -114,16 +116,24 @@ def retried(candidate: Candidate) -> Candidate:
     return replace(candidate, fitted=best, evidence=evidence, unexplained=None)
 
 
-def with_air(on: Candidate, least: float = 0.0) -> list[Candidate]:
-    """Return a hypothesis with air beside, refitted, in a list; none where no gates are found worth `least`."""
-    found = ventilated(on.fitted, on.noise, least)
+def with_air(on: Candidate, least: float = 0.0, near: Candidate | None = None) -> Candidate | None:
+    """Return a hypothesis with air beside, refitted; None where no gates are found worth `least`.
+
+    `near`: a hypothesis whose nuisances are started from.
+    """
+    start = None if near is None else near.fitted.x[: on.fitted.x.size]
+    found = stretches_of(on.fitted, on.noise, least, start)
     if found is None:
-        return []
-    fitted, changes = found
-    evidence = on.evidence + fitted.evidence - on.fitted.evidence + changes * change_cost(fitted.problem)
-    slots = fitted.problem.slots[-2:]
+        return None
+    slots = found.fitted.problem.slots[-2:]
     suspect = Suspect(effect="ventilation", channel="", slots=slots, grid=np.empty((0, 2)))
-    return [Candidate(suspects=(*on.suspects, suspect), fitted=fitted, evidence=float(evidence), noise=on.noise)]
+    return Candidate(
+        suspects=(*on.suspects, suspect),
+        fitted=found.fitted,
+        evidence=float(on.evidence + found.evidence - on.fitted.evidence),
+        noise=on.noise,
+        nameless=found.foreseeable,
+    )
 
 
 def examined(candidates: Sequence[Candidate], noise: NoiseModel) -> list[Candidate]:

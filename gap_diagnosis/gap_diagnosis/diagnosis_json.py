@@ -198,8 +198,20 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     return (
         "None of the known effects explains the gap: after the best of them residuals still depend on states and inputs"
         + (f" ({depends})." if depends else ".")
+        + _stretches_in_words(diagnosis)
         + _nearest_in_words(diagnosis)
     )
+
+
+def _stretches_in_words(diagnosis: Diagnosis) -> str:
+    """Return in which stretches thrust is lost, where that says more than anything else."""
+    found = diagnosis.investigation
+    lost = found.stretches if found is not None else None
+    if found is None or lost is None or lost.evidence < max([0.0, *(c.evidence for c in found.candidates)]):
+        return ""
+    share = lost.fitted.problem.sizes(lost.fitted.x)["ventilation"]["share"]
+    why = "that speed, its rate, the flow or the last second foresee: not air" if lost.nameless else "as by drawn air"
+    return f" In stretches {why}, {100.0 * share:.0f} % of the thrust is lost."
 
 
 def _nearest_in_words(diagnosis: Diagnosis) -> str:

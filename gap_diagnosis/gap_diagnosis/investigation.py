@@ -27,7 +27,7 @@ from gap_diagnosis.pairs import pairs_of, with_parts
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.screening import Screened, Trials, rated, tried
 from gap_diagnosis.suspects import Suspect
-from gap_diagnosis.ventilation import change_cost, ventilated
+from gap_diagnosis.ventilation import stretches_of
 
 __all__ = ["Investigation", "investigate"]
 
@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 _SINGLES = 7
 _AIR_BESIDE = 20.0
+_WORTH_AIR = 0.3
 _TURNS = 3
 _SAME_NOISE = 0.04
 
@@ -49,6 +50,7 @@ class Investigation:
         screened: every suspect's first rating.
         noise: frozen for all hypotheses.
         stated: cost of the parameters as stated under that noise, and its evidence above `none`.
+        stretches: thrust lost in stretches that are not air, as a hypothesis; None where there are none.
     """
 
     none: Candidate
@@ -56,6 +58,7 @@ class Investigation:
     screened: tuple[Screened, ...]
     noise: NoiseModel
     stated: tuple[float, float]
+    stretches: Candidate | None = None
 
     @cached_property
     def beyond_sensors(self) -> float:
@@ -93,7 +96,11 @@ def investigate(
     progress("refits of the most likely")
     none = _none(problem, noise, base.x)
     screened = rated(none.fitted, noise, trials)
-    ranked = _singles(none, screened, with_ventilation, _from_stated(none, trials))
+    ranked = _singles(none, screened, _from_stated(none, trials))
+    aired = _aired(none, ranked)
+    stretches = aired if aired is not None and (aired.nameless or not with_ventilation) else None
+    if aired is not None and stretches is None:
+        ranked = examined([*ranked, aired], noise)
     leading = _best(none, ranked)
     if leading.suspects and leaves_something(leading):
         again = retried(leading)
@@ -105,20 +112,25 @@ def investigate(
         pairs = pairs_of(none, ranked, suspects)
         if with_ventilation and leading.suspects[0].effect != "ventilation":
             # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
-            pairs += [c for c in with_air(leading) if c.evidence > leading.evidence + _AIR_BESIDE]
+            beside = with_air(leading)
+            if beside is not None and not beside.nameless and beside.evidence > leading.evidence + _AIR_BESIDE:
+                pairs.append(beside)
         ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
         if _settled(none.noise, renewed):
             break
         progress("noise of what is left")
-        none, ranked = _again(none, ranked, renewed)
+        again, ranked = _again(none, ranked, renewed)
+        stretches = _weighed(stretches, none, again) if stretches is not None else None
+        none = again
     return Investigation(
         none=none,
         candidates=tuple(ranked),
         screened=tuple(screened),
         noise=none.noise,
         stated=_as_stated(problem, none.noise, none.fitted),
+        stretches=stretches,
     )
 
 
@@ -134,14 +146,16 @@ def _best(none: Candidate, ranked: Sequence[Candidate]) -> Candidate:
 def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> tuple[Candidate, list[Candidate]]:
     """Return all hypotheses weighed anew by the noise that the best of them leaves."""
     base = _none(none.fitted.problem, noise, none.fitted.x)
-    weighed = []
-    for candidate in ranked:
-        switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
-        problem, x = candidate.fitted.problem, candidate.fitted.x
-        fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
-        evidence = fitted.evidence - base.fitted.evidence + switches
-        weighed.append(replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None))
-    return base, examined(weighed, noise)
+    return base, examined([_weighed(candidate, none, base) for candidate in ranked], noise)
+
+
+def _weighed(candidate: Candidate, none: Candidate, again: Candidate) -> Candidate:
+    """Return a hypothesis weighed anew by the noise of `again`, which is `none` under that noise."""
+    switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
+    problem, x, noise = candidate.fitted.problem, candidate.fitted.x, again.noise
+    fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
+    evidence = fitted.evidence - again.fitted.evidence + switches
+    return replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None)
 
 
 def _settled(noise: NoiseModel, renewed: NoiseModel) -> bool:
@@ -156,7 +170,6 @@ def _settled(noise: NoiseModel, renewed: NoiseModel) -> bool:
 def _singles(
     none: Candidate,
     screened: Sequence[Screened],
-    with_ventilation: bool,
     stated: Mapping[str, Screened],
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted, most evidence first."""
@@ -164,9 +177,17 @@ def _singles(
     for each in _promising(screened, _SINGLES):
         likely = is_likely(each, screened)
         singles.append(unstretched(extended(none, each, likely), stated.get(each.suspect.key), none, likely))
-    if with_ventilation:
-        singles += with_air(none, 0.3 * max((c.evidence for c in singles), default=0.0))
     return examined(singles, none.noise)
+
+
+def _aired(none: Candidate, singles: Sequence[Candidate]) -> Candidate | None:
+    """Return the hypothesis of air alone, or of what looks like it; None where no thrust is lost in stretches."""
+    best = singles[0] if singles else none
+    found = with_air(none, _WORTH_AIR * max(best.evidence, 0.0))
+    if found is None and best.suspects and best.suspects[0].effect == "cavitation":
+        # Both take thrust at high speed: without it the nuisances may have hidden the air.
+        found = with_air(none, near=best)
+    return found
 
 
 def _promising(screened: Sequence[Screened], most: int) -> list[Screened]:
@@ -187,9 +208,9 @@ def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], w
     """Return the best of a few hypotheses, fitted in haste: to see what noise is left."""
     best = base
     worth = 0.15 * screened[0].gain if screened else 0.0
-    aired = ventilated(base, noise, worth) if with_ventilation else None
-    if aired is not None and aired[0].evidence + aired[1] * change_cost(base.problem) > best.evidence:
-        best = aired[0]
+    aired = stretches_of(base, noise, worth) if with_ventilation else None
+    if aired is not None and not aired.foreseeable and aired.evidence > best.evidence:
+        best = aired.fitted
     for each in screened[:3]:
         start = np.concatenate((each.anchor.x, each.sizes))
         fitted = fit(each.problem, noise, start, near=each.anchor, iterations=10)

@@ -47,7 +47,9 @@ def pairs_of(
         if alone is None:
             alone = _alone(none, second, none.fitted.x, best.fitted.x[-len(second.slots) :])
         if best.suspects[0].effect == "ventilation":
-            keep(with_air(alone))  # gates decoded without the second effect have patched what it leaves
+            # Gates decoded without the second effect have patched what it leaves.
+            aired = with_air(alone)
+            keep([aired] if aired is not None and not aired.nameless else [])
         else:
             extend(alone)
     return list(found.values())

@@ -89,7 +89,11 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         alone, single, pair = PRIOR_SINGLE, PRIOR_PAIR, PRIOR_PAIR**2 / PRIOR_SINGLE
     shares = np.log([alone, single / count, pair / max(count * (count - 1) / 2.0, 1.0)])
     doubt = np.log(PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
-    evidence: dict[Hypothesis, float] = {("known", ()): 0.0, ("unknown", ()): _unexplained(found.none)}
+    nameless = found.stretches.evidence if found.stretches is not None else -np.inf
+    evidence: dict[Hypothesis, float] = {
+        ("known", ()): 0.0,
+        ("unknown", ()): max(_unexplained(found.none), nameless),
+    }
     for candidate in found.candidates:
         evidence["known", candidate.keys] = candidate.evidence
         if candidate.unexplained is not None:

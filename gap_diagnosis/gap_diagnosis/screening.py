@@ -14,7 +14,7 @@ from gap_diagnosis.fitting import Fitted, fit, projector
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
+from gap_diagnosis.suspects import JAGGED, LIMIT, SEARCHED, Suspect
 from gap_diagnosis.throttle_steps import SPACING, likely_steps
 
 __all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
@@ -30,6 +30,7 @@ _COARSE, _FINE = range(3), range(3, 7)
 """Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
 _STEPS = 12  # of a coarse command that are tried
+_BELOW = 1.0 - np.geomspace(0.01, 0.8, 9)  # shares of the largest command at which a limit is tried
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +89,12 @@ def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[
 
 
 def _with_likely_sizes(suspect: Suspect, anchor: Fitted, noise: NoiseModel) -> Suspect:
-    """Return a coarse command with the steps that are worth a trial; others as they are."""
+    """Return a coarse command with the steps that are worth a trial, a limit below the commands; others as they are."""
+    if suspect.effect == LIMIT:
+        (slot,) = suspect.slots
+        largest = max(float(np.max(np.abs(each.experiment.throttle))) for each in anchor.problem.recordings)
+        limits = largest * _BELOW[largest * _BELOW >= slot.lower]
+        return replace(suspect, grid=limits[:, None] / slot.width) if limits.size else suspect
     if suspect.effect != SEARCHED:
         return suspect
     (slot,) = suspect.slots

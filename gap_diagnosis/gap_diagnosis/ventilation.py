@@ -18,7 +18,7 @@ from gap_diagnosis.problem import Problem, SizeSlot
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["RATE", "change_cost", "ventilated"]
+__all__ = ["RATE", "Stretches", "change_cost", "stretches_of"]
 
 Array = NDArray[np.float64]
 RATE = 1.0
@@ -33,6 +33,21 @@ _ROUNDS = 3
 _LITTLE = 0.01  # share of thrust
 
 
+class Stretches(NamedTuple):
+    """Thrust lost in stretches: the fit with their gates, how many changes these have, and whether the states foresee
+    them: then it is not air, but something without a name.
+    """
+
+    fitted: Fitted
+    changes: int
+    foreseeable: bool
+
+    @property
+    def evidence(self) -> float:
+        """Logarithm of the probability of the data, less what all hypotheses share."""
+        return self.fitted.evidence + self.changes * change_cost(self.fitted.problem)
+
+
 class _Decoded(NamedTuple):
     gain: float
     share: float
@@ -41,12 +56,18 @@ class _Decoded(NamedTuple):
     changes: int
 
 
-def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tuple[Fitted, int] | None:
-    """Return the fit of `ventilation` on top of `base` and how many changes its gates have; None without thrust.
-
-    `least`: logarithm of evidence for the gates alone from which on it is worth a fit.
+def stretches_of(
+    base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN, start: Array | None = None
+) -> Stretches | None:
+    """Return in which stretches thrust is lost as air would take it, on top of `base`; None without thrust, or losses.
 
     Gates are decoded, sizes fitted, and gates decoded again with what the fit says the thrust would be in water.
+
+    Args:
+        base: the hypothesis without air.
+        noise: by which residuals are weighed.
+        least: logarithm of evidence for the gates alone from which on they are worth a fit.
+        start: unknowns of `base` to decode from first; None: its own, into which the loss may have pulled them.
     """
     problem = base.problem
     series = [each for each in problem.series if each.signal == "thrust"]
@@ -55,27 +76,26 @@ def ventilated(base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN) -> tu
         return None
     slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper) for p in LIBRARY["ventilation"].parameters)
     deviation = noise.signals["thrust"].marginal
-    best: tuple[Fitted, int] | None = None
-    in_water = problem.predicted(base.x)
-    near = base
+    best: Stretches | None = None
+    unknowns = base.x if start is None else start
+    in_water = problem.predicted(unknowns)
     shares: tuple[float, ...] = _SHARES
     for _ in range(_ROUNDS):
-        falls = _falls(problem, slots, near.x[: base.x.size], in_water)
+        falls = _falls(problem, slots, unknowns, in_water)
         decoded = _decoded(problem, series, speeds, in_water, falls, deviation, shares, _ONSETS)
         if decoded is None or decoded.gain < max(least, LEAST_GAIN):
             break
         posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
         sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
-        start = np.concatenate((near.x[: base.x.size], sizes))
-        fitted = fit(posed, noise, start, near=base)
-        worth = fitted.evidence + decoded.changes * change_cost(problem)
-        if best is not None and worth <= best[0].evidence + best[1] * change_cost(problem) + 0.5:
+        fitted = fit(posed, noise, np.concatenate((unknowns, sizes)), near=base)
+        found = Stretches(fitted, decoded.changes, _foreseeable(problem, series, fitted, decoded.gates))
+        if best is not None and found.evidence <= best.evidence + 0.5:
             break
-        if _foreseeable(problem, series, fitted, decoded.gates):
-            return None
-        best = (fitted, decoded.changes)
-        near = fitted
-        in_water = problem.predicted(fitted.x[: base.x.size])
+        best = found
+        if found.foreseeable:
+            break
+        unknowns = fitted.x[: base.x.size]
+        in_water = problem.predicted(unknowns)
         share = fitted.problem.sizes(fitted.x)["ventilation"]["share"]
         shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
     return best

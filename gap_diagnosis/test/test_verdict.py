@@ -84,5 +84,5 @@ def test_an_effect_has_the_class_beside_air_that_it_has_alone():
     posed = problem.with_effects(suspect.slots)
     fitted = fit(posed, noise, posed.start(np.array([0.4]) / suspect.slots[0].width))
     alone = Candidate(suspects=(suspect,), fitted=fitted, evidence=0.0, noise=noise)
-    (beside,) = with_air(alone)
+    beside = with_air(alone)
     assert class_of(alone, suspect) == class_of(beside, suspect)
