@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import chi2
@@ -11,7 +12,7 @@ from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
-from gap_diagnosis.suspects import Suspect
+from gap_diagnosis.suspects import SEARCHED, Suspect
 from gap_diagnosis.ventilation import stretches_of
 
 __all__ = [
@@ -32,9 +33,10 @@ LOOKALIKES = 12.0
 """Units of evidence (logarithm) behind the best within which hypotheses count as its look-alikes."""
 _EXAMINED = 4
 _STRAINED = 1e-3
+_PRESSED = 5.0
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Candidate:
     """One hypothesis, fitted: the suspects in it (none: re-tuned parameters alone) and what they leave unexplained.
 
@@ -53,6 +55,20 @@ class Candidate:
     def keys(self) -> tuple[str, ...]:
         """Names of the suspects."""
         return tuple(suspect.key for suspect in self.suspects)
+
+    @cached_property
+    def pressed(self) -> tuple[str, ...]:
+        """Effects of which the data want more than is plausible: five deviations beyond the end of a size's range."""
+        fitted = self.fitted
+        problem, pull = fitted.problem, fitted.pull
+        found = []
+        for k, slot in enumerate(problem.slots, start=problem.nuisances):
+            end = slot.upper if pull[k] > 0.0 else slot.lower
+            at_end = abs(fitted.x[k] * slot.width - end) < 1e-6 * slot.width
+            if at_end and end != 0.0 and slot.lower < slot.upper and slot.effect != SEARCHED:
+                gain = pull[k] ** 2 * fitted.covariance[k, k]  # the others re-tuned beside it
+                found += [slot.effect] if gain > _PRESSED**2 else []
+        return tuple(dict.fromkeys(found))
 
 
 def extended(on: Candidate, screened: Screened, likely: bool) -> Candidate:
@@ -139,11 +155,10 @@ def with_air(on: Candidate, least: float = 0.0, near: Candidate | None = None) -
 def examined(candidates: Sequence[Candidate], noise: NoiseModel) -> list[Candidate]:
     """Return candidates, most evidence first; what the leading ones leave unexplained is looked for."""
     ranked = sorted(candidates, key=lambda c: -c.evidence)
-    within = [c for c in ranked[:_EXAMINED] if c.evidence > ranked[0].evidence - LOOKALIKES]
-    looked = [
-        replace(c, unexplained=c.unexplained or discrepancy(c.fitted, noise)) if c in within else c for c in ranked
-    ]
-    return looked
+    for place, each in enumerate(ranked[:_EXAMINED]):
+        if each.evidence > ranked[0].evidence - LOOKALIKES and each.unexplained is None:
+            ranked[place] = replace(each, unexplained=discrepancy(each.fitted, noise))
+    return ranked
 
 
 def leaves_something(candidate: Candidate) -> bool:

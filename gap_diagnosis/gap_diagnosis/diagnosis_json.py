@@ -116,8 +116,9 @@ def _nearest(found: Investigation) -> Candidate:
     """Return the effects that are the most probable with something unknown beside them; none where none was weighed."""
     most, nearest = -np.inf, found.none
     for candidate in found.candidates:
-        if candidate.unexplained is not None and candidate.evidence + candidate.unexplained.evidence > most:
-            most, nearest = candidate.evidence + candidate.unexplained.evidence, candidate
+        beside = candidate.unexplained.evidence if candidate.unexplained is not None else 0.0
+        if (candidate.unexplained is not None or candidate.pressed) and candidate.evidence + beside > most:
+            most, nearest = candidate.evidence + beside, candidate
     return nearest
 
 
@@ -195,8 +196,13 @@ def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
 def _unknown_in_words(diagnosis: Diagnosis) -> str:
     unexplained = _unexplained(diagnosis)
     depends = "; ".join(f"{each['signal']} on {each['depends_on']}" for each in unexplained[:3])
+    pressed = _nearest(diagnosis.investigation).pressed if diagnosis.investigation is not None else ()
+    if pressed:
+        why = f"{' and '.join(pressed)} would have to be larger than is plausible"
+    else:
+        why = "after the best of them residuals still depend on states and inputs"
     return (
-        "None of the known effects explains the gap: after the best of them residuals still depend on states and inputs"
+        f"None of the known effects explains the gap: {why}"
         + (f" ({depends})." if depends else ".")
         + _stretches_in_words(diagnosis)
         + _nearest_in_words(diagnosis)

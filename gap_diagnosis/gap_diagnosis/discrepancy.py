@@ -6,7 +6,7 @@ an effect. Nuisances are re-tuned to first order beside every feature.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.lines import lines_of
 from gap_diagnosis.noise import NoiseModel, Series
 from gap_diagnosis.prediction import nearest
 
@@ -21,6 +22,8 @@ __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy
 
 Array = NDArray[np.float64]
 MOST_FEATURES = 6
+_FREQUENCIES = np.geomspace(0.1, 6.4, 15)  # of modes [Hz]
+_DAMPINGS = (0.04, 0.2)  # over critical
 
 
 class Feature(NamedTuple):
@@ -45,6 +48,10 @@ def discrepancy(
     """Return what the residuals of a fit depend on; `more`: further columns to choose from, each (R,)."""
     names, blocks, labels = _features(fitted)
     problem = fitted.problem
+    lines = lines_of(fitted)
+    waves = np.sum([line.explained for line in lines], axis=0) if lines else np.zeros(problem.known.size)
+    shown = problem.whitened(noise, np.where(problem.known, waves, np.nan))
+    left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
     rows = problem.series[-1].last
     columns = sum(block.shape[1] for _, block in blocks) + len(more)
     white = np.zeros((columns, rows))
@@ -75,7 +82,7 @@ def discrepancy(
         for rows_of in pieces:
             here = white[place, rows_of]
             cross[:, place] += fitted.jacobian[rows_of].T @ here.T
-            slope[place] += here @ fitted.white[rows_of]
+            slope[place] += here @ left[rows_of]
             gram[place, place] += here @ here.T
             if k == len(spans) - 1 and more:
                 for other_pieces, other in spans[:-1]:
@@ -86,15 +93,17 @@ def discrepancy(
     power = np.diag(gram).copy()
     retuning = fitted.retuning(cross)
     gram -= cross.T @ retuning
-    slope -= retuning.T @ fitted.pull
+    slope -= retuning.T @ pull
     weights = np.zeros(columns)
     chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
     features = [Feature(labels[k], names[k], gain) for k, gain in zip(chosen, gains, strict=True)]
+    features += [Feature(signal, line.name, 2.0 * odds) for line in lines for signal, odds in line.odds.items()]
+    features.sort(key=lambda feature: -feature.gain)
     if chosen:
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
     explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
-    return Discrepancy(tuple(features), evidence, explained)
+    return Discrepancy(tuple(features), evidence + sum(line.evidence for line in lines), explained + waves)
 
 
 def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple[list[int], list[float], float]:
@@ -206,12 +215,12 @@ def basis_of(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str],
             named[f"{label} behind {constant:g} s"] = lfilter([1.0 - keep], [1.0, -keep], driver)
     warm = lfilter([dt / 60.0], [1.0, -np.exp(-dt / 60.0)], np.abs(u))
     named["n after warming up"] = n * warm
-    for frequency in (0.1, 0.17, 0.3, 0.6, 1.2, 2.5, 5.0):
+    for frequency, damping in product(_FREQUENCIES, _DAMPINGS):
         for label, driver in (("u", u), ("T", force)):
-            # A mode of a tenth of critical damping, its answer and that answer's rate.
-            answer = _mode(driver, frequency, dt)
-            named[f"{label} through a mode at {frequency:g} Hz"] = answer
-            named[f"rate of {label} through a mode at {frequency:g} Hz"] = _rate(answer, dt)
+            answer = _mode(driver, frequency, damping, dt)
+            what = f"{label} through a mode at {frequency:.2g} Hz, damping {damping:g}"
+            named[what] = answer
+            named[f"rate of {what}"] = _rate(answer, dt)
     for part, (start, end) in enumerate(pairwise(np.linspace(0.0, time[-1], 4))):
         during = (time >= start) & (time < end)
         named[f"n in third {part + 1} of the run"] = n * during
@@ -224,9 +233,9 @@ def _rate(values: Array, dt: float) -> Array:
     return np.asarray(np.diff(values, prepend=values[:1]) / dt)
 
 
-def _mode(driver: Array, frequency: float, dt: float) -> Array:
+def _mode(driver: Array, frequency: float, damping: float, dt: float) -> Array:
     omega = 2.0 * np.pi * frequency
-    radius = np.exp(-0.1 * omega * dt)
-    turned = np.cos(omega * np.sqrt(1.0 - 0.01) * dt)
+    radius = np.exp(-damping * omega * dt)
+    turned = np.cos(omega * np.sqrt(1.0 - damping**2) * dt)
     poles = [1.0, -2.0 * radius * turned, radius**2]
     return np.asarray(lfilter([sum(poles)], poles, driver))

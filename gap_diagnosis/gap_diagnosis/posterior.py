@@ -95,8 +95,8 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         ("unknown", ()): max(_unexplained(found.none), nameless),
     }
     for candidate in found.candidates:
-        evidence["known", candidate.keys] = candidate.evidence
-        if candidate.unexplained is not None:
+        evidence["known", candidate.keys] = candidate.evidence if not candidate.pressed else -np.inf
+        if candidate.unexplained is not None or candidate.pressed:
             evidence["unknown", candidate.keys] = candidate.evidence + _unexplained(candidate)
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
@@ -122,7 +122,12 @@ def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:
 
 
 def _unexplained(candidate: Candidate) -> float:
-    """Return the logarithm of evidence for an unknown part; where nothing was found it costs as much as a search."""
+    """Return the logarithm of evidence for an unknown part; where nothing was found it costs as much as a search.
+
+    What only resembles an effect, as that would have to be larger than is plausible, is unknown by itself.
+    """
+    if candidate.pressed:
+        return max(candidate.unexplained.evidence, 0.0) if candidate.unexplained else 0.0
     return candidate.unexplained.evidence if candidate.unexplained and candidate.unexplained.features else -3.0
 
 

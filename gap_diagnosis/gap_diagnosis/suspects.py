@@ -31,7 +31,7 @@ def key_of(effect: str, channel: str) -> str:
     return f"{effect}:{channel}" if channel else effect
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Suspect:
     """One hypothesis: an effect, for log effects with the channel concerned.
 

@@ -1,0 +1,139 @@
+"""Lines in the residuals: oscillations of one frequency that nothing in the recordings drives.
+
+The amplitude is steady, or grows with time, with speed or with both; phases are free in each recording and signal. A
+line stands out of the spectrum beside it, so that noise of any smooth colour is none (Thomson 1982, Proc. IEEE 70,
+1055); what the inputs drive at their own frequencies belongs to the states and inputs (`discrepancy`).
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.fft import next_fast_len, rfft, rfftfreq
+from scipy.ndimage import median_filter
+
+from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.problem import Problem
+
+__all__ = ["Line", "lines_of"]
+
+Array = NDArray[np.float64]
+
+_FINER = 4  # frequencies for each cycle that fits into a recording
+_BESIDE = 8.0  # cycles over the whole recording on either side that make the spectrum beside a line
+_HIGHEST = 0.8  # of the frequencies that samples can show
+_FEWEST = 60  # samples
+_CHANCE = (
+    1.0  # what a series has to show beyond 0.3, which is the mean by chance: spectra of noise have shapes of their own
+)
+_SHOWN = 3.0  # logarithm of odds from which a series has its wave
+_MOST = 3
+_ENVELOPES = ("", ", growing with time", ", growing with speed", ", growing with time and speed")
+
+
+class Line(NamedTuple):
+    """A line: name, logarithms of odds by signal and in all, and what it explains of the residuals (R,)."""
+
+    name: str
+    odds: dict[str, float]
+    evidence: float
+    explained: Array
+
+
+class _Spectrum(NamedTuple):
+    signal: str
+    rows: slice
+    power: Array  # over that beside, by envelope and frequency
+    waves: Array  # envelopes (4, N) at the samples
+    time: Array
+
+
+def lines_of(fitted: Fitted) -> list[Line]:
+    """Return the lines of the residuals of a fit that stand out, the clearest one first."""
+    found: list[Line] = []
+    left = fitted.residuals
+    speeds = [np.abs(each.outputs["speed"]) for each in fitted.problem.happened(fitted.x)]
+    while len(found) < _MOST:
+        line = _clearest(fitted.problem, speeds, left)
+        if line is None:
+            break
+        found.append(line)
+        left = left - line.explained
+    return found
+
+
+def _clearest(problem: Problem, speeds: Sequence[Array], residuals: Array) -> Line | None:
+    """Return the line that stands out most; None where none is more likely than noise."""
+    spectra = _spectra(problem, speeds, residuals)
+    if not spectra:
+        return None
+    longest = max(each.time[-1] - each.time[0] for each in spectra)
+    fastest = min(float(np.median(np.diff(each.time))) for each in spectra)
+    grid = np.arange(_BESIDE / longest, 0.5 * _HIGHEST / fastest, 1.0 / (_FINER * longest))
+    if not grid.size:
+        return None
+    odds = np.array([_odds(each, grid) for each in spectra])
+    total = odds.sum(axis=0)
+    shape, place = divmod(int(np.argmax(total)), grid.size)
+    independent = grid.size / _FINER * len(_ENVELOPES)
+    evidence = float(total[shape, place]) - np.log(independent) - _CHANCE * len(spectra)
+    if evidence <= 0.0:
+        return None
+    by_signal: dict[str, float] = {}
+    explained = np.zeros(residuals.size)
+    for each, odd in zip(spectra, odds[:, shape, place], strict=True):
+        if odd > _SHOWN:
+            by_signal[each.signal] = by_signal.get(each.signal, 0.0) + float(odd)
+            explained[each.rows] = _wave(each, residuals[each.rows], shape, grid[place])
+    return Line(f"a line at {grid[place]:.3g} Hz{_ENVELOPES[shape]}", by_signal, float(evidence), explained)
+
+
+def _odds(spectrum: _Spectrum, grid: Array) -> Array:
+    """Return the logarithms of odds for a wave in a series, by envelope and frequency; none where it is not there."""
+    duration = spectrum.time[-1] - spectrum.time[0]
+    step = float(np.median(np.diff(spectrum.time)))
+    size = next_fast_len(_FINER * spectrum.time.size)
+    place = np.round(grid * size * step).astype(np.int64)
+    inside = (grid >= _BESIDE / duration) & (grid <= 0.5 * _HIGHEST / step)
+    found = spectrum.power[:, np.minimum(place, spectrum.power.shape[1] - 1)] * inside
+    return np.where(found > 1.0, found - 1.0 - np.log(np.maximum(found, 1.0)), 0.0)
+
+
+def _spectra(problem: Problem, speeds: Sequence[Array], residuals: Array) -> list[_Spectrum]:
+    """Return the spectra of all series that are long enough."""
+    spectra = []
+    for each in problem.series:
+        known = np.isfinite(residuals[each.rows])
+        experiment = problem.recordings[each.recording].experiment
+        time = experiment.measurements[each.signal].time
+        if each.signal in problem.opaque or np.sum(known) < max(_FEWEST, time.size // 2):
+            continue
+        grid = experiment.dt * np.arange(experiment.throttle.size + 1)
+        speed = np.interp(time, grid, speeds[each.recording])
+        growing = (time - time[0]) / (time[-1] - time[0])
+        waves = np.array([np.ones_like(time), growing, speed, growing * speed])
+        waves *= known / np.maximum(np.sqrt(np.sum(waves**2 * known, axis=1, keepdims=True)), 1e-12)
+        step = float(np.median(np.diff(time)))
+        size = next_fast_len(_FINER * time.size)
+        places = np.round((time - time[0]) / step).astype(np.int64)
+        on_grid = np.zeros((len(waves), size))
+        inside = places < size
+        residual = np.where(known, residuals[each.rows], 0.0)
+        on_grid[:, places[inside]] = (waves * (residual - np.sum(residual) / np.sum(known)))[:, inside]
+        power = np.abs(rfft(on_grid, axis=1)) ** 2
+        # The spectrum beside is flatter once multiplied by the square of the frequency.
+        frequencies = np.maximum(rfftfreq(size, step), 1e-12)
+        flat = power * frequencies**2
+        beside = median_filter(flat[:, ::_FINER], size=(1, 2 * int(_BESIDE) + 1), mode="nearest") / np.log(2.0)
+        beside = np.repeat(beside, _FINER, axis=1)[:, : flat.shape[1]]
+        spectra.append(_Spectrum(each.signal, each.rows, flat / np.maximum(beside, 1e-300), waves, time))
+    return spectra
+
+
+def _wave(spectrum: _Spectrum, residuals: Array, shape: int, frequency: float) -> Array:
+    angle = 2.0 * np.pi * frequency * spectrum.time
+    columns = spectrum.waves[shape][:, None] * np.stack((np.sin(angle), np.cos(angle)), axis=1)
+    known = np.isfinite(residuals)
+    weights = np.linalg.lstsq(columns[known], residuals[known], rcond=None)[0]
+    return np.asarray(columns @ weights)
