@@ -188,6 +188,12 @@ def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
             "This data cannot tell: what no effect explains had to be taken for noise, and that is "
             f"{found.beyond_sensors:.1f} times what the samples themselves show of the sensors."
         )
+    leading = diagnosis.posterior.leading if diagnosis.posterior is not None else None
+    if leading is not None and verdict.reason == "parameters":
+        return (
+            f"This data cannot tell: {' and '.join(leading.keys)} together explain it, but parameters beyond their "
+            "stated deviations can imitate both."
+        )
     ranked = sorted(verdict.probabilities.items(), key=lambda each: -each[1])[:4]
     listed = [f"{name} {p:.2f}" for name, p in ranked if p > 0.02]
     return f"This data cannot tell: several explanations remain ({', '.join([*listed, f'none {verdict.none:.2f}'])})."

@@ -2,7 +2,7 @@
 
 The amplitude is steady, or grows with time, with speed or with both; phases are free in each recording and signal. A
 line stands out of the spectrum beside it, so that noise of any smooth colour is none (Thomson 1982, Proc. IEEE 70,
-1055); what the inputs drive at their own frequencies belongs to the states and inputs (`discrepancy`).
+1055). At frequencies of the throttle's own lines none is looked for: what inputs drive, `discrepancy` explains.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft, rfftfreq
-from scipy.ndimage import median_filter
+from scipy.ndimage import maximum_filter1d, median_filter
 
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.problem import Problem
@@ -21,13 +21,15 @@ __all__ = ["Line", "lines_of"]
 Array = NDArray[np.float64]
 
 _FINER = 4  # frequencies for each cycle that fits into a recording
-_BESIDE = 8.0  # cycles over the whole recording on either side that make the spectrum beside a line
+_BESIDE = 12.0  # cycles over the whole recording on either side that make the spectrum beside a line
+_KNOWN_BY = 0.6 * (2.0 * _BESIDE + 1.0)  # frequencies: as good as so many averaged is the median of all
 _HIGHEST = 0.8  # of the frequencies that samples can show
 _FEWEST = 60  # samples
 _CHANCE = (
     1.0  # what a series has to show beyond 0.3, which is the mean by chance: spectra of noise have shapes of their own
 )
 _SHOWN = 3.0  # logarithm of odds from which a series has its wave
+_DRIVEN = 6.0  # times the spectrum beside from which the throttle itself has a line
 _MOST = 3
 _ENVELOPES = ("", ", growing with time", ", growing with speed", ", growing with time and speed")
 
@@ -96,7 +98,9 @@ def _odds(spectrum: _Spectrum, grid: Array) -> Array:
     size = next_fast_len(_FINER * spectrum.time.size)
     place = np.round(grid * size * step).astype(np.int64)
     inside = (grid >= _BESIDE / duration) & (grid <= 0.5 * _HIGHEST / step)
-    found = spectrum.power[:, np.minimum(place, spectrum.power.shape[1] - 1)] * inside
+    ratio = spectrum.power[:, np.minimum(place, spectrum.power.shape[1] - 1)] * inside
+    # What is beside is known from a few frequencies only: a ratio counts as one that is as rare beside a sure spectrum.
+    found = _KNOWN_BY * np.log1p(ratio / _KNOWN_BY)
     return np.where(found > 1.0, found - 1.0 - np.log(np.maximum(found, 1.0)), 0.0)
 
 
@@ -114,21 +118,26 @@ def _spectra(problem: Problem, speeds: Sequence[Array], residuals: Array) -> lis
         growing = (time - time[0]) / (time[-1] - time[0])
         waves = np.array([np.ones_like(time), growing, speed, growing * speed])
         waves *= known / np.maximum(np.sqrt(np.sum(waves**2 * known, axis=1, keepdims=True)), 1e-12)
-        step = float(np.median(np.diff(time)))
-        size = next_fast_len(_FINER * time.size)
-        places = np.round((time - time[0]) / step).astype(np.int64)
-        on_grid = np.zeros((len(waves), size))
-        inside = places < size
         residual = np.where(known, residuals[each.rows], 0.0)
-        on_grid[:, places[inside]] = (waves * (residual - np.sum(residual) / np.sum(known)))[:, inside]
-        power = np.abs(rfft(on_grid, axis=1)) ** 2
-        # The spectrum beside is flatter once multiplied by the square of the frequency.
-        frequencies = np.maximum(rfftfreq(size, step), 1e-12)
-        flat = power * frequencies**2
-        beside = median_filter(flat[:, ::_FINER], size=(1, 2 * int(_BESIDE) + 1), mode="nearest") / np.log(2.0)
-        beside = np.repeat(beside, _FINER, axis=1)[:, : flat.shape[1]]
-        spectra.append(_Spectrum(each.signal, each.rows, flat / np.maximum(beside, 1e-300), waves, time))
+        power = _over_beside(waves * (residual - np.sum(residual) / np.sum(known)), time)
+        driven = _over_beside(np.interp(time, grid[:-1], experiment.throttle)[None, :], time) > _DRIVEN
+        power[:, maximum_filter1d(driven[0], 2 * _FINER + 1)] = 0.0
+        spectra.append(_Spectrum(each.signal, each.rows, power, waves, time))
     return spectra
+
+
+def _over_beside(rows: Array, time: Array) -> Array:
+    """Return spectra of rows (K, N) over what is beside each frequency, which noise exceeds x times as exp(-x)."""
+    step = float(np.median(np.diff(time)))
+    size = next_fast_len(_FINER * time.size)
+    places = np.round((time - time[0]) / step).astype(np.int64)
+    inside = places < size
+    on_grid = np.zeros((rows.shape[0], size))
+    on_grid[:, places[inside]] = rows[:, inside]
+    # The spectrum is flatter once multiplied by the square of the frequency.
+    flat = np.abs(rfft(on_grid, axis=1)) ** 2 * rfftfreq(size, step) ** 2
+    beside = median_filter(flat[:, ::_FINER], size=(1, 2 * int(_BESIDE) + 1), mode="nearest") / np.log(2.0)
+    return np.asarray(flat / np.maximum(np.repeat(beside, _FINER, axis=1)[:, : flat.shape[1]], 1e-300))
 
 
 def _wave(spectrum: _Spectrum, residuals: Array, shape: int, frequency: float) -> Array:

@@ -11,9 +11,8 @@ from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["Size", "sizes_of"]
 
-WIDER, IMPRECISE = 1.2, 0.005
-"""What a size's standard deviation is multiplied by, and the share of the size that is added to it: curvature at the
-best fit and exact integration promise more than sizes keep (calibrated on simulated cases)."""
+IMPRECISE = 0.005
+"""Share of the size that is added to its standard deviation: exact integration promises more than sizes keep."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +37,7 @@ def sizes_of(fitted: Fitted, noise: NoiseModel, suspect: Suspect) -> dict[str, S
             jagged = slot.effect in JAGGED
             std = _width(fitted, noise, place) if jagged else float(deviations[problem.nuisances + place])
             result[slot.parameter] = Size(
-                value=value, std=float(np.hypot(WIDER * std * slot.width, IMPRECISE * value)), unit=unit
+                value=value, std=float(np.hypot(std * slot.width, IMPRECISE * value)), unit=unit
             )
     return result
 

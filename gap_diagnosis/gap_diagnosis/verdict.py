@@ -63,8 +63,9 @@ class Claim:
 class Verdict:
     """One of `VERDICTS`, what is claimed, the hypothesis behind it (None: no effect), and its probabilities.
 
-    `reason`: why it cannot be told, where that is the verdict: "several" explanations remain, the "noise" is larger
-    than any sensor's, or none is needed but the recordings lack the "power" to show most effects.
+    `reason`: why it cannot be told, where that is the verdict: "several" explanations remain, "parameters" beyond their
+    deviations would do as well as two effects, the "noise" is larger than any sensor's, or none is needed but the
+    recordings lack the "power" to show most effects.
     """
 
     verdict: str
@@ -103,8 +104,11 @@ def verdict_of(
         claims = tuple(_claim(found, stated, leading, suspect) for suspect in leading.suspects)
         chosen = leading
     least = max(CLAIMED, AGAINST_NONE * posterior.none)
-    named = bool(claims) and min(c.group_probability for c in claims) >= least
-    if len(claims) == 2 and not named:
+    # Two effects that parameters can imitate say no more than that a parameter is off by more than is stated.
+    certain = bool(claims) and min(c.group_probability for c in claims) >= least
+    imitable = certain and len(claims) == 2 and all(claim.kind == "parametric" for claim in claims)
+    named = certain and not imitable
+    if len(claims) == 2 and not certain:
         # One of the two may be certain even though the other is not.
         sure = tuple(c for c in claims if c.group_probability >= least)
         if sure:
@@ -117,7 +121,7 @@ def verdict_of(
     elif named:
         verdict = "effect"
     else:
-        reason = _doubt(found, posterior, bool(noise_claims))
+        reason = "parameters" if imitable else _doubt(found, posterior, bool(noise_claims))
         verdict = "cannot_tell" if reason else "parameters" if found.stated[1] < 0.0 else "no_gap"
     if verdict != "effect":
         claims, chosen = (), None
@@ -151,6 +155,11 @@ def _at_work(posterior: Posterior, key: str) -> float:
     return posterior.marginal.get(key, 0.0) + posterior.beside.get(key, 0.0)
 
 
+def _marginal(posterior: Posterior, key: str) -> float:
+    """Return the probability that a suspect is at work, alone or in a pair, and nothing unknown."""
+    return posterior.marginal.get(key, 0.0)
+
+
 def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect: Suspect) -> Claim:
     others = set(leading.keys) - {suspect.key}
     alike = []
@@ -160,7 +169,9 @@ def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect:
             continue
         if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
             alike.append(next(iter(replaced)))
-    group = min(sum(_at_work(stated, key) for key in (suspect.key, *alike)), 1.0)
+    # What is unknown beside two effects may be all that there is: two can imitate much.
+    at_work = _at_work if len(leading.suspects) == 1 else _marginal
+    group = min(sum(at_work(stated, key) for key in (suspect.key, *alike)), 1.0)
     return Claim(
         effect=suspect.effect,
         channel=suspect.channel,

@@ -11,7 +11,7 @@ from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_json import in_words
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.noise import NoiseModel, white_noise
-from gap_diagnosis.posterior import Posterior
+from gap_diagnosis.posterior import Posterior, posterior_of
 from gap_diagnosis.problem import Problem, SizeSlot, deviations_of
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import suspects
@@ -86,3 +86,33 @@ def test_an_effect_has_the_class_beside_air_that_it_has_alone():
     alone = Candidate(suspects=(suspect,), fitted=fitted, evidence=0.0, noise=noise)
     beside = with_air(alone)
     assert class_of(alone, suspect) == class_of(beside, suspect)
+
+
+@pytest.fixture(scope="module")
+def parametric_pair():
+    """Return the diagnosis of a thruster with two effects that parameters can imitate."""
+    stated, recordings = campaign(
+        {"throttle_gain": {"share": 0.3}, "propeller_fouling": {"share": 0.3}}, seed=8, duration=30.0, runs=4
+    )
+    return diagnose(recordings, stated)
+
+
+def test_two_effects_that_parameters_can_imitate_are_not_claimed(parametric_pair):
+    verdict = parametric_pair.verdict
+    assert (verdict.verdict, verdict.reason) == ("cannot_tell", "parameters")
+    assert "parameters beyond their stated deviations can imitate both" in in_words(parametric_pair)
+
+
+def test_what_is_unknown_beside_two_effects_does_not_speak_for_them(parametric_pair):
+    found, posterior = parametric_pair.investigation, posterior_of(parametric_pair.investigation)
+    (keys, sure) = max(posterior.pairs.items(), key=lambda each: each[1])
+    assert sure > 0.9
+    doubtful = replace(
+        posterior,
+        unknown=0.3,
+        pairs={keys: 0.7},
+        singles=dict.fromkeys(posterior.singles, 0.0),
+        beside=dict.fromkeys(keys, 0.3),
+        prior=None,
+    )
+    assert verdict_of(found, doubtful, ()).reason == "several"

@@ -100,7 +100,7 @@ EFFECTS: dict[str, Kind] = {
     "tach_quantization": Kind(block="sensor", size=_upto("step", 20.0)),
     "tach_dropout": Kind(block="sensor", size=_upto("threshold", 40.0)),
     "flow_scale": Kind(block="sensor", size=_upto("share", 0.3, signed=True), inert_in=_SIMPLE, structural=False),
-    "flow_bias": Kind(block="sensor", size=_upto("offset", 0.2, signed=True)),
+    "flow_bias": Kind(block="sensor", size=_upto("offset", 0.2, signed=True), inert_in=_SIMPLE),
     "flow_delay": Kind(block="sensor", size=_upto("time", 1.5), inert_in=_SIMPLE, twins=("log_alignment",)),
     "flow_spikes": Kind(block="sensor", size=_upto("share", 0.3)),
     "load_cell_scale": Kind(block="sensor", size=_upto("share", 0.3, signed=True), structural=False),

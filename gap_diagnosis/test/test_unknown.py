@@ -1,0 +1,112 @@
+"""What speaks for something without a name: lines, stretches of lost thrust, effects beyond what is plausible."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from generated import campaign
+
+from gap_diagnosis.diagnosis import diagnose
+from gap_diagnosis.diagnosis_json import as_json
+from gap_diagnosis.discrepancy import discrepancy
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.lines import lines_of
+from gap_diagnosis.noise import white_noise
+from gap_diagnosis.posterior import posterior_of
+from gap_diagnosis.problem import Problem, deviations_of
+
+NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
+
+
+def fitted_with(added, signal="thrust"):
+    """Return the fit of a thruster as stated, with (time -> values) added to a signal of the first recording."""
+    stated, recordings = campaign(seed=4, spread=0.0, duration=30.0, runs=2)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    rows = next(each.rows for each in problem.series if each.signal == signal)
+    time = recordings[0].experiment.measurements[signal].time
+    observed = problem.measured.copy()
+    observed[rows] += added(time)
+    heard = replace(problem, observed=observed)
+    return fit(heard, NOISE, heard.start()), rows, added(time)
+
+
+def test_a_line_is_found_at_its_frequency_in_its_signal_and_taken_out():
+    fitted, rows, wave = fitted_with(lambda t: 0.2 * np.sin(2.0 * np.pi * 3.3 * t + 0.4))
+    (line,) = lines_of(fitted)
+    assert list(line.odds) == ["thrust"]
+    assert "3.3 Hz" in line.name and "growing" not in line.name
+    assert np.std(line.explained[rows] - wave) < 0.1 * np.std(wave)
+    others = np.delete(line.explained, np.arange(rows.start, rows.stop))
+    assert not np.any(others)
+
+
+def test_a_line_that_grows_is_said_to_grow():
+    fitted, _, _ = fitted_with(lambda t: 0.5 * (t / 30.0) * np.sin(2.0 * np.pi * 1.2 * t))
+    assert lines_of(fitted)[0].name == "a line at 1.2 Hz, growing with time"
+
+
+def coloured(keep, size, seed):
+    rng = np.random.default_rng(seed)
+
+    def noise(time):
+        values = np.zeros(time.size)
+        for k in range(1, time.size):
+            values[k] = keep * values[k - 1] + size * rng.standard_normal()
+        return values
+
+    return noise
+
+
+@pytest.mark.parametrize(("keep", "seed"), [(0.0, 1), (0.9, 2), (0.9, 3), (0.99, 4), (-0.7, 5)])
+def test_noise_of_a_smooth_colour_has_no_line(keep, seed):
+    fitted, _, _ = fitted_with(coloured(keep, 0.3, seed))
+    assert lines_of(fitted) == []
+
+
+def test_a_line_is_evidence_for_something_unknown_and_is_not_taken_for_noise():
+    fitted, rows, wave = fitted_with(lambda t: 0.3 * np.sin(2.0 * np.pi * 2.3 * t))
+    found = discrepancy(fitted, NOISE)
+    assert found.evidence > 20.0
+    assert (found.features[0].signal, found.features[0].name) == ("thrust", "a line at 2.3 Hz")
+    assert np.std(wave - found.explained[rows]) < 0.3 * np.std(wave)
+
+
+def test_thrust_lost_in_stretches_that_the_states_foresee_is_unknown_and_not_air():
+    stated, recordings = campaign(outside={"wake_stall": {"share": 0.5}}, seed=3, spread=0.0, duration=30.0, runs=4)
+    found = diagnose(recordings, stated)
+    assert found.verdict.verdict == "unknown"
+    assert found.investigation.stretches.nameless
+    assert all("ventilation" not in each.keys for each in found.investigation.candidates)
+    assert "foresee: not air" in as_json(found, runs=[], parameter_set="hl", version="0", seed=0)["summary"]
+
+
+@pytest.fixture(scope="module")
+def bent():
+    """Return the diagnosis of a throttle that bends by its cube: a limit and more sag than there can be."""
+    stated, recordings = campaign(outside={"throttle_cubic": {"curvature": 0.04}}, seed=5, duration=30.0, runs=4)
+    return diagnose(recordings, stated)
+
+
+def test_an_effect_that_would_have_to_be_larger_than_is_plausible_is_not_claimed(bent):
+    found = bent.investigation
+    pressed = [each for each in found.candidates if each.pressed]
+    assert pressed
+    assert bent.verdict.verdict == "unknown"
+    posterior = posterior_of(found)
+    for each in pressed:
+        assert posterior.pairs.get(each.keys, posterior.singles.get(each.keys[0])) == 0.0
+
+
+def test_an_effect_near_the_end_of_its_range_is_not_pressed():
+    stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6, duration=30.0, runs=4)
+    found = diagnose(recordings, stated)
+    assert [claim.effect for claim in found.verdict.claims] == ["propeller_fouling"]
+    assert found.investigation.candidates[0].pressed == ()
+
+
+def test_a_limit_just_below_the_largest_command_is_found():
+    stated, recordings = campaign({"throttle_saturation": {"limit": 3.35}}, seed=7, duration=30.0, runs=4)
+    assert 3.4 < max(np.max(np.abs(each.experiment.throttle)) for each in recordings) < 3.7
+    (claim,) = diagnose(recordings, stated).verdict.claims
+    assert claim.effect == "throttle_saturation"
+    assert claim.sizes["limit"].value == pytest.approx(3.35, abs=0.05)
