@@ -36,6 +36,7 @@ Progress = Callable[[str], None]
 _SINGLES = 7
 _AIR_BESIDE = 20.0
 _WORTH_AIR = 0.3
+_HOPELESS = 150.0  # units of evidence behind the best from which on a hypothesis is not refitted when the noise changes
 _TURNS = 3
 _SAME_NOISE = 0.04
 
@@ -146,14 +147,18 @@ def _best(none: Candidate, ranked: Sequence[Candidate]) -> Candidate:
 def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> tuple[Candidate, list[Candidate]]:
     """Return all hypotheses weighed anew by the noise that the best of them leaves."""
     base = _none(none.fitted.problem, noise, none.fitted.x)
-    return base, examined([_weighed(candidate, none, base) for candidate in ranked], noise)
+    within = ranked[0].evidence - _HOPELESS
+    return base, examined([_weighed(each, none, base, refit=each.evidence > within) for each in ranked], noise)
 
 
-def _weighed(candidate: Candidate, none: Candidate, again: Candidate) -> Candidate:
+def _weighed(candidate: Candidate, none: Candidate, again: Candidate, *, refit: bool = True) -> Candidate:
     """Return a hypothesis weighed anew by the noise of `again`, which is `none` under that noise."""
     switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
     problem, x, noise = candidate.fitted.problem, candidate.fitted.x, again.noise
-    fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
+    if not refit:
+        fitted = fit(problem, noise, x, iterations=0)
+    else:
+        fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
     evidence = fitted.evidence - again.fitted.evidence + switches
     return replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None)
 

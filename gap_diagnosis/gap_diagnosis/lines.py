@@ -6,6 +6,7 @@ line stands out of the spectrum beside it, so that noise of any smooth colour is
 """
 
 from collections.abc import Sequence
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -24,6 +25,7 @@ _FINER = 4  # frequencies for each cycle that fits into a recording
 _BESIDE = 12.0  # cycles over the whole recording on either side that make the spectrum beside a line
 _KNOWN_BY = 0.6 * (2.0 * _BESIDE + 1.0)  # frequencies: as good as so many averaged is the median of all
 _HIGHEST = 0.8  # of the frequencies that samples can show
+_AROUND = np.linspace(-1.0, 1.0, 9)  # steps of the grid at which a frequency is tried anew
 _FEWEST = 60  # samples
 _CHANCE = (
     1.0  # what a series has to show beyond 0.3, which is the mean by chance: spectra of noise have shapes of their own
@@ -73,22 +75,35 @@ def _clearest(problem: Problem, speeds: Sequence[Array], residuals: Array) -> Li
     longest = max(each.time[-1] - each.time[0] for each in spectra)
     fastest = min(float(np.median(np.diff(each.time))) for each in spectra)
     grid = np.arange(_BESIDE / longest, 0.5 * _HIGHEST / fastest, 1.0 / (_FINER * longest))
-    if not grid.size:
+    if grid.size < 2:
         return None
     odds = np.array([_odds(each, grid) for each in spectra])
     total = odds.sum(axis=0)
     shape, place = divmod(int(np.argmax(total)), grid.size)
     independent = grid.size / _FINER * len(_ENVELOPES)
     evidence = float(total[shape, place]) - np.log(independent) - _CHANCE * len(spectra)
-    if evidence <= 0.0:
+    heard = [(each, odd) for each, odd in zip(spectra, odds[:, shape, place].tolist(), strict=True) if odd > _SHOWN]
+    if evidence <= 0.0 or not heard:
         return None
     by_signal: dict[str, float] = {}
+    for each, odd in heard:
+        by_signal[each.signal] = by_signal.get(each.signal, 0.0) + odd
+    shape, frequency = _tuned([each for each, _ in heard], residuals, grid[place] + (grid[1] - grid[0]) * _AROUND)
     explained = np.zeros(residuals.size)
-    for each, odd in zip(spectra, odds[:, shape, place], strict=True):
-        if odd > _SHOWN:
-            by_signal[each.signal] = by_signal.get(each.signal, 0.0) + float(odd)
-            explained[each.rows] = _wave(each, residuals[each.rows], shape, grid[place])
-    return Line(f"a line at {grid[place]:.3g} Hz{_ENVELOPES[shape]}", by_signal, float(evidence), explained)
+    for each, _ in heard:
+        explained[each.rows] = _wave(each, residuals[each.rows], shape, frequency)
+    return Line(f"a line at {frequency:.3g} Hz{_ENVELOPES[shape]}", by_signal, float(evidence), explained)
+
+
+def _tuned(heard: Sequence[_Spectrum], residuals: Array, frequencies: Array) -> tuple[int, float]:
+    """Return envelope and frequency of the waves that leave least of these series, each over its variance."""
+    left = {}
+    for shape, frequency in product(range(len(_ENVELOPES)), frequencies.tolist()):
+        rest = [residuals[each.rows] - _wave(each, residuals[each.rows], shape, frequency) for each in heard]
+        left[shape, frequency] = sum(
+            np.nanvar(r) / np.nanvar(residuals[e.rows]) for r, e in zip(rest, heard, strict=True)
+        )
+    return min(left, key=lambda each: left[each])
 
 
 def _odds(spectrum: _Spectrum, grid: Array) -> Array:
