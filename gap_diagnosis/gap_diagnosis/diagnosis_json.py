@@ -12,7 +12,7 @@ from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["as_json", "in_words"]
+__all__ = ["as_json", "best_of", "in_words"]
 
 _AS_MUCH = 0.8  # of the largest share of a block, from which on another one is named beside it
 
@@ -98,16 +98,21 @@ def _retuned(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
     }
 
 
-def _unexplained(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+def best_of(diagnosis: Diagnosis) -> Candidate | None:
+    """Return the hypothesis after which it is asked what stays unexplained; None where nothing was weighed."""
     if diagnosis.investigation is None:
-        return []
-    chosen = diagnosis.verdict.chosen or (diagnosis.posterior.leading if diagnosis.posterior else None)
+        return None
     if diagnosis.verdict.verdict in ("no_gap", "parameters"):
-        chosen = None
-    elif diagnosis.verdict.verdict == "unknown":
-        chosen = _nearest(diagnosis.investigation)
-    candidate = chosen or diagnosis.investigation.none
-    if candidate.unexplained is None:
+        return diagnosis.investigation.none
+    if diagnosis.verdict.verdict == "unknown":
+        return _nearest(diagnosis.investigation)
+    chosen = diagnosis.verdict.chosen or (diagnosis.posterior.leading if diagnosis.posterior else None)
+    return chosen or diagnosis.investigation.none
+
+
+def _unexplained(diagnosis: Diagnosis) -> list[dict[str, Any]]:
+    candidate = best_of(diagnosis)
+    if candidate is None or candidate.unexplained is None:
         return []
     return [{"signal": f.signal, "depends_on": f.name, "gain": f.gain} for f in candidate.unexplained.features]
 

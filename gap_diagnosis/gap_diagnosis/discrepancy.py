@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.signal import lfilter
 
 from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.lines import lines_of
+from gap_diagnosis.lines import Line, lines_of
 from gap_diagnosis.noise import NoiseModel, Series
 from gap_diagnosis.prediction import nearest
 
@@ -24,6 +24,8 @@ Array = NDArray[np.float64]
 MOST_FEATURES = 6
 _FREQUENCIES = np.geomspace(0.1, 6.4, 15)  # of modes [Hz]
 _DAMPINGS = (0.04, 0.2)  # over critical
+_HUM = 0.1
+"""Power of a line over that of the noise up to which it is listed, but says nothing against a model."""
 
 
 class Feature(NamedTuple):
@@ -103,7 +105,15 @@ def discrepancy(
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
     explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
-    return Discrepancy(tuple(features), evidence + sum(line.evidence for line in lines), explained + waves)
+    evidence += sum(line.evidence for line in lines if _matters(fitted, noise, line))
+    return Discrepancy(tuple(features), evidence, explained + waves)
+
+
+def _matters(fitted: Fitted, noise: NoiseModel, line: Line) -> bool:
+    """Tell whether a line is a noteworthy part of what is left of a signal: every machine hums a little."""
+    places = fitted.problem.signal_rows
+    powers = [float(np.mean(line.explained[places[n]] ** 2)) / noise.signals[n].marginal ** 2 for n in line.odds]
+    return max(powers) > _HUM
 
 
 def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple[list[int], list[float], float]:

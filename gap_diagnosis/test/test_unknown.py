@@ -71,6 +71,14 @@ def test_a_line_is_evidence_for_something_unknown_and_is_not_taken_for_noise():
     assert np.std(wave - found.explained[rows]) < 0.3 * np.std(wave)
 
 
+def test_a_hum_is_listed_and_says_nothing_against_a_model():
+    fitted, _, _ = fitted_with(lambda t: 0.09 * np.sin(2.0 * np.pi * 2.3 * t))
+    assert lines_of(fitted)[0].evidence > 0.0
+    found = discrepancy(fitted, NOISE)
+    assert "a line at 2.3 Hz" in [feature.name for feature in found.features]
+    assert found.evidence < 1.0
+
+
 def test_thrust_lost_in_stretches_that_the_states_foresee_is_unknown_and_not_air():
     stated, recordings = campaign(outside={"wake_stall": {"share": 0.5}}, seed=3, spread=0.0, duration=30.0, runs=4)
     found = diagnose(recordings, stated)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
+from gap_diagnosis.diagnosis_json import best_of
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
@@ -35,19 +36,24 @@ def add_unexplained(report: Report, found: Diagnosis, content: Mapping[str, Any]
     """Add the features that residuals depend on, and the residuals against the strongest ones."""
     report.section("What stays unexplained")
     features = content["unexplained"]
-    candidate = _candidate(found, content)
+    candidate = best_of(found)
     what = titles_of(candidate.keys) if candidate and candidate.keys else "re-tuning alone"
+    if candidate and candidate.pressed:
+        report.paragraph(
+            f"To explain that much, {titles_of(candidate.pressed)} would have to be larger than is plausible: the fit "
+            "ends at the end of the size's range and the data want more. It only resembles what is at work."
+        )
     if not features:
         report.paragraph(
-            f"Nothing: after {what} the residuals depend on none of some hundred functions of states, inputs, their "
-            "past and time beyond what a search among so many finds by chance."
+            f"Nothing: after {what} the residuals depend on none of some two hundred functions of states, inputs, "
+            "their past and time beyond what a search among so many finds by chance, and have no line in their spectra."
         )
         return
     total = sum(each["gain"] for each in features)
     report.paragraph(
         f"After {what} residuals still depend on states or inputs. Functions were chosen one after the other out of "
-        "some hundred, parameters re-tuned beside each; a gain well above 10 is hardly chance. What they name is a "
-        "description of the structure, not its cause."
+        "some two hundred, parameters re-tuned beside each, and lines of the residuals' spectra beside them; a gain "
+        "well above 10 is hardly chance. What they name is a description of the structure, not its cause."
     )
     report.table(
         ["Residual of", "Depends on", Column(name="Squared residuals taken off", format=".1f")],
@@ -58,16 +64,6 @@ def add_unexplained(report: Report, found: Diagnosis, content: Mapping[str, Any]
         caption=f"Structure in the residuals, {total:.0f} in all; noise alone leaves about one for each sample.",
     )
     _pictures(report, found.investigation.none if found.investigation else None, candidate, features)
-
-
-def _candidate(found: Diagnosis, content: Mapping[str, Any]) -> Candidate | None:
-    """Return the hypothesis that `content["unexplained"]` speaks of."""
-    if found.investigation is None:
-        return None
-    chosen = found.verdict.chosen or (found.posterior.leading if found.posterior else None)
-    if content["verdict"] in ("no_gap", "parameters") or chosen is None:
-        return found.investigation.none
-    return chosen
 
 
 def _pictures(
