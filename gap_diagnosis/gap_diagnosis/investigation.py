@@ -110,12 +110,8 @@ def investigate(
             leading = _best(none, ranked)
     if leading.suspects and (leaves_something(leading) or strains(leading)):
         progress("pairs")
-        pairs = pairs_of(none, ranked, suspects)
-        if with_ventilation and leading.suspects[0].effect != "ventilation":
-            # Gates of its own choice patch whatever another effect leaves: they have to be worth more.
-            beside = with_air(leading)
-            if beside is not None and not beside.nameless and beside.evidence > leading.evidence + _AIR_BESIDE:
-                pairs.append(beside)
+        air = [_air_beside(leading)] if with_ventilation and leading.suspects[0].effect != "ventilation" else []
+        pairs = [*pairs_of(none, ranked, suspects), *(each for each in air if each is not None)]
         ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
@@ -207,6 +203,16 @@ def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screene
     first = trials[0].anchor if trials else None
     others = [each for each in trials if each.anchor is not first]
     return {each.suspect.key: each for each in rated(none.fitted, none.noise, others)}
+
+
+def _air_beside(leading: Candidate) -> Candidate | None:
+    """Return the leading hypothesis with air beside it; None where that is worth too little.
+
+    Gates of its own choice patch whatever another effect leaves: they have to be worth more.
+    """
+    beside = with_air(leading)
+    worth = beside is not None and not beside.nameless and beside.evidence > leading.evidence + _AIR_BESIDE
+    return beside if worth else None
 
 
 def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:

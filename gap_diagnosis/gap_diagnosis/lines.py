@@ -27,9 +27,8 @@ _KNOWN_BY = 0.6 * (2.0 * _BESIDE + 1.0)  # frequencies: as good as so many avera
 _HIGHEST = 0.8  # of the frequencies that samples can show
 _AROUND = np.linspace(-1.0, 1.0, 9)  # steps of the grid at which a frequency is tried anew
 _FEWEST = 60  # samples
-_CHANCE = (
-    1.0  # what a series has to show beyond 0.3, which is the mean by chance: spectra of noise have shapes of their own
-)
+_CHANCE = 1.0
+"""Logarithm of odds that is asked of each series, where chance gives 0.3: spectra of noise have shapes of their own."""
 _SHOWN = 3.0  # logarithm of odds from which a series has its wave
 _DRIVEN = 6.0  # times the spectrum beside from which the throttle itself has a line
 _MOST = 3
@@ -128,6 +127,8 @@ def _spectra(problem: Problem, speeds: Sequence[Array], residuals: Array) -> lis
         time = experiment.measurements[each.signal].time
         if each.signal in problem.opaque or np.sum(known) < max(_FEWEST, time.size // 2):
             continue
+        if np.median(np.diff(time)) <= 0.0:
+            continue  # stamps that stand still
         grid = experiment.dt * np.arange(experiment.throttle.size + 1)
         speed = np.interp(time, grid, speeds[each.recording])
         growing = (time - time[0]) / (time[-1] - time[0])

@@ -104,6 +104,9 @@ def score(cases: Sequence[Opened], rng: np.random.Generator) -> Scores:
             [quiet(c.diagnosis) for c in hidden if c.key["kind"] not in FOREIGN]
         ),
         "outside the library: unknown, or right block": share([_right(c) for c in foreign]),
+        "outside the library, what was taken out above its limit": share(
+            [_right(c) for c in clear if c.key["kind"] in FOREIGN]
+        ),
         "both effects of a pair named": share([_right(c) for c in pairs]),
         "both effects of a pair named, above their limits": share(
             [_right(c) for c in clear if c.key["kind"] == "pair"]

@@ -72,7 +72,8 @@ def _pictures(
     if candidate is None or none is None:
         return
     shown = {RETUNED: none} if candidate is none else {RETUNED: none, "with " + titles_of(candidate.keys): candidate}
-    pairs = [(f["signal"], _variable(f["depends_on"])) for f in features if f["signal"] in SIGNALS]
+    drawn = [f for f in features if f["signal"] in SIGNALS and not f["depends_on"].startswith("a line")]
+    pairs = [(f["signal"], _variable(f["depends_on"])) for f in drawn]
     plots = [_plot(shown, *pair) for pair in list(dict.fromkeys(pairs))[:_DRAWN]]
     if plots:
         report.figure(
