@@ -233,7 +233,7 @@ def _complete(
     )
     by_regime = excess_by_regime(problem, found.noise, none)
     disturbed = block_evidence(none, found.noise) if verdict.verdict == "unknown" else {}
-    if disturbed and found.stretches is not None:
+    if disturbed and found.stretches is not None and not found.stretches.nameless:
         disturbed["thrust"] = max(disturbed["thrust"], found.stretches.evidence)
     marginal = dict(posterior.marginal) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
     for claim in verdict.claims:

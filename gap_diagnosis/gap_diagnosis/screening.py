@@ -30,7 +30,8 @@ _COARSE, _FINE = range(3), range(3, 7)
 """Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
 _STEPS = 12  # of a coarse command that are tried
-_BELOW = 1.0 - np.geomspace(0.01, 0.8, 9)  # shares of the largest command at which a limit is tried
+# Shares of the largest command at which a limit is tried.
+_BELOW = np.array([0.99, 0.975, 0.95, 0.9, 0.83, 0.75, 0.65, 0.55, 0.45, 0.36, 0.29, 0.2])
 
 
 @dataclass(frozen=True, kw_only=True)

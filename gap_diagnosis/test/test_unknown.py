@@ -112,9 +112,10 @@ def test_an_effect_near_the_end_of_its_range_is_not_pressed():
     assert found.investigation.candidates[0].pressed == ()
 
 
-def test_a_limit_just_below_the_largest_command_is_found():
-    stated, recordings = campaign({"throttle_saturation": {"limit": 3.35}}, seed=7, duration=30.0, runs=4)
+@pytest.mark.parametrize("limit", [1.2, 3.35])
+def test_a_limit_is_found_far_below_the_largest_command_and_just_below_it(limit):
+    stated, recordings = campaign({"throttle_saturation": {"limit": limit}}, seed=7, duration=30.0, runs=4)
     assert 3.4 < max(np.max(np.abs(each.experiment.throttle)) for each in recordings) < 3.7
     (claim,) = diagnose(recordings, stated).verdict.claims
     assert claim.effect == "throttle_saturation"
-    assert claim.sizes["limit"].value == pytest.approx(3.35, abs=0.05)
+    assert claim.sizes["limit"].value == pytest.approx(limit, abs=0.05)
