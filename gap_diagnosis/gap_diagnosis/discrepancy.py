@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.lines import Line, lines_of
 from gap_diagnosis.noise import NoiseModel, Series
-from gap_diagnosis.prediction import nearest
+from gap_diagnosis.prediction import Simulated, nearest
 
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
@@ -48,10 +48,11 @@ def discrepancy(
     fitted: Fitted, noise: NoiseModel, most: int = MOST_FEATURES, more: Sequence[Array] = ()
 ) -> Discrepancy:
     """Return what the residuals of a fit depend on; `more`: further columns to choose from, each (R,)."""
-    names, blocks, labels = _features(fitted)
     problem = fitted.problem
-    lines = lines_of(fitted)
-    waves = np.sum([line.explained for line in lines], axis=0) if lines else np.zeros(problem.known.size)
+    happened = problem.happened(fitted.x)
+    names, blocks, labels = _features(fitted, happened)
+    lines = lines_of(fitted, happened)
+    waves = sum((line.explained for line in lines), start=np.zeros(problem.known.size))
     shown = problem.whitened(noise, np.where(problem.known, waves, np.nan))
     left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
     rows = problem.series[-1].last
@@ -148,14 +149,16 @@ def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple
     return chosen, gains, evidence
 
 
-def _features(fitted: Fitted) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
+def _features(
+    fitted: Fitted, everything: Sequence[Simulated]
+) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
     """Return names, for each signal its rows and the basis there (rows, K), and the signal of each column."""
     problem = fitted.problem
     sizes = problem.sizes(fitted.x)
     signals = [s for s in problem.signal_rows if s not in problem.opaque]
     found: dict[str, tuple[list[slice], list[Array]]] = {signal: ([], []) for signal in signals}
     names: list[str] = []
-    for index, happened in enumerate(problem.happened(fitted.x)):
+    for index, happened in enumerate(everything):
         recording = problem.recordings[index]
         shifts = problem.situation(fitted.x, index).shifts
         names, basis = basis_of(happened.outputs, happened.throttle, recording.experiment.dt)

@@ -82,6 +82,5 @@ def write_experiment(proposed: NextExperiment | None, folder: Path, thruster: in
     part = file.with_suffix(".csv.part")
     part.write_text("\n".join(["time_s,throttle_V", *rows]) + "\n", encoding="utf-8")
     os.replace(part, file)
-    kind, fields = "thruster_msgs/msg/Throttle", {"commanded": programme.throttle}
-    throttle = Topic.of_thruster(thruster, "throttle", kind, programme.time, fields)
+    throttle = Topic.of_thruster(thruster, "throttle", programme.time, {"commanded": programme.throttle})
     return [file, write_run(folder / file.stem, [throttle], {"what": f"throttle programme: {programme.title}"})]

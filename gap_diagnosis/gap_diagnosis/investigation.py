@@ -97,11 +97,10 @@ def investigate(
     progress("refits of the most likely")
     none = _none(problem, noise, base.x)
     screened = rated(none.fitted, noise, trials)
-    ranked = _singles(none, screened, _from_stated(none, trials))
-    aired = _aired(none, ranked)
+    singles = _singles(none, screened, _from_stated(none, trials))
+    aired = _aired(none, singles)
     stretches = aired if aired is not None and (aired.nameless or not with_ventilation) else None
-    if aired is not None and stretches is None:
-        ranked = examined([*ranked, aired], noise)
+    ranked = examined([*singles, aired] if aired is not None and stretches is None else singles, noise)
     leading = _best(none, ranked)
     if leading.suspects and leaves_something(leading):
         again = retried(leading)
@@ -110,8 +109,9 @@ def investigate(
             leading = _best(none, ranked)
     if leading.suspects and (leaves_something(leading) or strains(leading)):
         progress("pairs")
-        air = [_air_beside(leading)] if with_ventilation and leading.suspects[0].effect != "ventilation" else []
-        pairs = [*pairs_of(none, ranked, suspects), *(each for each in air if each is not None)]
+        pairs = pairs_of(none, ranked, suspects)
+        if with_ventilation and leading.suspects[0].effect != "ventilation":
+            pairs += _air_beside(leading)
         ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
@@ -173,17 +173,17 @@ def _singles(
     screened: Sequence[Screened],
     stated: Mapping[str, Screened],
 ) -> list[Candidate]:
-    """Return the most likely single effects, refitted, most evidence first."""
+    """Return the most likely single effects, refitted."""
     singles = []
     for each in _promising(screened, _SINGLES):
         likely = is_likely(each, screened)
         singles.append(unstretched(extended(none, each, likely), stated.get(each.suspect.key), none, likely))
-    return examined(singles, none.noise)
+    return singles
 
 
 def _aired(none: Candidate, singles: Sequence[Candidate]) -> Candidate | None:
     """Return the hypothesis of air alone, or of what looks like it; None where no thrust is lost in stretches."""
-    best = singles[0] if singles else none
+    best = max(singles, key=lambda c: c.evidence, default=none)
     found = with_air(none, _WORTH_AIR * max(best.evidence, 0.0))
     if found is None and best.suspects and best.suspects[0].effect == "cavitation":
         # Both take thrust at high speed: without it the nuisances may have hidden the air.
@@ -205,14 +205,15 @@ def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screene
     return {each.suspect.key: each for each in rated(none.fitted, none.noise, others)}
 
 
-def _air_beside(leading: Candidate) -> Candidate | None:
-    """Return the leading hypothesis with air beside it; None where that is worth too little.
+def _air_beside(leading: Candidate) -> list[Candidate]:
+    """Return the leading hypothesis with air beside it, in a list; none where that is worth too little.
 
     Gates of its own choice patch whatever another effect leaves: they have to be worth more.
     """
     beside = with_air(leading)
-    worth = beside is not None and not beside.nameless and beside.evidence > leading.evidence + _AIR_BESIDE
-    return beside if worth else None
+    if beside is None or beside.nameless or beside.evidence <= leading.evidence + _AIR_BESIDE:
+        return []
+    return [beside]
 
 
 def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:

@@ -15,12 +15,14 @@ from scipy.fft import next_fast_len, rfft, rfftfreq
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.problem import Problem
+from gap_diagnosis.prediction import Simulated
 
-__all__ = ["Line", "lines_of"]
+__all__ = ["A_LINE", "Line", "lines_of"]
 
 Array = NDArray[np.float64]
 
+A_LINE = "a line"
+"""With which the name of every line begins."""
 _FINER = 4  # frequencies for each cycle that fits into a recording
 _BESIDE = 12.0  # cycles over the whole recording on either side that make the spectrum beside a line
 _KNOWN_BY = 0.6 * (2.0 * _BESIDE + 1.0)  # frequencies: as good as so many averaged is the median of all
@@ -44,21 +46,28 @@ class Line(NamedTuple):
     explained: Array
 
 
-class _Spectrum(NamedTuple):
+class _Series(NamedTuple):
+    """What the spectra of one series need: its samples, the envelopes (4, N) there, and what the throttle drives."""
+
     signal: str
     rows: slice
-    power: Array  # over that beside, by envelope and frequency
-    waves: Array  # envelopes (4, N) at the samples
     time: Array
+    step: float
+    waves: Array
+    driven: NDArray[np.bool_]
+
+    @property
+    def duration(self) -> float:
+        return float(self.time[-1] - self.time[0])
 
 
-def lines_of(fitted: Fitted) -> list[Line]:
-    """Return the lines of the residuals of a fit that stand out, the clearest one first."""
+def lines_of(fitted: Fitted, happened: Sequence[Simulated]) -> list[Line]:
+    """Return the lines of the residuals of a fit that stand out, the clearest one first; `happened`: in the plant."""
+    series = _long_ones(fitted, happened)
     found: list[Line] = []
     left = fitted.residuals
-    speeds = [np.abs(each.outputs["speed"]) for each in fitted.problem.happened(fitted.x)]
-    while len(found) < _MOST:
-        line = _clearest(fitted.problem, speeds, left)
+    while series and len(found) < _MOST:
+        line = _clearest(series, left)
         if line is None:
             break
         found.append(line)
@@ -66,22 +75,18 @@ def lines_of(fitted: Fitted) -> list[Line]:
     return found
 
 
-def _clearest(problem: Problem, speeds: Sequence[Array], residuals: Array) -> Line | None:
+def _clearest(series: Sequence[_Series], residuals: Array) -> Line | None:
     """Return the line that stands out most; None where none is more likely than noise."""
-    spectra = _spectra(problem, speeds, residuals)
-    if not spectra:
-        return None
-    longest = max(each.time[-1] - each.time[0] for each in spectra)
-    fastest = min(float(np.median(np.diff(each.time))) for each in spectra)
+    longest, fastest = max(each.duration for each in series), min(each.step for each in series)
     grid = np.arange(_BESIDE / longest, 0.5 * _HIGHEST / fastest, 1.0 / (_FINER * longest))
     if grid.size < 2:
         return None
-    odds = np.array([_odds(each, grid) for each in spectra])
+    odds = np.array([_odds(each, residuals, grid) for each in series])
     total = odds.sum(axis=0)
     shape, place = divmod(int(np.argmax(total)), grid.size)
     independent = grid.size / _FINER * len(_ENVELOPES)
-    evidence = float(total[shape, place]) - np.log(independent) - _CHANCE * len(spectra)
-    heard = [(each, odd) for each, odd in zip(spectra, odds[:, shape, place].tolist(), strict=True) if odd > _SHOWN]
+    evidence = float(total[shape, place]) - np.log(independent) - _CHANCE * len(series)
+    heard = [(each, odd) for each, odd in zip(series, odds[:, shape, place].tolist(), strict=True) if odd > _SHOWN]
     if evidence <= 0.0 or not heard:
         return None
     by_signal: dict[str, float] = {}
@@ -91,10 +96,10 @@ def _clearest(problem: Problem, speeds: Sequence[Array], residuals: Array) -> Li
     explained = np.zeros(residuals.size)
     for each, _ in heard:
         explained[each.rows] = _wave(each, residuals[each.rows], shape, frequency)
-    return Line(f"a line at {frequency:.3g} Hz{_ENVELOPES[shape]}", by_signal, float(evidence), explained)
+    return Line(f"{A_LINE} at {frequency:.3g} Hz{_ENVELOPES[shape]}", by_signal, float(evidence), explained)
 
 
-def _tuned(heard: Sequence[_Spectrum], residuals: Array, frequencies: Array) -> tuple[int, float]:
+def _tuned(heard: Sequence[_Series], residuals: Array, frequencies: Array) -> tuple[int, float]:
     """Return envelope and frequency of the waves that leave least of these series, each over its variance."""
     left = {}
     for shape, frequency in product(range(len(_ENVELOPES)), frequencies.tolist()):
@@ -105,47 +110,50 @@ def _tuned(heard: Sequence[_Spectrum], residuals: Array, frequencies: Array) -> 
     return min(left, key=lambda each: left[each])
 
 
-def _odds(spectrum: _Spectrum, grid: Array) -> Array:
+def _odds(series: _Series, residuals: Array, grid: Array) -> Array:
     """Return the logarithms of odds for a wave in a series, by envelope and frequency; none where it is not there."""
-    duration = spectrum.time[-1] - spectrum.time[0]
-    step = float(np.median(np.diff(spectrum.time)))
-    size = next_fast_len(_FINER * spectrum.time.size)
-    place = np.round(grid * size * step).astype(np.int64)
-    inside = (grid >= _BESIDE / duration) & (grid <= 0.5 * _HIGHEST / step)
-    ratio = spectrum.power[:, np.minimum(place, spectrum.power.shape[1] - 1)] * inside
+    here = residuals[series.rows]
+    power = _over_beside(series.waves * (np.nan_to_num(here) - np.nanmean(here)), series.time, series.step)
+    power[:, series.driven] = 0.0
+    place = np.round(grid * _size(series.time) * series.step).astype(np.int64)
+    inside = (grid >= _BESIDE / series.duration) & (grid <= 0.5 * _HIGHEST / series.step)
+    ratio = power[:, np.minimum(place, power.shape[1] - 1)] * inside
     # What is beside is known from a few frequencies only: a ratio counts as one that is as rare beside a sure spectrum.
     found = _KNOWN_BY * np.log1p(ratio / _KNOWN_BY)
     return np.where(found > 1.0, found - 1.0 - np.log(np.maximum(found, 1.0)), 0.0)
 
 
-def _spectra(problem: Problem, speeds: Sequence[Array], residuals: Array) -> list[_Spectrum]:
-    """Return the spectra of all series that are long enough."""
-    spectra = []
+def _long_ones(fitted: Fitted, happened: Sequence[Simulated]) -> list[_Series]:
+    """Return all series that are long enough, and whose stamps do not stand still."""
+    problem = fitted.problem
+    found = []
     for each in problem.series:
-        known = np.isfinite(residuals[each.rows])
+        known = np.isfinite(fitted.residuals[each.rows])
         experiment = problem.recordings[each.recording].experiment
         time = experiment.measurements[each.signal].time
         if each.signal in problem.opaque or np.sum(known) < max(_FEWEST, time.size // 2):
             continue
-        if np.median(np.diff(time)) <= 0.0:
-            continue  # stamps that stand still
+        step = float(np.median(np.diff(time)))
+        if step <= 0.0:
+            continue
         grid = experiment.dt * np.arange(experiment.throttle.size + 1)
-        speed = np.interp(time, grid, speeds[each.recording])
+        speed = np.interp(time, grid, np.abs(happened[each.recording].outputs["speed"]))
         growing = (time - time[0]) / (time[-1] - time[0])
         waves = np.array([np.ones_like(time), growing, speed, growing * speed])
         waves *= known / np.maximum(np.sqrt(np.sum(waves**2 * known, axis=1, keepdims=True)), 1e-12)
-        residual = np.where(known, residuals[each.rows], 0.0)
-        power = _over_beside(waves * (residual - np.sum(residual) / np.sum(known)), time)
-        driven = _over_beside(np.interp(time, grid[:-1], experiment.throttle)[None, :], time) > _DRIVEN
-        power[:, maximum_filter1d(driven[0], 2 * _FINER + 1)] = 0.0
-        spectra.append(_Spectrum(each.signal, each.rows, power, waves, time))
-    return spectra
+        driven = _over_beside(np.interp(time, grid[:-1], experiment.throttle)[None, :], time, step)[0] > _DRIVEN
+        found.append(_Series(each.signal, each.rows, time, step, waves, maximum_filter1d(driven, 2 * _FINER + 1)))
+    return found
 
 
-def _over_beside(rows: Array, time: Array) -> Array:
+def _size(time: Array) -> int:
+    """Return of how many samples, most of them zeros, a spectrum is made."""
+    return int(next_fast_len(_FINER * time.size))
+
+
+def _over_beside(rows: Array, time: Array, step: float) -> Array:
     """Return spectra of rows (K, N) over what is beside each frequency, which noise exceeds x times as exp(-x)."""
-    step = float(np.median(np.diff(time)))
-    size = next_fast_len(_FINER * time.size)
+    size = _size(time)
     places = np.round((time - time[0]) / step).astype(np.int64)
     inside = places < size
     on_grid = np.zeros((rows.shape[0], size))
@@ -156,9 +164,9 @@ def _over_beside(rows: Array, time: Array) -> Array:
     return np.asarray(flat / np.maximum(np.repeat(beside, _FINER, axis=1)[:, : flat.shape[1]], 1e-300))
 
 
-def _wave(spectrum: _Spectrum, residuals: Array, shape: int, frequency: float) -> Array:
-    angle = 2.0 * np.pi * frequency * spectrum.time
-    columns = spectrum.waves[shape][:, None] * np.stack((np.sin(angle), np.cos(angle)), axis=1)
+def _wave(series: _Series, residuals: Array, shape: int, frequency: float) -> Array:
+    angle = 2.0 * np.pi * frequency * series.time
+    columns = series.waves[shape][:, None] * np.stack((np.sin(angle), np.cos(angle)), axis=1)
     known = np.isfinite(residuals)
     weights = np.linalg.lstsq(columns[known], residuals[known], rcond=None)[0]
     return np.asarray(columns @ weights)

@@ -18,7 +18,7 @@ from gap_diagnosis.problem import Problem, SizeSlot
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["RATE", "Stretches", "change_cost", "stretches_of"]
+__all__ = ["RATE", "Stretches", "stretches_of"]
 
 Array = NDArray[np.float64]
 RATE = 1.0
@@ -45,7 +45,7 @@ class Stretches(NamedTuple):
     @property
     def evidence(self) -> float:
         """Logarithm of the probability of the data, less what all hypotheses share."""
-        return self.fitted.evidence + self.changes * change_cost(self.fitted.problem)
+        return self.fitted.evidence + self.changes * _change_cost(self.fitted.problem)
 
 
 class _Decoded(NamedTuple):
@@ -88,11 +88,11 @@ def stretches_of(
         posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
         sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
         fitted = fit(posed, noise, np.concatenate((unknowns, sizes)), near=base)
-        found = Stretches(fitted, decoded.changes, _foreseeable(problem, series, fitted, decoded.gates))
+        found = Stretches(fitted, decoded.changes, foreseeable=False)
         if best is not None and found.evidence <= best.evidence + 0.5:
             break
-        best = found
-        if found.foreseeable:
+        best = found._replace(foreseeable=_foreseeable(problem, series, fitted, decoded.gates))
+        if best.foreseeable:
             break
         unknowns = fitted.x[: base.x.size]
         in_water = problem.predicted(unknowns)
@@ -166,7 +166,7 @@ _PASTS = (0.3, 0.6, 1.2)
 _SHIFTS = 200
 
 
-def change_cost(problem: Problem) -> float:
+def _change_cost(problem: Problem) -> float:
     """Return what a change between water and air adds to the logarithm of evidence: negative."""
     first = next(each.recording for each in problem.series if each.signal == "thrust")
     time = problem.recordings[first].experiment.measurements["thrust"].time

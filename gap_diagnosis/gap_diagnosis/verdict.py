@@ -150,14 +150,9 @@ def _doubt(found: Investigation, posterior: Posterior, in_log: bool) -> str:
     return "power" if power(found.screened) < LEAST_POWER and not in_log else ""
 
 
-def _at_work(posterior: Posterior, key: str) -> float:
-    """Return the probability that a suspect is at work, alone, in a pair or beside something unknown."""
-    return posterior.marginal.get(key, 0.0) + posterior.beside.get(key, 0.0)
-
-
-def _marginal(posterior: Posterior, key: str) -> float:
-    """Return the probability that a suspect is at work, alone or in a pair, and nothing unknown."""
-    return posterior.marginal.get(key, 0.0)
+def _at_work(posterior: Posterior, key: str, *, beside_unknown: bool = True) -> float:
+    """Return the probability that a suspect is at work, alone, in a pair or, if that counts, beside the unknown."""
+    return posterior.marginal.get(key, 0.0) + (posterior.beside.get(key, 0.0) if beside_unknown else 0.0)
 
 
 def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect: Suspect) -> Claim:
@@ -170,8 +165,8 @@ def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect:
         if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
             alike.append(next(iter(replaced)))
     # What is unknown beside two effects may be all that there is: two can imitate much.
-    at_work = _at_work if len(leading.suspects) == 1 else _marginal
-    group = min(sum(at_work(stated, key) for key in (suspect.key, *alike)), 1.0)
+    lone = len(leading.suspects) == 1
+    group = min(sum(_at_work(stated, key, beside_unknown=lone) for key in (suspect.key, *alike)), 1.0)
     return Claim(
         effect=suspect.effect,
         channel=suspect.channel,

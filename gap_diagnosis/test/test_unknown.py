@@ -18,6 +18,10 @@ from gap_diagnosis.problem import Problem, deviations_of
 NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
 
 
+def lines_in(fitted):
+    return lines_of(fitted, fitted.problem.happened(fitted.x))
+
+
 def fitted_with(added, signal="thrust"):
     """Return the fit of a thruster as stated, with (time -> values) added to a signal of the first recording."""
     stated, recordings = campaign(seed=4, spread=0.0, duration=30.0, runs=2)
@@ -32,7 +36,7 @@ def fitted_with(added, signal="thrust"):
 
 def test_a_line_is_found_at_its_frequency_in_its_signal_and_taken_out():
     fitted, rows, wave = fitted_with(lambda t: 0.2 * np.sin(2.0 * np.pi * 3.3 * t + 0.4))
-    (line,) = lines_of(fitted)
+    (line,) = lines_in(fitted)
     assert list(line.odds) == ["thrust"]
     assert "3.3 Hz" in line.name and "growing" not in line.name
     assert np.std(line.explained[rows] - wave) < 0.2 * np.std(wave)
@@ -42,7 +46,7 @@ def test_a_line_is_found_at_its_frequency_in_its_signal_and_taken_out():
 
 def test_a_line_that_grows_is_said_to_grow():
     fitted, _, _ = fitted_with(lambda t: 0.5 * (t / 30.0) * np.sin(2.0 * np.pi * 1.2 * t))
-    assert lines_of(fitted)[0].name == "a line at 1.2 Hz, growing with time"
+    assert lines_in(fitted)[0].name == "a line at 1.2 Hz, growing with time"
 
 
 def coloured(keep, size, seed):
@@ -60,7 +64,7 @@ def coloured(keep, size, seed):
 @pytest.mark.parametrize(("keep", "seed"), [(0.0, 1), (0.9, 2), (0.9, 3), (0.99, 4), (-0.7, 5)])
 def test_noise_of_a_smooth_colour_has_no_line(keep, seed):
     fitted, _, _ = fitted_with(coloured(keep, 0.3, seed))
-    assert lines_of(fitted) == []
+    assert lines_in(fitted) == []
 
 
 def test_a_line_is_evidence_for_something_unknown_and_is_not_taken_for_noise():
@@ -73,7 +77,7 @@ def test_a_line_is_evidence_for_something_unknown_and_is_not_taken_for_noise():
 
 def test_a_hum_is_listed_and_says_nothing_against_a_model():
     fitted, _, _ = fitted_with(lambda t: 0.09 * np.sin(2.0 * np.pi * 2.3 * t))
-    assert lines_of(fitted)[0].evidence > 0.0
+    assert lines_in(fitted)[0].evidence > 0.0
     found = discrepancy(fitted, NOISE)
     assert "a line at 2.3 Hz" in [feature.name for feature in found.features]
     assert found.evidence < 1.0

@@ -47,12 +47,10 @@ def write_bench_run(run: BenchRun, folder: Path, metadata: Mapping[str, object])
     flow = next(name for name in ("axial", "ambient") if name in signals)
     throttle = {"commanded": signals["throttle"].values}
     topics = [
-        Topic.of_thruster(0, "throttle", "thruster_msgs/msg/Throttle", signals["throttle"].time, throttle),
-        Topic.of_thruster(0, "state", "thruster_msgs/msg/ThrusterState", speed.time, state),
-        Topic.of_thruster(0, "load", "geometry_msgs/msg/WrenchStamped", signals["thrust"].time, load),
-        Topic.of_thruster(
-            0, "flow", "thruster_msgs/msg/FlowVelocity", signals[flow].time, {flow: signals[flow].values}
-        ),
+        Topic.of_thruster(0, "throttle", signals["throttle"].time, throttle),
+        Topic.of_thruster(0, "state", speed.time, state),
+        Topic.of_thruster(0, "load", signals["thrust"].time, load),
+        Topic.of_thruster(0, "flow", signals[flow].time, {flow: signals[flow].values}),
     ]
     target = folder / run.name
     write_run(target, topics, dict(metadata))

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .definitions import Definitions, definitions, full_name
 from .errors import InvalidRunError
+from .known_topics import KNOWN
 from .layout import Layout, layout
 
 NANOSECONDS = 1_000_000_000
@@ -42,19 +43,18 @@ class Topic:
     frame: str = ""
 
     @classmethod
-    def of_thruster(cls, index: int, name: str, kind: str, time: ArrayLike, fields: Mapping[str, Any]) -> Topic:
+    def of_thruster(cls, index: int, name: str, time: ArrayLike, fields: Mapping[str, Any]) -> Topic:
         """Return a topic of a thruster whose clock begins at one second: zero means "no stamp" to some tools.
 
         Args:
             index: of the thruster.
-            name: below the thruster's own.
-            kind: message type.
+            name: below the thruster's own, one of `KNOWN`.
             time: of the messages from the beginning [s], (N,).
             fields: as of any topic.
         """
         stamps = NANOSECONDS + np.round(np.asarray(time, dtype=np.float64) * 1e9).astype(np.int64)
         own = f"thruster_{index}"
-        return cls(name=f"{own}/{name}", type=kind, stamps=stamps, fields=dict(fields), frame=own)
+        return cls(name=f"{own}/{name}", type=KNOWN[name], stamps=stamps, fields=dict(fields), frame=own)
 
 
 @dataclass(frozen=True)

@@ -44,24 +44,16 @@ def nominal_parameters() -> dict[str, dict[str, float]]:
 def write_generated_run(run: GeneratedRun, folder: Path, channels: Sequence[str]) -> Path:
     """Write the recording to the new directory `folder`/<name>, the throttle and these channels; return that."""
     throttle, n = run.recorded["throttle"], run.recorded["n"]
-    topics = [
-        Topic.of_thruster(0, "throttle", "thruster_msgs/msg/Throttle", throttle.time, {"commanded": throttle.values})
-    ]
+    topics = [Topic.of_thruster(0, "throttle", throttle.time, {"commanded": throttle.values})]
     sign = np.full(n.values.size, _SIGN_MEASURED)
-    topics.append(
-        Topic.of_thruster(0, "state", "thruster_msgs/msg/ThrusterState", n.time, {"n": n.values, "sign_source": sign})
-    )
+    topics.append(Topic.of_thruster(0, "state", n.time, {"n": n.values, "sign_source": sign}))
     if "ambient" in channels:
         flow = run.recorded["ambient"]
-        topics.append(
-            Topic.of_thruster(0, "flow", "thruster_msgs/msg/FlowVelocity", flow.time, {"ambient": flow.values})
-        )
+        topics.append(Topic.of_thruster(0, "flow", flow.time, {"ambient": flow.values}))
     loads = {"thrust": "wrench.force.x", "torque": "wrench.torque.x"}
     fields = {path: run.recorded[name].values for name, path in loads.items() if name in channels}
     if fields:
-        topics.append(
-            Topic.of_thruster(0, "load", "geometry_msgs/msg/WrenchStamped", run.recorded["thrust"].time, fields)
-        )
+        topics.append(Topic.of_thruster(0, "load", run.recorded["thrust"].time, fields))
     return write_run(folder / run.name, topics, {"run": run.name})
 
 

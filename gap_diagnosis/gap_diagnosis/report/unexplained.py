@@ -11,6 +11,7 @@ from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_json import best_of
 from gap_diagnosis.fitting import Fitted
+from gap_diagnosis.lines import A_LINE
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
 from thruster_model.identification.experiment import SIGNALS
@@ -72,7 +73,7 @@ def _pictures(
     if candidate is None or none is None:
         return
     shown = {RETUNED: none} if candidate is none else {RETUNED: none, "with " + titles_of(candidate.keys): candidate}
-    drawn = [f for f in features if f["signal"] in SIGNALS and not f["depends_on"].startswith("a line")]
+    drawn = [f for f in features if f["signal"] in SIGNALS and not f["depends_on"].startswith(A_LINE)]
     pairs = [(f["signal"], _variable(f["depends_on"])) for f in drawn]
     plots = [_plot(shown, *pair) for pair in list(dict.fromkeys(pairs))[:_DRAWN]]
     if plots:

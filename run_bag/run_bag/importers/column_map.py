@@ -22,8 +22,8 @@ import yaml
 
 from ..definitions import definitions
 from ..errors import RecordingError
+from ..known_topics import known_topics, topic_type
 from ..units import unit_of
-from .known_topics import known_topics, topic_type
 from .unique_keys import load
 
 NEEDED = {"column", "time_column", "unit"}

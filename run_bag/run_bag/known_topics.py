@@ -1,4 +1,4 @@
-"""The topics that a map of columns can fill, and the type of each."""
+"""The topics of a thruster and of the vehicle by name, and the type of each."""
 
 from __future__ import annotations
 
