@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
@@ -12,7 +13,7 @@ from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
-from gap_diagnosis.suspects import SEARCHED, Suspect
+from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
 from gap_diagnosis.ventilation import stretches_of
 
 __all__ = [
@@ -20,6 +21,7 @@ __all__ = [
     "Candidate",
     "examined",
     "extended",
+    "is_imitated",
     "is_likely",
     "leaves_something",
     "past_jumps",
@@ -29,9 +31,12 @@ __all__ = [
     "with_air",
 ]
 
+Array = NDArray[np.float64]
 LOOKALIKES = 12.0
 """Units of evidence (logarithm) behind the best within which hypotheses count as its look-alikes."""
 _EXAMINED = 4
+_IN_VAIN, _BETTER = 3, 0.95
+"""Starts past jumps in a row that end no better, by that factor, after which no more are tried."""
 _STRAINED = 1e-3
 _PRESSED = 5.0
 
@@ -71,9 +76,13 @@ class Candidate:
         return tuple(dict.fromkeys(found))
 
 
-def extended(on: Candidate, screened: Screened, likely: bool) -> Candidate:
-    """Return a hypothesis with one more suspect, refitted; only a likely one is worth starts past its jumps."""
-    start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
+def extended(on: Candidate, screened: Screened, likely: bool, start: Array | None = None) -> Candidate:
+    """Return a hypothesis with one more suspect, refitted; only a likely one is worth starts past its jumps.
+
+    `start`: unknowns at which an earlier fit of it ended.
+    """
+    if start is None or screened.suspect.effect in JAGGED:
+        start = np.concatenate((screened.anchor.x, refined(screened, on.noise).sizes))
     fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
     if likely:
         fitted = past_jumps(fitted, on.noise, screened)
@@ -93,10 +102,12 @@ def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:
         return fitted
     stated = np.concatenate((np.zeros(problem.nuisances), screened.anchor.x[problem.nuisances :]))
     middle = np.median(suspect.grid[:, 0])
+    in_vain = 0
     for sizes in sorted(suspect.grid, key=lambda s: float(abs(s[0] - middle))):
-        if not np.any(outlying(problem, fitted.residuals)):
+        if in_vain == _IN_VAIN or not np.any(outlying(problem, fitted.residuals)):
             break
         again = fit_past_jumps(problem, noise, np.concatenate((stated, sizes)))
+        in_vain = 0 if again.cost < _BETTER * fitted.cost else in_vain + 1
         fitted = again if again.cost < fitted.cost else fitted
     return fitted
 
@@ -171,3 +182,12 @@ def strains(candidate: Candidate) -> bool:
     count = len(candidate.fitted.problem.names)
     moved = candidate.fitted.x[:count]
     return float(moved @ moved) > chi2.isf(_STRAINED, count)
+
+
+def is_imitated(candidate: Candidate) -> bool:
+    """Tell whether parameters explain everything, but only far from what is stated.
+
+    Then an effect that they imitate is at work. What it does instead of them is too much for a rating to first order:
+    all such suspects are worth a fit.
+    """
+    return strains(candidate) and not leaves_something(candidate)

@@ -50,64 +50,65 @@ def discrepancy(
     """Return what the residuals of a fit depend on; `more`: further columns to choose from, each (R,)."""
     problem = fitted.problem
     happened = problem.happened(fitted.x)
-    names, blocks, labels = _features(fitted, happened)
+    names, blocks = _features(fitted, happened)
     lines = lines_of(fitted, happened)
     waves = sum((line.explained for line in lines), start=np.zeros(problem.known.size))
     shown = problem.whitened(noise, np.where(problem.known, waves, np.nan))
     left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
-    rows = problem.series[-1].last
-    columns = sum(block.shape[1] for _, block in blocks) + len(more)
-    white = np.zeros((columns, rows))
-    raw = np.zeros((columns, rows))
-    spans: list[tuple[list[slice], slice]] = []
+    parts = [_Part.of(fitted, noise, signal, columns) for signal, columns in blocks]
+    columns = sum(part.white.shape[1] for part in parts)
+    effects = np.array(more).reshape(len(more), problem.known.size).T
+    beside = problem.whitened(noise, np.where(problem.known[:, None], effects, np.nan))
+    cross = np.hstack([*(fitted.jacobian[p.rows].T @ p.white for p in parts), fitted.jacobian.T @ beside])
+    slope = np.concatenate([*(p.white.T @ left[p.rows] for p in parts), beside.T @ left])
+    gram = np.zeros((slope.size, slope.size))
+    gram[columns:, columns:] = beside.T @ beside
     first = 0
-    for pieces, block in blocks:
-        place = slice(first, first + block.shape[1])
-        start = 0
-        for rows_of in pieces:
-            raw[place, rows_of] = block[start : start + rows_of.stop - rows_of.start].T
-            start += rows_of.stop - rows_of.start
-        spans.append((pieces, place))
+    for part in parts:
+        place = slice(first, first + part.white.shape[1])
+        gram[place, place] = part.white.T @ part.white
+        gram[place, columns:] = part.white.T @ beside[part.rows]
+        gram[columns:, place] = gram[place, columns:].T
         first = place.stop
-    if more:
-        raw[first:] = np.array(more)
-        names, labels = [*names, *["an effect"] * len(more)], [*labels, *["all"] * len(more)]
-        spans.append(([each.rows for each in problem.series], slice(first, columns)))
-    for pieces, place in spans:
-        for rows_of in pieces:
-            known = np.where(problem.known[rows_of, None], raw[place, rows_of].T, np.nan)
-            series = next(s for s in problem.series if s.first == rows_of.start)
-            white[place, rows_of] = noise.whiten([Series(0, series.signal, 0, known.shape[0])], known).T
-    cross = np.zeros((fitted.x.size, columns))
-    gram = np.zeros((columns, columns))
-    slope = np.zeros(columns)
-    for k, (pieces, place) in enumerate(spans):
-        for rows_of in pieces:
-            here = white[place, rows_of]
-            cross[:, place] += fitted.jacobian[rows_of].T @ here.T
-            slope[place] += here @ left[rows_of]
-            gram[place, place] += here @ here.T
-            if k == len(spans) - 1 and more:
-                for other_pieces, other in spans[:-1]:
-                    if rows_of in other_pieces:
-                        product = here @ white[other, rows_of].T
-                        gram[place, other] += product
-                        gram[other, place] += product.T
     power = np.diag(gram).copy()
     retuning = fitted.retuning(cross)
     gram -= cross.T @ retuning
     slope -= retuning.T @ pull
-    weights = np.zeros(columns)
     chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
-    features = [Feature(labels[k], names[k], gain) for k, gain in zip(chosen, gains, strict=True)]
+    labelled = [(signal, name) for signal, _ in blocks for name in names] + [("all", "an effect")] * len(more)
+    features = [Feature(*labelled[k], gain) for k, gain in zip(chosen, gains, strict=True)]
     features += [Feature(signal, line.name, 2.0 * odds) for line in lines for signal, odds in line.odds.items()]
     features.sort(key=lambda feature: -feature.gain)
+    weights = np.zeros(slope.size)
     if chosen:
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
-    explained = weights @ raw - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
+    explained = effects @ weights[columns:] - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
+    first = 0
+    for part in parts:
+        explained[part.rows] += part.raw @ weights[first : first + part.raw.shape[1]]
+        first += part.raw.shape[1]
     evidence += sum(line.evidence for line in lines if _matters(fitted, noise, line))
     return Discrepancy(tuple(features), evidence, explained + waves)
+
+
+class _Part(NamedTuple):
+    """The basis at the samples of one signal: their rows (M,), the columns (M, K), and the same whitened."""
+
+    rows: NDArray[np.int64]
+    raw: Array
+    white: Array
+
+    @classmethod
+    def of(cls, fitted: Fitted, noise: NoiseModel, signal: str, columns: Array) -> "_Part":
+        problem = fitted.problem
+        rows = problem.signal_rows[signal]
+        series, first = [], 0
+        for each in problem.series:
+            if each.signal == signal:
+                series.append(Series(each.recording, signal, first, first + each.last - each.first))
+                first = series[-1].last
+        return cls(rows, columns, noise.whiten(series, np.where(problem.known[rows, None], columns, np.nan)))
 
 
 def _matters(fitted: Fitted, noise: NoiseModel, line: Line) -> bool:
@@ -149,14 +150,11 @@ def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple
     return chosen, gains, evidence
 
 
-def _features(
-    fitted: Fitted, everything: Sequence[Simulated]
-) -> tuple[list[str], list[tuple[list[slice], Array]], list[str]]:
-    """Return names, for each signal its rows and the basis there (rows, K), and the signal of each column."""
+def _features(fitted: Fitted, everything: Sequence[Simulated]) -> tuple[list[str], list[tuple[str, Array]]]:
+    """Return names, and for each signal the basis at its samples in all recordings (M, K), columns of unit size."""
     problem = fitted.problem
     sizes = problem.sizes(fitted.x)
-    signals = [s for s in problem.signal_rows if s not in problem.opaque]
-    found: dict[str, tuple[list[slice], list[Array]]] = {signal: ([], []) for signal in signals}
+    found: dict[str, list[Array]] = {s: [] for s in problem.signal_rows if s not in problem.opaque}
     names: list[str] = []
     for index, happened in enumerate(everything):
         recording = problem.recordings[index]
@@ -164,14 +162,13 @@ def _features(
         names, basis = basis_of(happened.outputs, happened.throttle, recording.experiment.dt)
         for each in problem.series:
             if each.recording == index and each.signal in found:
-                found[each.signal][0].append(each.rows)
-                found[each.signal][1].append(basis[:, nearest(each.signal, recording, sizes, shifts)].T)
+                found[each.signal].append(basis[:, nearest(each.signal, recording, sizes, shifts)].T)
     blocks = []
-    for signal in signals:
-        columns = np.vstack(found[signal][1])
+    for signal, pieces in found.items():
+        columns = np.vstack(pieces)
         scale = np.sqrt(np.mean(columns**2, axis=0))
-        blocks.append((found[signal][0], columns / np.where(scale > 0.0, scale, 1.0)))
-    return names * len(signals), blocks, [signal for signal in signals for _ in names]
+        blocks.append((signal, columns / np.where(scale > 0.0, scale, 1.0)))
+    return names, blocks
 
 
 def basis_of(outputs: dict[str, Array], u: Array, dt: float) -> tuple[list[str], Array]:

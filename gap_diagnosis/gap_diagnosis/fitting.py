@@ -14,9 +14,11 @@ __all__ = ["Fitted", "fit", "fit_past_jumps", "outlying"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
+_DONE_AT_JUMPS = 0.5  # the same where a reading jumps as a state passes a threshold, and each step finds a little
 _BORROWED_IS_DONE = 2.0
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _ROUNDS = 6
+_DRAWS = 60
 _TRIES = 8  # dampings tried for a step, each ten times the one before
 
 
@@ -97,7 +99,7 @@ def fit(
         information = _information(moving, problem.nuisances)
         gradient = _pull(moving, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
-        done = max(_DONE, _SLACK * (cost - rows_known))
+        done = max(_DONE_AT_JUMPS if problem.jumps else _DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
         promised = float(gradient @ cho_solve(cho_factor(information), gradient))
         gain = 0.0
@@ -139,12 +141,14 @@ def fit(
 
 _OUTLYING = 6.0
 """Standard deviations from which a sample tells of a jump that is predicted at another instant."""
+_SUSPICIOUS = 4.5
+"""And from which it may."""
 
 
-def outlying(problem: Problem, residuals: Array) -> NDArray[np.bool_]:
+def outlying(problem: Problem, residuals: Array, beyond: float = _OUTLYING) -> NDArray[np.bool_]:
     """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
     white = np.abs(problem.whitened(problem.sample_noise, residuals))
-    return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
+    return np.asarray(white >= beyond * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
 def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
@@ -162,7 +166,29 @@ def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
             break
         rows = kept
         x = fit(problem, own, x, iterations=5, rows=rows).x
-    return fit(problem, noise, x, iterations=25)
+    return across_jumps(fit(problem, noise, x, iterations=25), noise)
+
+
+def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:
+    """Return a fit from among unknowns as probable as those of `fitted`, where samples at jumps stand out of that.
+
+    No slope leads across: a sample that is predicted on the wrong side of a jump, by less than the unknowns are known
+    to, is on the right side for some draws of them.
+    """
+    problem, rng = fitted.problem, np.random.default_rng(0)
+    everything = np.ones(problem.known.size, dtype=bool)
+    for _ in range(_ROUNDS):
+        if not np.any(outlying(problem, fitted.residuals, _SUSPICIOUS)):
+            break
+        deviations = np.linalg.cholesky(fitted.covariance)
+        deviations[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
+        draws = [problem.bounded(fitted.x + deviations @ rng.normal(size=fitted.x.size)) for _ in range(_DRAWS)]
+        costs = [_cost(problem, noise, x, everything)[2] for x in draws]
+        if min(costs) >= fitted.cost:
+            break
+        again = fit(problem, noise, draws[int(np.argmin(costs))], iterations=25)
+        fitted = again if again.cost < fitted.cost else fitted
+    return fitted
 
 
 def _bend(

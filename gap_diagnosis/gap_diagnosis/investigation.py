@@ -12,6 +12,7 @@ from gap_diagnosis.candidate import (
     Candidate,
     examined,
     extended,
+    is_imitated,
     is_likely,
     leaves_something,
     past_jumps,
@@ -34,7 +35,13 @@ __all__ = ["Investigation", "investigate"]
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
 _SINGLES = 7
+_EVIDENT = 4.0
+"""Evidence for an effect from which on a second one is looked for."""
+_HIDDEN = 4.0
+"""First rating that a second effect must have where nothing else asks for it."""
 _AIR_BESIDE = 20.0
+"""Evidence that a pair with air must be worth more than one effect alone: gates patch whatever another effect leaves.
+"""
 _WORTH_AIR = 0.3
 _HOPELESS = 150.0  # units of evidence behind the best from which on a hypothesis is not refitted when the noise changes
 _TURNS = 3
@@ -68,10 +75,7 @@ class Investigation:
         What had to be called noise though no sensor makes it has a shape that nobody knows, and the evidence of every
         hypothesis beside it is overrated.
         """
-        problem = self.none.fitted.problem
-        own = problem.sample_noise.signals
-        ratios = [s.marginal / own[n].marginal for n, s in self.noise.signals.items() if n not in problem.opaque]
-        return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
+        return _beyond_sensors(self.none)
 
 
 def investigate(
@@ -87,17 +91,19 @@ def investigate(
     base = fit(problem, noise, problem.start(), iterations=12)
     progress(f"{len(suspects)} suspects")
     trials = tried(base, noise, suspects)
+    hasty: dict[str, Array] = {}
     for _ in range(_TURNS):
         base = fit(problem, noise, base.x, near=base)
         screened = rated(base, noise, trials)
-        renewed = _renewed_noise(_first_best(base, noise, screened, with_ventilation), noise, screened[:25])
+        best = _first_best(base, noise, screened, hasty, with_ventilation)
+        renewed = _renewed_noise(best, noise, screened[:25])
         if _settled(noise, renewed):
             break
         noise = renewed
     progress("refits of the most likely")
     none = _none(problem, noise, base.x)
     screened = rated(none.fitted, noise, trials)
-    singles = _singles(none, screened, _from_stated(none, trials))
+    singles = _singles(none, screened, _from_stated(none, trials), hasty)
     aired = _aired(none, singles)
     stretches = aired if aired is not None and (aired.nameless or not with_ventilation) else None
     ranked = examined([*singles, aired] if aired is not None and stretches is None else singles, noise)
@@ -107,11 +113,14 @@ def investigate(
         if again is not leading:
             ranked = examined([again, *ranked[1:]], noise)
             leading = _best(none, ranked)
-    if leading.suspects and (leaves_something(leading) or strains(leading)):
+    asked = bool(leading.suspects) and (leaves_something(leading) or strains(leading))
+    if asked or (leading.evidence > _EVIDENT and not _has_air(leading)):
         progress("pairs")
-        pairs = pairs_of(none, ranked, suspects)
-        if with_ventilation and leading.suspects[0].effect != "ventilation":
+        pairs = pairs_of(none, ranked, suspects, 0.0 if asked else _HIDDEN)
+        if asked and with_ventilation and not _has_air(leading):
             pairs += _air_beside(leading)
+        worth = leading.evidence + _AIR_BESIDE * _beyond_sensors(none)
+        pairs = [pair for pair in pairs if not _has_air(pair) or pair.evidence > worth]
         ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
         renewed = _renewed_noise(ranked[0].fitted, none.noise, screened[:25])
@@ -134,6 +143,13 @@ def investigate(
 def _none(problem: Problem, noise: NoiseModel, x: Array) -> Candidate:
     base = fit(problem, noise, x)
     return Candidate(suspects=(), fitted=base, evidence=0.0, noise=noise, unexplained=discrepancy(base, noise))
+
+
+def _beyond_sensors(none: Candidate) -> float:
+    problem = none.fitted.problem
+    own = problem.sample_noise.signals
+    ratios = [s.marginal / own[n].marginal for n, s in none.noise.signals.items() if n not in problem.opaque]
+    return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
 
 
 def _best(none: Candidate, ranked: Sequence[Candidate]) -> Candidate:
@@ -172,12 +188,14 @@ def _singles(
     none: Candidate,
     screened: Sequence[Screened],
     stated: Mapping[str, Screened],
+    hasty: Mapping[str, Array],
 ) -> list[Candidate]:
     """Return the most likely single effects, refitted."""
     singles = []
-    for each in _promising(screened, _SINGLES):
-        likely = is_likely(each, screened)
-        singles.append(unstretched(extended(none, each, likely), stated.get(each.suspect.key), none, likely))
+    for each in _promising(screened, imitated=is_imitated(none)):
+        likely = is_likely(each, screened) and each.suspect.key not in hasty
+        found = extended(none, each, likely, hasty.get(each.suspect.key))
+        singles.append(unstretched(found, stated.get(each.suspect.key), none, likely))
     return singles
 
 
@@ -191,11 +209,11 @@ def _aired(none: Candidate, singles: Sequence[Candidate]) -> Candidate | None:
     return found
 
 
-def _promising(screened: Sequence[Screened], most: int) -> list[Screened]:
+def _promising(screened: Sequence[Screened], *, imitated: bool) -> list[Screened]:
     best = screened[0].criterion if screened else 0.0
-    kept = [s for s in screened[:most] if s.criterion > -3.0]
-    more = [s for s in screened[most : 2 * most] if s.criterion > best - LOOKALIKES and s.criterion > 0.0]
-    return [*kept, *more]
+    kept = [s for s in screened[:_SINGLES] if s.criterion > -3.0]
+    lookalikes = [s for s in screened[_SINGLES : 2 * _SINGLES] if s.criterion > max(best - LOOKALIKES, 0.0)]
+    return [*kept, *lookalikes, *(s for s in screened[2 * _SINGLES :] if imitated and s.is_imitable)]
 
 
 def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screened]:
@@ -205,29 +223,34 @@ def _from_stated(none: Candidate, trials: Sequence[Trials]) -> dict[str, Screene
     return {each.suspect.key: each for each in rated(none.fitted, none.noise, others)}
 
 
+def _has_air(candidate: Candidate) -> bool:
+    return any(suspect.effect == "ventilation" for suspect in candidate.suspects)
+
+
 def _air_beside(leading: Candidate) -> list[Candidate]:
-    """Return the leading hypothesis with air beside it, in a list; none where that is worth too little.
-
-    Gates of its own choice patch whatever another effect leaves: they have to be worth more.
-    """
+    """Return the leading hypothesis with air beside it, in a list; none where no thrust is lost at random."""
     beside = with_air(leading)
-    if beside is None or beside.nameless or beside.evidence <= leading.evidence + _AIR_BESIDE:
-        return []
-    return [beside]
+    return [] if beside is None or beside.nameless else [beside]
 
 
-def _first_best(base: Fitted, noise: NoiseModel, screened: Sequence[Screened], with_ventilation: bool) -> Fitted:
-    """Return the best of a few hypotheses, fitted in haste: to see what noise is left."""
+def _first_best(
+    base: Fitted, noise: NoiseModel, screened: Sequence[Screened], hasty: dict[str, Array], with_ventilation: bool
+) -> Fitted:
+    """Return the best of a few hypotheses, fitted in haste: to see what noise is left.
+
+    `hasty`: unknowns of such fits by suspect; they begin where those ended, and are kept there.
+    """
     best = base
     worth = 0.15 * screened[0].gain if screened else 0.0
     aired = stretches_of(base, noise, worth) if with_ventilation else None
     if aired is not None and not aired.foreseeable and aired.evidence > best.evidence:
         best = aired.fitted
     for each in screened[:3]:
-        start = np.concatenate((each.anchor.x, each.sizes))
+        start = hasty.get(each.suspect.key, np.concatenate((each.anchor.x, each.sizes)))
         fitted = fit(each.problem, noise, start, near=each.anchor, iterations=10)
-        if is_likely(each, screened):
+        if is_likely(each, screened) and each.suspect.key not in hasty:
             fitted = past_jumps(fitted, noise, each)
+        hasty[each.suspect.key] = fitted.x
         best = fitted if fitted.evidence > best.evidence else best
     return best
 

@@ -7,23 +7,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.candidate import Candidate, examined, extended, is_likely, with_air
-from gap_diagnosis.fitting import fit
+from gap_diagnosis.fitting import fit, fit_past_jumps
 from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.suspects import Suspect
+from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["pairs_of", "with_parts"]
 
 Array = NDArray[np.float64]
 
 _PAIRS = 4
+_RESOLVED = 5e-4
+"""Time [s] below which an effect beside another is none: the stairs of a lagging command are four times as long."""
 
 
 def pairs_of(
     none: Candidate,
     singles: Sequence[Candidate],
     suspects: Sequence[Suspect],
+    least: float = 0.0,
 ) -> list[Candidate]:
-    """Return pairs: the best seconds for the best of `singles`, then the best firsts for the best second."""
+    """Return pairs: the best seconds for the best of `singles`, then the best firsts for the best second.
+
+    `least`: first rating that a second effect must have.
+    """
     found: dict[frozenset[str], Candidate] = {}
     noise = none.noise
 
@@ -33,13 +40,13 @@ def pairs_of(
             if key not in found or candidate.evidence > found[key].evidence:
                 found[key] = candidate
 
-    def extend(single: Candidate) -> None:
+    def extend(single: Candidate, least: float) -> None:
         others = [s for s in suspects if s.effect != single.suspects[0].effect]
         screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
-        likely = [each for each in screened[:_PAIRS] if each.criterion > 0.0]
-        keep([extended(single, each, is_likely(each, screened)) for each in likely])
+        likely = [each for each in screened[:_PAIRS] if each.criterion > least]
+        keep([c for c in (extended(single, each, is_likely(each, screened)) for each in likely) if _is_resolved(c)])
 
-    extend(singles[0])
+    extend(singles[0], least)
     if found:
         best = max(found.values(), key=lambda c: c.evidence)
         second = best.suspects[1]
@@ -51,31 +58,60 @@ def pairs_of(
             aired = with_air(alone)
             keep([aired] if aired is not None and not aired.nameless else [])
         else:
-            extend(alone)
+            extend(alone, 0.0)
     return list(found.values())
+
+
+def _is_resolved(pair: Candidate) -> bool:
+    """Tell whether the second effect of a pair, if its size is a time, is longer than what simulation resolves."""
+    slot = pair.suspects[-1].slots[0]
+    unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
+    size = pair.fitted.problem.sizes(pair.fitted.x)[slot.effect][slot.parameter]
+    return unit != "s" or abs(size) > _RESOLVED
 
 
 def with_parts(ranked: Sequence[Candidate], none: Candidate) -> list[Candidate]:
     """Return hypotheses with both effects of a leading pair by themselves too, fitted from where they are in it.
 
-    Some single effects have several valleys: the fit of a pair may have found a better one of them than its own did.
+    Some single effects have several valleys, and readings that jump hold a fit: that of a pair may have found a better
+    place for one of them than its own did, and the other would have the credit.
     """
-    pair, found = ranked[0], {each.keys: each for each in ranked}
-    if len(pair.suspects) < 2 or pair.fitted.problem.gates:
-        return list(ranked)
-    nuisances = none.fitted.problem.nuisances
+    found = {each.keys: each for each in ranked}
+    asked: set[tuple[str, ...]] = set()
+    best = ranked[0]
+    while len(best.suspects) == 2 and best.keys not in asked:
+        asked.add(best.keys)
+        for alone in _parts(best, none):
+            known = found.get(alone.keys)
+            if known is None or alone.evidence > known.evidence + 0.5:
+                found[alone.keys] = alone
+        best = max(found.values(), key=lambda each: each.evidence)
+    return examined(list(found.values()), none.noise) if asked else list(ranked)
+
+
+def _parts(pair: Candidate, none: Candidate) -> list[Candidate]:
+    """Return the effects of a pair by themselves, gates with those that need them."""
+    nuisances = pair.fitted.problem.nuisances
     sizes = dict(zip(pair.fitted.problem.slots, pair.fitted.x[nuisances:], strict=True))
+    switches = pair.evidence - (pair.fitted.evidence - none.fitted.evidence)  # of gates, if any
+    parts = []
     for suspect in pair.suspects:
         start = np.array([sizes[slot] for slot in suspect.slots])
-        alone = _alone(none, suspect, pair.fitted.x[:nuisances], start)
-        known = found.get(alone.keys)
-        if known is None or alone.fitted.cost < known.fitted.cost - 1.0:
-            found[alone.keys] = alone
-    return examined(list(found.values()), none.noise)
+        gated = suspect.effect == "ventilation"
+        gates = pair.fitted.problem.gates if gated else ()
+        alone = _alone(none, suspect, pair.fitted.x[:nuisances], start, gates)
+        parts.append(replace(alone, evidence=alone.evidence + switches) if gated else alone)
+    return parts
 
 
-def _alone(none: Candidate, suspect: Suspect, nuisances: Array, sizes: Array) -> Candidate:
-    problem = none.fitted.problem.with_effects(suspect.slots)
-    fitted = fit(problem, none.noise, np.concatenate((nuisances, sizes)), iterations=25)
+def _alone(
+    none: Candidate, suspect: Suspect, nuisances: Array, sizes: Array, gates: tuple[Array, ...] = ()
+) -> Candidate:
+    problem = none.fitted.problem.with_effects(suspect.slots, gates)
+    start = np.concatenate((nuisances, sizes))
+    if problem.jumps:
+        fitted = fit_past_jumps(problem, none.noise, start)
+    else:
+        fitted = fit(problem, none.noise, start, iterations=25)
     evidence = fitted.evidence - none.fitted.evidence
     return replace(none, suspects=(suspect,), fitted=fitted, evidence=evidence, unexplained=None)

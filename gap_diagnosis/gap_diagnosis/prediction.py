@@ -42,6 +42,7 @@ _LARGEST_STEPS = {
     "command_lag": 2e-3, "command_delay": _BETWEEN, "log_alignment": _BETWEEN, "flow_delay": _BETWEEN,
     "clock_drift": _BETWEEN, "load_cell_resonance": _BETWEEN,
 }  # fmt: skip
+_UNLIMITED = 1e9  # [V/s]
 _TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
 _ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 JUMPING = {"flow_reversal_loss", "ventilation"}
@@ -83,6 +84,7 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
     experiment = recording.experiment
     largest = _BETWEEN if recording.read_between_steps else experiment.dt
     finer = int(np.ceil(experiment.dt / min([largest, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
+    step = experiment.dt / finer
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
         if effect.id == "throttle_rate_limit":
@@ -90,13 +92,15 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
             slowest = min(coefficients.u_dot_max, sizes[effect.id].get("rate", np.inf))
             coefficients = coefficients._replace(u_dot_max=slowest)
         elif effect.id != "command_delay":
-            commands = np.asarray(effect.samples(commands, experiment.dt / finer, **_sized(effect, sizes)))
+            commands = np.asarray(effect.samples(commands, step, **_sized(effect, sizes)))
+    if "command_lag" in sizes and np.max(np.abs(np.diff(commands)), initial=0.0) < coefficients.u_dot_max * step:
+        coefficients = coefficients._replace(u_dot_max=_UNLIMITED)  # it would see stairs, and delay each
     in_plant = {name: sizes[name] for name in sizes if LIBRARY[name].hooks}
     finest = _TINY_STEP if _ABRUPT & set(in_plant) else experiment.dt
     trajectory = simulate(
         coefficients,
         commands,
-        experiment.dt / finer,
+        step,
         initial=situation.start,
         largest_step=finest,
         effects=effect_values(in_plant) if in_plant else NO_EFFECTS,

@@ -29,6 +29,7 @@ STRETCHED = 3.5
 _COARSE, _FINE = range(3), range(3, 7)
 """Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
+_IMITABLE = 0.01  # share of a trace that parameters cannot make
 _STEPS = 12  # of a coarse command that are tried
 # Shares of the largest command at which a limit is tried.
 _BELOW = np.array([0.99, 0.975, 0.95, 0.9, 0.83, 0.75, 0.65, 0.55, 0.45, 0.36, 0.29, 0.2])
@@ -56,6 +57,7 @@ class Screened:
         criterion: half the gain less what the choice of sizes costs.
         signature: change of the predictions there, shape (R,).
         visibility: cost that a third of the plausible size would take off in these recordings.
+        own: share of the trace's energy that the anchor's unknowns, free of their priors, cannot make to first order.
     """
 
     suspect: Suspect
@@ -66,6 +68,12 @@ class Screened:
     criterion: float
     signature: Array
     visibility: float
+    own: float
+
+    @property
+    def is_imitable(self) -> bool:
+        """Tell whether parameters do by themselves what the effect does, if they may leave their deviations."""
+        return self.own < _IMITABLE
 
 
 def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[Trials]:
@@ -110,6 +118,7 @@ class _View:
         self.anchor, self.noise, self.problem = anchor, noise, anchor.problem
         self.basis = projector(self.problem.whitened(noise, anchor.sensitivities), self.problem.nuisances)
         self.prediction = self.problem.predicted(anchor.x)
+        self.span = np.linalg.qr(self.problem.whitened(noise, anchor.sensitivities))[0]
 
     def cost(self, predictions: Array) -> Array:
         """Return the cost (G,) of predictions (G, R) once the anchor's unknowns are re-tuned to first order."""
@@ -137,6 +146,11 @@ class _View:
         change = np.where(self.problem.known, prediction - self.prediction, np.nan)[:, None]
         none = np.zeros((self.problem.nuisances, 1))
         return float(self._left(np.vstack((self.problem.whitened(self.noise, change), none)))[0])
+
+    def own_share(self, prediction: Array) -> float:
+        """Return which share of the energy of a change (R,) the unknowns, free of their priors, cannot make."""
+        change = self.problem.whitened(self.noise, np.where(self.problem.known, prediction - self.prediction, np.nan))
+        return 1.0 - float(np.sum((self.span.T @ change) ** 2)) / max(float(change @ change), 1e-12)
 
     def _left(self, stacked: Array) -> Array:
         return np.asarray(np.sum(stacked**2, axis=0) - np.sum((self.basis.T @ stacked) ** 2, axis=0))
@@ -167,6 +181,7 @@ def rated(base: Fitted, noise: NoiseModel, trials: Sequence[Trials]) -> list[Scr
             criterion=0.5 * gain - 0.5 * len(each.suspect.slots) * np.log(max(gain, 1.0)),
             signature=shares[k] * np.nan_to_num(each.predictions[k] - view.prediction),
             visibility=view.visibility(each.predictions[_middle(each.suspect)]),
+            own=view.own_share(each.predictions[_middle(each.suspect)]),
         )
         found = _searched(view, reference, found)
         if each.suspect.key not in best or gain > best[each.suspect.key].gain:

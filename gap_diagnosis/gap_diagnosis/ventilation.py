@@ -1,8 +1,11 @@
 """Air drawn in random stretches: when the thrust collapses is hidden, and found from the thrust itself.
 
-A chain of two states (water, air) changes at a rate of 1 per second; in air thrust is a share s less. The most
-probable sequence (Viterbi 1967) becomes the gates with which the plant is simulated and fitted like any other effect;
-each change costs what the chain says.
+A chain of two states (water, air) changes at random; in air thrust is a share s less. The most probable sequence
+(Viterbi 1967, at one change per second) becomes the gates with which the plant is simulated and fitted like any other
+effect. How often it changes is not known: k changes within T seconds, sampled every h, have the probability
+        h^k int_0^inf r^k exp(-r T) dr / (r ln 100) = h^k (k - 1)! / (T^k ln 100),
+rates r between 0.1 and 10 per second being likely alike. So few changes in a long time are no excuse for a slow
+disturbance.
 """
 
 from itertools import product
@@ -11,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
+from scipy.special import gammaln
 
 from gap_diagnosis.fitting import Fitted, fit
 from gap_diagnosis.noise import NoiseModel, Series
@@ -22,7 +26,7 @@ __all__ = ["RATE", "Stretches", "stretches_of"]
 
 Array = NDArray[np.float64]
 RATE = 1.0
-"""Of changes between water and air [1/s]."""
+"""Of changes between water and air [1/s], where one is needed."""
 LEAST_GAIN = 8.0
 """Logarithm of evidence for the gates alone below which air is not considered."""
 
@@ -31,21 +35,24 @@ _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _ROUNDS = 3
 _LITTLE = 0.01  # share of thrust
+_RATES = float(np.log(np.log(100.0)))
 
 
 class Stretches(NamedTuple):
-    """Thrust lost in stretches: the fit with their gates, how many changes these have, and whether the states foresee
-    them: then it is not air, but something without a name.
+    """Thrust lost in stretches: the fit with their gates, how many changes these have in how many seconds in which air
+    would show, and whether the states foresee them: then it is not air, but something without a name.
     """
 
     fitted: Fitted
     changes: int
+    seconds: float
     foreseeable: bool
 
     @property
     def evidence(self) -> float:
         """Logarithm of the probability of the data, less what all hypotheses share."""
-        return self.fitted.evidence + self.changes * _change_cost(self.fitted.problem)
+        chance = self.changes * np.log(_period(self.fitted.problem) / self.seconds) + gammaln(self.changes)
+        return self.fitted.evidence + float(chance) - _RATES
 
 
 class _Decoded(NamedTuple):
@@ -54,6 +61,7 @@ class _Decoded(NamedTuple):
     onset: float
     gates: tuple[Array, ...]
     changes: int
+    seconds: float
 
 
 def stretches_of(
@@ -88,7 +96,7 @@ def stretches_of(
         posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
         sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
         fitted = fit(posed, noise, np.concatenate((unknowns, sizes)), near=base)
-        found = Stretches(fitted, decoded.changes, foreseeable=False)
+        found = Stretches(fitted, decoded.changes, decoded.seconds, foreseeable=False)
         if best is not None and found.evidence <= best.evidence + 0.5:
             break
         best = found._replace(foreseeable=_foreseeable(problem, series, fitted, decoded.gates))
@@ -166,11 +174,10 @@ _PASTS = (0.3, 0.6, 1.2)
 _SHIFTS = 200
 
 
-def _change_cost(problem: Problem) -> float:
-    """Return what a change between water and air adds to the logarithm of evidence: negative."""
+def _period(problem: Problem) -> float:
+    """Return the time between readings of the thrust [s]."""
     first = next(each.recording for each in problem.series if each.signal == "thrust")
-    time = problem.recordings[first].experiment.measurements["thrust"].time
-    return float(np.log(RATE * np.median(np.diff(time))))
+    return float(np.median(np.diff(problem.recordings[first].experiment.measurements["thrust"].time)))
 
 
 def _decoded(
@@ -197,16 +204,17 @@ def _decoded(
         place = np.clip(np.searchsorted(time - 0.5 * period, grid, side="right") - 1, 0, time.size - 1)
         residual = np.where(known, problem.measured[each.rows] - in_water[each.rows], 0.0)
         fall = np.where(known, falls[each.rows], 0.0)
-        prepared.append((each.recording, np.abs(speed), fall, residual, np.log(RATE * period), place))
+        prepared.append((each.recording, np.abs(speed), fall, residual, period, place))
     for share, onset in product(shares, onsets):
-        gates, gain, changes = list(empty), 0.0, 0
-        for recording, speed, fall, residual, change, place in prepared:
+        gates, gain, changes, seconds = list(empty), 0.0, 0, 0.0
+        for recording, speed, fall, residual, period, place in prepared:
             drop = np.where(speed > onset, share * fall, 0.0)
-            states, worth, switched = _viterbi((residual * drop - 0.5 * drop**2) / deviation**2, change)
+            states, worth, switched = _viterbi((residual * drop - 0.5 * drop**2) / deviation**2, np.log(RATE * period))
             gain, changes = gain + worth, changes + switched
+            seconds += float(np.sum(speed > onset)) * period
             gates[recording] = 1.0 - states[place].astype(np.float64)
         if gain > (best.gain if best else 0.0):
-            best = _Decoded(gain, share, onset, tuple(gates), changes)
+            best = _Decoded(gain, share, onset, tuple(gates), changes, seconds)
     return best
 
 

@@ -23,7 +23,7 @@ def found(effects, outside, seed):
 
 @pytest.mark.parametrize("seed", [3, 4, 5])
 def test_thrust_that_collapses_at_random_is_found_with_its_share(seed):
-    fitted, changes, foreseeable = found({"ventilation": {"share": 0.4, "onset": 60.0}}, None, seed)
+    fitted, changes, _, foreseeable = found({"ventilation": {"share": 0.4, "onset": 60.0}}, None, seed)
     assert not foreseeable
     assert fitted.problem.sizes(fitted.x)["ventilation"]["share"] == pytest.approx(0.4, abs=0.03)
     assert changes > 4
@@ -42,7 +42,7 @@ def test_a_recording_without_a_load_cell_is_no_obstacle_to_air_in_another():
     kept = {name: m for name, m in blind.measurements.items() if name in ("speed", "ambient")}
     recordings[0] = replace(recordings[0], experiment=replace(blind, measurements=kept))
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    fitted, _, _ = stretches_of(fit(problem, NOISE, problem.start()), NOISE)
+    fitted = stretches_of(fit(problem, NOISE, problem.start()), NOISE)
     assert fitted.problem.sizes(fitted.x)["ventilation"]["share"] == pytest.approx(0.4, abs=0.06)
 
 
