@@ -10,7 +10,7 @@ from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.sensitivities import movable, sensitivities_of
 
-__all__ = ["Fitted", "fit", "fit_past_jumps", "outlying"]
+__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged

@@ -5,7 +5,7 @@ import pytest
 from generated import campaign
 from scipy.optimize import least_squares
 
-from gap_diagnosis.fitting import fit, fit_past_jumps
+from gap_diagnosis.fitting import across_jumps, fit, fit_past_jumps, outlying
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.sensitivities import sensitivities_of
@@ -80,6 +80,20 @@ def test_samples_at_a_jump_do_not_hold_a_fit_back(reversal):
     assert held.cost > 2.0 * count
     assert found.cost == pytest.approx(count, abs=5.0 * np.sqrt(2.0 * count))
     assert reversal.sizes(found.x)["flow_reversal_loss"]["share"] == pytest.approx(0.75, abs=0.02)
+
+
+def test_a_last_sample_on_the_wrong_side_of_a_jump_is_got_across(reversal):
+    best = fit_past_jumps(reversal, NOISE, reversal.start([0.35]))
+    place = reversal.names.index("k_w")  # it moves the instants of reversal
+    for moved in np.linspace(0.3, 3.0, 10):
+        start = best.x.copy()
+        start[place] += moved
+        held = fit(reversal, NOISE, start, iterations=25)
+        if held.cost > best.cost + 50.0 and np.sum(outlying(reversal, held.residuals)) <= 2:
+            break
+    else:
+        pytest.fail("no start is held by a sample or two")
+    assert across_jumps(held, NOISE).cost < best.cost + 25.0
 
 
 def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):

@@ -6,8 +6,11 @@ import numpy as np
 import pytest
 from generated import campaign
 
+from gap_diagnosis.blind_check.generator import Truth, generate
+from gap_diagnosis.blind_check.signals import rich_campaign
 from gap_diagnosis.prediction import Situation, predict
 from gap_diagnosis.preparing import recording_of
+from thruster_model.parameter_set_io import load_parameter_set
 
 
 @pytest.mark.parametrize(
@@ -52,3 +55,21 @@ def test_late_readings_are_those_of_the_plant_between_its_steps(late):
     exact = predict(replace(recording, experiment=finer), coefficients, late, Situation(start=recording.start))
     for signal, noise in (("speed", 1.2), ("thrust", 0.25), ("torque", 4e-4)):
         assert np.sqrt(np.mean((found[signal] - exact[signal]) ** 2)) < 0.15 * noise
+
+
+def test_a_lagging_command_is_predicted_as_the_generator_integrates_it():
+    stated = load_parameter_set("simplified")
+    programme = dict(list(rich_campaign(np.random.default_rng(2), duration=15.0).items())[:1])
+    effect = {"command_lag": {"time": 0.12}}
+    truth = Truth(model="simplified", parameters=dict(stated.values), effects=effect)
+    (run,) = generate(truth, programme, closed_loop=False, seed=2)
+    signals = {"speed": "n", "thrust": "thrust", "torque": "torque"}
+    recorded = {name: run.recorded[channel] for name, channel in signals.items()}
+    throttle = run.recorded["throttle"]
+    recording = recording_of(
+        "lag", (throttle.time, throttle.values), {name: (r.time, r.values) for name, r in recorded.items()}
+    )
+    found = predict(recording, stated.model.coefficients(stated.values), effect, Situation(start=recording.start))
+    for name, noise in (("speed", 1.2), ("thrust", 0.25), ("torque", 4e-4)):
+        difference = found[name] - run.clean[signals[name]]
+        assert np.sqrt(np.mean(difference**2)) < 0.1 * noise, name

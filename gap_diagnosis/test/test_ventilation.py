@@ -5,12 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generated import campaign
+from scipy.integrate import quad
 
 from gap_diagnosis.discrepancy import chosen_greedily
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.ventilation import _viterbi, stretches_of
+from gap_diagnosis.ventilation import Stretches, _viterbi, stretches_of
 
 NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
 
@@ -42,7 +43,7 @@ def test_a_recording_without_a_load_cell_is_no_obstacle_to_air_in_another():
     kept = {name: m for name, m in blind.measurements.items() if name in ("speed", "ambient")}
     recordings[0] = replace(recordings[0], experiment=replace(blind, measurements=kept))
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    fitted = stretches_of(fit(problem, NOISE, problem.start()), NOISE)
+    fitted, *_ = stretches_of(fit(problem, NOISE, problem.start()), NOISE)
     assert fitted.problem.sizes(fitted.x)["ventilation"]["share"] == pytest.approx(0.4, abs=0.06)
 
 
@@ -57,3 +58,19 @@ def test_every_change_of_a_path_is_counted_that_of_a_start_in_air_too(odds, air,
 
 def test_where_there_is_nothing_to_choose_from_nothing_is_chosen():
     assert chosen_greedily(np.zeros((0, 0)), np.zeros(0), np.zeros(0), 6) == ([], [], 0.0)
+
+
+@pytest.mark.parametrize(("changes", "seconds"), [(1, 20.0), (17, 80.0), (60, 60.0)])
+def test_changes_have_the_probability_of_a_chain_of_unknown_rate(changes, seconds):
+    stated, recordings = campaign({"ventilation": {"share": 0.4, "onset": 60.0}}, seed=3, spread=0.0, runs=1)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    fitted = fit(problem, NOISE, problem.start(), iterations=0)
+    period = float(np.median(np.diff(recordings[0].experiment.measurements["thrust"].time)))
+    probability, _ = quad(
+        lambda rate: (rate * period) ** changes * np.exp(-rate * seconds) / (rate * np.log(100.0)),
+        0.0,
+        np.inf,
+        epsabs=0.0,
+    )
+    found = Stretches(fitted, changes, seconds, foreseeable=False)
+    assert found.evidence - fitted.evidence == pytest.approx(np.log(probability), abs=1e-3)
