@@ -75,7 +75,7 @@ class Investigation:
         What had to be called noise though no sensor makes it has a shape that nobody knows, and the evidence of every
         hypothesis beside it is overrated.
         """
-        return _beyond_sensors(self.none)
+        return _beyond_sensors(self.none.fitted.problem, self.noise)
 
 
 def investigate(
@@ -119,7 +119,7 @@ def investigate(
         pairs = pairs_of(none, ranked, suspects, 0.0 if asked else _HIDDEN)
         if asked and with_ventilation and not _has_air(leading):
             pairs += _air_beside(leading)
-        worth = leading.evidence + _AIR_BESIDE * _beyond_sensors(none)
+        worth = leading.evidence + _AIR_BESIDE * _beyond_sensors(problem, none.noise)
         pairs = [pair for pair in pairs if not _has_air(pair) or pair.evidence > worth]
         ranked = with_parts(examined([*ranked, *pairs], none.noise), none)
     for _ in range(_TURNS if _best(none, ranked).suspects else 0):
@@ -145,10 +145,9 @@ def _none(problem: Problem, noise: NoiseModel, x: Array) -> Candidate:
     return Candidate(suspects=(), fitted=base, evidence=0.0, noise=noise, unexplained=discrepancy(base, noise))
 
 
-def _beyond_sensors(none: Candidate) -> float:
-    problem = none.fitted.problem
+def _beyond_sensors(problem: Problem, noise: NoiseModel) -> float:
     own = problem.sample_noise.signals
-    ratios = [s.marginal / own[n].marginal for n, s in none.noise.signals.items() if n not in problem.opaque]
+    ratios = [s.marginal / own[n].marginal for n, s in noise.signals.items() if n not in problem.opaque]
     return max(float(np.mean(ratios)), 1.0) if ratios else 1.0
 
 
