@@ -13,9 +13,11 @@ from rich.table import Table
 
 from gap_diagnosis.blind_check.cases import KINDS, MODELS, Plan, plan
 from gap_diagnosis.blind_check.docs_io import summary_rows, write_page
+from gap_diagnosis.blind_check.opened import Opened
+from gap_diagnosis.blind_check.opened_io import read_opened, write_opened
 from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases, pool
 from gap_diagnosis.blind_check.scoring import score
-from gap_diagnosis.blind_check.sealing import BrokenSealError
+from gap_diagnosis.blind_check.sealing import BrokenSealError, hash_of_all
 from gap_diagnosis.blind_check.store_io import Store
 from run_bag.command_line import user_arguments
 
@@ -45,6 +47,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--model", choices=list(MODELS), help="one thruster model for all; default: drawn")
     parser.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
     parser.add_argument("--keep-runs", action="store_true", help="keep the recordings of finished cases")
+    parser.add_argument(
+        "--opened", nargs="+", type=Path, default=[], metavar="FILE",
+        help="opened.jsonl.gz of other folders of this check: not diagnosed again, scored with the rest",
+    )  # fmt: skip
     parser.add_argument("--so-far", action="store_true", help="diagnose nothing more: score what is finished")
     parser.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the figures, pictures beside it")
     return parser
@@ -57,35 +63,64 @@ def _run(given: argparse.Namespace, console: Console) -> int:
     store = Store(given.out, given.seed)
     for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
         os.environ.setdefault(threads, "1")  # the processes share the cores; inherited by those started below
+    elsewhere = _elsewhere(given.opened, plans, store)
+    own = [each for each in plans if each.name not in elsewhere]
     with _progress(console) as progress:
-        task = progress.add_task("sealing", total=len(plans))
-        published = store.publish(plans, lambda _: progress.advance(task))
+        task = progress.add_task("sealing", total=len(own))
+        hashes = store.publish(own, lambda _: progress.advance(task))
+    hashes |= {name: case.seal for name, case in elsewhere.items()}
+    published = hash_of_all(hashes[each.name] for each in plans)
     console.print(
-        f"{len(plans)} keys sealed, hashes in {given.out / 'hashes.txt'}; hash of all: [bold]{published}[/bold]"
+        f"{len(own)} keys sealed, hashes in {given.out / 'hashes.txt'}; hash of all: [bold]{published}[/bold]"
     )
-    if given.so_far:
-        plans = [each for each in plans if store.finished(each.name) or store.failed(each.name)]
-        if not plans:
-            raise ValueError(f"{given.out}: expected finished cases; found none")
-    else:
-        _diagnose(store, plans, given, console)
-    failed = [each.name for each in plans if store.failed(each.name)]
+    if not given.so_far:
+        _diagnose(store, own, given, console)
+    failed = [each.name for each in own if store.failed(each.name)]
     if failed:
-        print(f"{len(failed)} of {len(plans)} diagnoses failed; they count as wrong, and are tried again on resuming")
-    cases = opened_cases(store, plans)
+        print(f"{len(failed)} of {len(own)} diagnoses failed; they count as wrong, and are tried again on resuming")
+    here = {str(case.key["case"]): case for case in opened_cases(store, own)}
+    cases = [(elsewhere | here)[each.name] for each in plans if each.name in elsewhere | here]
+    if not cases:
+        raise ValueError(f"{given.out}: expected finished cases; found none")
+    write_opened(cases, given.out / "opened.jsonl.gz")
+    _report(cases, published, given, console)
+    return 1 if failed else 0
+
+
+def _report(cases: Sequence[Opened], published: str, given: argparse.Namespace, console: Console) -> None:
+    """Print the figures and write the page if asked for; `published`: hash of all sealed keys."""
     scores = score(cases, np.random.default_rng([given.seed, 4]))
     table = Table("figure", "value", "target", title=f"Blind check, {len(cases)} cases, seed {given.seed}")
     for row in summary_rows(scores):
         table.add_row(*row)
     console.print(table)
     if given.docs is not None:
-        kinds = ", ".join(dict.fromkeys(each.kind for each in plans))
+        kinds = ", ".join(dict.fromkeys(str(case.key["kind"]) for case in cases))
+        beside = given.docs.with_name(f"{given.docs.stem}_cases.jsonl.gz")
         provenance = (
-            f"{len(cases)} cases of {given.cases}, seed {given.seed}, kinds {kinds}; "
-            f"hash of all sealed keys `{published}`. Made by `blind_check`."
+            f"{len(cases)} cases of {given.cases}, seed {given.seed}, kinds {kinds}; hash of all sealed keys "
+            f"`{published}`. Made by `blind_check`; every case, opened: [{beside.name}]({beside.name})."
         )
-        console.print("written: " + ", ".join(str(file) for file in write_page(scores, given.docs, provenance)))
-    return 1 if failed else 0
+        files = write_page(scores, given.docs, provenance)
+        write_opened(cases, beside)
+        console.print("written: " + ", ".join(str(file) for file in (*files, beside)))
+
+
+def _elsewhere(files: Sequence[Path], plans: Sequence[Plan], store: Store) -> dict[str, Opened]:
+    """Return the cases that were opened elsewhere and are not finished here, by name."""
+    planned = {each.name: each for each in plans}
+    found = {}
+    for file in files:
+        for case in read_opened(file):
+            name = str(case.key["case"])
+            if name not in planned:
+                raise ValueError(
+                    f"{file}: expected cases of this check; found {name}, which is not one of {len(plans)}"
+                )
+            store.check_key(planned[name], case.key, file)
+            if not store.finished(name):
+                found[name] = case
+    return found
 
 
 def _diagnose(store: Store, plans: Sequence[Plan], given: argparse.Namespace, console: Console) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from gap_diagnosis.blind_check.cases import Plan
-from gap_diagnosis.blind_check.scoring import Opened
+from gap_diagnosis.blind_check.opened import Opened
 from gap_diagnosis.blind_check.sealing import BrokenSealError
 from gap_diagnosis.blind_check.store_io import Store
 
@@ -91,11 +91,10 @@ def opened_cases(store: Store, plans: Sequence[Plan]) -> list[Opened]:
     Raises:
         BrokenSealError: a seal does not have its published hash.
     """
-    found = []
+    found, hashes = [], store.hashes()
     for plan in plans:
         if store.finished(plan.name):
-            key, diagnosis, clean = store.opened(plan.name)
-            found.append(Opened(key=key, diagnosis=diagnosis, clean=clean))
+            found.append(Opened.of(*store.opened(plan.name), seal=hashes[plan.name]))
         elif store.failed(plan.name):
-            found.append(Opened(key=store.key(plan.name), diagnosis={"verdict": "failed"}))
+            found.append(Opened.of(store.key(plan.name), {"verdict": "failed"}, {}, seal=hashes[plan.name]))
     return found

@@ -1,8 +1,7 @@
 """All figures of a blind check from opened cases."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -32,10 +31,10 @@ from gap_diagnosis.blind_check.limits import (
     sizes_above,
     sizes_above_targets,
 )
-from gap_diagnosis.blind_check.shrink import actual_shrink
+from gap_diagnosis.blind_check.opened import Opened
 from gap_diagnosis.blind_check.statistics import Limit, Share, calibration_error, share
 
-__all__ = ["HEADLINE", "Opened", "Scores", "score"]
+__all__ = ["HEADLINE", "Scores", "score"]
 
 HEADLINE = ("effect", "none", "nuisance", "outside", "left_out")
 """Kinds of case in the rate of right verdicts, with sweeps above the limit; others are reported by themselves."""
@@ -43,21 +42,6 @@ Sized = tuple[str, str, float, float, float]
 
 _NORMAL_90 = 1.645
 _LARGE = 4.0  # times the detection limit
-
-
-@dataclass(frozen=True, kw_only=True)
-class Opened:
-    """A case after its diagnosis: the key from the seal, the diagnosis, noise-free channels by run (or none)."""
-
-    key: Mapping[str, Any]
-    diagnosis: Mapping[str, Any]
-    clean: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
-
-    @property
-    def single(self) -> str | None:
-        """The only effect of the library that is hidden, if it is the only one and the library was whole."""
-        names = true_names(self.key)
-        return names[0] if len(names) == 1 and self.key["kind"] not in FOREIGN else None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -188,13 +172,10 @@ def _shrinks(cases: Sequence[Opened]) -> list[tuple[str, str, float, float]]:
     """Return (case, effect, stated, actual) where a single effect is rightly named and predictions were kept."""
     found = []
     for case in cases:
-        name, predictions = case.single, case.diagnosis.get("predictions")
+        name = case.single
         claim = named_claim(case.key, name, case.diagnosis) if name else None
-        if not predictions or not name or claim is None or claim.get("shrink") is None:
-            continue
-        actual = actual_shrink(case.clean, predictions["retuned"], predictions["with_effect"])
-        if actual is not None:
-            found.append((str(case.key["case"]), name, float(claim["shrink"]), actual))
+        if name and claim is not None and claim.get("shrink") is not None and case.shrink is not None:
+            found.append((str(case.key["case"]), name, float(claim["shrink"]), case.shrink))
     return found
 
 

@@ -2,11 +2,11 @@
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["BrokenSealError", "Seal", "seal", "unseal"]
+__all__ = ["BrokenSealError", "Seal", "hash_of_all", "seal", "unseal"]
 
 
 class BrokenSealError(Exception):
@@ -53,3 +53,8 @@ def unseal(case: str, sealed: Seal, published: str | None) -> dict[str, Any]:
         raise BrokenSealError(case, published, sealed.hash)
     content: dict[str, Any] = json.loads(sealed.key)
     return content
+
+
+def hash_of_all(hashes: Iterable[str]) -> str:
+    """Return the hash of the hashes of all seals of a check, in the order of its cases."""
+    return hashlib.sha256("".join(hashes).encode()).hexdigest()

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from gap_diagnosis.blind_check.generator import NOISE
 
-__all__ = ["actual_shrink"]
+__all__ = ["Channels", "actual_shrink"]
 
 Channels = Mapping[str, Mapping[str, ArrayLike]]
 

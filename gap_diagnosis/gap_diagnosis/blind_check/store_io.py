@@ -78,8 +78,8 @@ class Store:
         """Return the folder of a case."""
         return self.folder / "cases" / name
 
-    def publish(self, plans: Sequence[Plan], progress: Callable[[Plan], None] = lambda _: None) -> str:
-        """Seal the cases that are not yet, write hashes.txt; return the hash of all hashes, in the order of plans.
+    def publish(self, plans: Sequence[Plan], progress: Callable[[Plan], None] = lambda _: None) -> dict[str, str]:
+        """Seal the cases that are not yet, write hashes.txt; return the hash of each seal by case.
 
         Raises:
             BrokenSealError: a seal that is there does not have its published hash.
@@ -89,13 +89,13 @@ class Store:
         for each in plans:
             if each.name in published:
                 key = unseal(each.name, self._read_seal(each.name), published[each.name])
-                self._same(each, key)
+                self.check_key(each, key, self.folder)
             else:
                 published[each.name] = self._seal(each).hash
             progress(each)
         lines = "".join(f"{value}  {name}\n" for name, value in sorted(published.items()))
         _replace(self.folder / "hashes.txt", lines.encode())
-        return hashlib.sha256("".join(published[each.name] for each in plans).encode()).hexdigest()
+        return published
 
     def hashes(self) -> dict[str, str]:
         """Return the published hashes by case."""
@@ -153,6 +153,16 @@ class Store:
         """
         return unseal(name, self._read_seal(name), self.hashes().get(name))
 
+    def check_key(self, plan: Plan, key: Mapping[str, Any], where: Path) -> None:
+        """Check that a key, or the part of it that is found in `where`, is that of a planned case of this seed.
+
+        Raises:
+            ValueError: it is not.
+        """
+        expected = draw(plan, self.seed, self._nominal).described()
+        if any(value != key[name] for name, value in json.loads(json.dumps(expected)).items() if name in key):
+            raise ValueError(f"{where}: {plan.name} was sealed for another seed or another choice of cases")
+
     def opened(self, name: str) -> tuple[dict[str, Any], dict[str, Any], dict[str, dict[str, Array]]]:
         """Open the seal of a finished case: (key, diagnosis, clean channels by run).
 
@@ -182,11 +192,6 @@ class Store:
         _replace(self.folder / "sealed" / f"{plan.name}.npz", sealed.channels)
         _replace(self.folder / "sealed" / f"{plan.name}.json", sealed.key)
         return sealed
-
-    def _same(self, plan: Plan, key: Mapping[str, Any]) -> None:
-        expected = draw(plan, self.seed, self._nominal).described()
-        if any(key[name] != json.loads(json.dumps(value)) for name, value in expected.items()):
-            raise ValueError(f"{self.folder}: {plan.name} was sealed for another seed or another choice of cases")
 
     def _read_seal(self, name: str) -> Seal:
         folder = self.folder / "sealed"

@@ -5,13 +5,22 @@ import pytest
 
 from gap_diagnosis.blind_check.docs_io import page, write_page
 from gap_diagnosis.blind_check.judging import accepts, block_right, is_named, right, size_of, wrong_names
-from gap_diagnosis.blind_check.scoring import Opened, score
+from gap_diagnosis.blind_check.opened import Opened
+from gap_diagnosis.blind_check.opened_io import read_opened, write_opened
+from gap_diagnosis.blind_check.scoring import score
 from gap_diagnosis.blind_check.shrink import actual_shrink
 from gap_diagnosis.blind_check.statistics import Share, calibration_error, detection_limit
 
 
 def key(kind="effect", effects=None, outside=None, excitation="rich", case="case_00000"):
-    return {"case": case, "kind": kind, "effects": effects or {}, "outside": outside or {}, "excitation": excitation}
+    return {
+        "case": case,
+        "seed": 1,
+        "kind": kind,
+        "effects": effects or {},
+        "outside": outside or {},
+        "excitation": excitation,
+    }
 
 
 def claim(name, probability=0.95, group=(), **more):
@@ -154,7 +163,7 @@ def example():
         else:
             truth, diagnosis = {}, diagnosis | {"p_none": 0.95}
         hidden = key(effects={"tach_lag": {"time": float(size)}}, case=name)
-        cases.append(Opened(key=hidden, diagnosis=diagnosis, clean=truth))
+        cases.append(Opened.of(hidden, diagnosis, truth))
     for i in range(20):
         diagnosis = said(claim("flow_bias", 0.85)) if i == 0 else said(p_none=0.95)
         cases.append(Opened(key=key("none", case=f"case_1{i:04d}"), diagnosis=diagnosis))
@@ -172,11 +181,18 @@ def test_figures_of_a_check_made_by_hand():
     assert scores.shares["effect claimed where there is none"] == Share(1, 20)
     assert scores.shares["both effects of a pair named"] == Share(1, 2)
     assert scores.shares["90 % intervals of sizes cover"].value == 1.0
-    assert scores.numbers["median size error"] == pytest.approx(0.02)
+    assert scores.numbers["median size error"] == pytest.approx(0.02, rel=1e-5)
     assert scores.numbers["median difference of stated and actual shrink"] == pytest.approx(0.09)
     assert scores.wrong == [("case_10000", "", "flow_bias")]
     assert scores.confusion["none", "flow_bias"] == 1 and scores.confusion["none", "no_gap"] == 19
     assert scores.numbers["log score of base rates"] < 0.0
+
+
+def test_opened_cases_give_the_same_figures_from_a_file(tmp_path):
+    cases, file = example(), tmp_path / "opened.jsonl.gz"
+    write_opened(cases, file)
+    assert read_opened(file) == cases
+    assert score(read_opened(file), np.random.default_rng(0)) == score(cases, np.random.default_rng(0))
 
 
 def test_a_case_does_not_decide_about_the_limit_that_it_is_held_against():
