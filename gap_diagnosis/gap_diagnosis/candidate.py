@@ -61,6 +61,10 @@ class Candidate:
         """Names of the suspects."""
         return tuple(suspect.key for suspect in self.suspects)
 
+    def switches(self, none: "Candidate") -> float:
+        """Return what the changes of its gates, if any, add to its evidence; `none`: without effects, same noise."""
+        return self.evidence - (self.fitted.evidence - none.fitted.evidence)
+
     @cached_property
     def pressed(self) -> tuple[str, ...]:
         """Effects of which the data want more than is plausible: five deviations beyond the end of a size's range."""

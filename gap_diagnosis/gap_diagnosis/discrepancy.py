@@ -55,21 +55,21 @@ def discrepancy(
     waves = sum((line.explained for line in lines), start=np.zeros(problem.known.size))
     shown = problem.whitened(noise, np.where(problem.known, waves, np.nan))
     left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
-    parts = [_Part.of(fitted, noise, signal, columns) for signal, columns in blocks]
-    columns = sum(part.white.shape[1] for part in parts)
+    parts: list[_Part] = []
+    columns = 0
+    for signal, block in blocks:
+        parts.append(_Part.of(fitted, noise, signal, block, slice(columns, columns + block.shape[1])))
+        columns = parts[-1].place.stop
     effects = np.array(more).reshape(len(more), problem.known.size).T
     beside = problem.whitened(noise, np.where(problem.known[:, None], effects, np.nan))
     cross = np.hstack([*(fitted.jacobian[p.rows].T @ p.white for p in parts), fitted.jacobian.T @ beside])
     slope = np.concatenate([*(p.white.T @ left[p.rows] for p in parts), beside.T @ left])
     gram = np.zeros((slope.size, slope.size))
     gram[columns:, columns:] = beside.T @ beside
-    first = 0
     for part in parts:
-        place = slice(first, first + part.white.shape[1])
-        gram[place, place] = part.white.T @ part.white
-        gram[place, columns:] = part.white.T @ beside[part.rows]
-        gram[columns:, place] = gram[place, columns:].T
-        first = place.stop
+        gram[part.place, part.place] = part.white.T @ part.white
+        gram[part.place, columns:] = part.white.T @ beside[part.rows]
+        gram[columns:, part.place] = gram[part.place, columns:].T
     power = np.diag(gram).copy()
     retuning = fitted.retuning(cross)
     gram -= cross.T @ retuning
@@ -84,23 +84,24 @@ def discrepancy(
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
     explained = effects @ weights[columns:] - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
-    first = 0
     for part in parts:
-        explained[part.rows] += part.raw @ weights[first : first + part.raw.shape[1]]
-        first += part.raw.shape[1]
+        explained[part.rows] += part.raw @ weights[part.place]
     evidence += sum(line.evidence for line in lines if _matters(fitted, noise, line))
     return Discrepancy(tuple(features), evidence, explained + waves)
 
 
 class _Part(NamedTuple):
-    """The basis at the samples of one signal: their rows (M,), the columns (M, K), and the same whitened."""
+    """The basis at the samples of one signal: their rows (M,), its place among all columns, those columns (M, K), and
+    the same whitened.
+    """
 
     rows: NDArray[np.int64]
+    place: slice
     raw: Array
     white: Array
 
     @classmethod
-    def of(cls, fitted: Fitted, noise: NoiseModel, signal: str, columns: Array) -> "_Part":
+    def of(cls, fitted: Fitted, noise: NoiseModel, signal: str, columns: Array, place: slice) -> "_Part":
         problem = fitted.problem
         rows = problem.signal_rows[signal]
         series, first = [], 0
@@ -108,7 +109,8 @@ class _Part(NamedTuple):
             if each.signal == signal:
                 series.append(Series(each.recording, signal, first, first + each.last - each.first))
                 first = series[-1].last
-        return cls(rows, columns, noise.whiten(series, np.where(problem.known[rows, None], columns, np.nan)))
+        white = noise.whiten(series, np.where(problem.known[rows, None], columns, np.nan))
+        return cls(rows, place, columns, white)
 
 
 def _matters(fitted: Fitted, noise: NoiseModel, line: Line) -> bool:

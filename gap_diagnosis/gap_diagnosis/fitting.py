@@ -180,9 +180,9 @@ def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:
     for _ in range(_ROUNDS):
         if not np.any(outlying(problem, fitted.residuals, _SUSPICIOUS)):
             break
-        deviations = np.linalg.cholesky(fitted.covariance)
-        deviations[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
-        draws = [problem.bounded(fitted.x + deviations @ rng.normal(size=fitted.x.size)) for _ in range(_DRAWS)]
+        spread = np.linalg.cholesky(fitted.covariance)
+        spread[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
+        draws = [problem.bounded(fitted.x + spread @ rng.normal(size=fitted.x.size)) for _ in range(_DRAWS)]
         costs = [_cost(problem, noise, x, everything)[2] for x in draws]
         if min(costs) >= fitted.cost:
             break

@@ -164,13 +164,12 @@ def _again(none: Candidate, ranked: Sequence[Candidate], noise: NoiseModel) -> t
 
 def _weighed(candidate: Candidate, none: Candidate, again: Candidate, *, refit: bool = True) -> Candidate:
     """Return a hypothesis weighed anew by the noise of `again`, which is `none` under that noise."""
-    switches = candidate.evidence - (candidate.fitted.evidence - none.fitted.evidence)  # of gates, if any
     problem, x, noise = candidate.fitted.problem, candidate.fitted.x, again.noise
     if not refit:
         fitted = fit(problem, noise, x, iterations=0)
     else:
         fitted = fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, near=candidate.fitted)
-    evidence = fitted.evidence - again.fitted.evidence + switches
+    evidence = fitted.evidence - again.fitted.evidence + candidate.switches(none)
     return replace(candidate, fitted=fitted, evidence=evidence, noise=noise, unexplained=None)
 
 

@@ -93,14 +93,13 @@ def _parts(pair: Candidate, none: Candidate) -> list[Candidate]:
     """Return the effects of a pair by themselves, gates with those that need them."""
     nuisances = pair.fitted.problem.nuisances
     sizes = dict(zip(pair.fitted.problem.slots, pair.fitted.x[nuisances:], strict=True))
-    switches = pair.evidence - (pair.fitted.evidence - none.fitted.evidence)  # of gates, if any
     parts = []
     for suspect in pair.suspects:
         start = np.array([sizes[slot] for slot in suspect.slots])
         gated = suspect.effect == "ventilation"
         gates = pair.fitted.problem.gates if gated else ()
         alone = _alone(none, suspect, pair.fitted.x[:nuisances], start, gates)
-        parts.append(replace(alone, evidence=alone.evidence + switches) if gated else alone)
+        parts.append(replace(alone, evidence=alone.evidence + pair.switches(none)) if gated else alone)
     return parts
 
 

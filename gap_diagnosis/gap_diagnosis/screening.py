@@ -6,6 +6,7 @@ about the base fit, has been projected out (variable projection; a score test of
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,9 +117,14 @@ class _View:
 
     def __init__(self, anchor: Fitted, noise: NoiseModel) -> None:
         self.anchor, self.noise, self.problem = anchor, noise, anchor.problem
-        self.basis = projector(self.problem.whitened(noise, anchor.sensitivities), self.problem.nuisances)
+        self.jacobian = self.problem.whitened(noise, anchor.sensitivities)
+        self.basis = projector(self.jacobian, self.problem.nuisances)
         self.prediction = self.problem.predicted(anchor.x)
-        self.span = np.linalg.qr(self.problem.whitened(noise, anchor.sensitivities))[0]
+
+    @cached_property
+    def _span(self) -> Array:
+        """An orthonormal basis (R, K) of what the unknowns can do, free of their priors."""
+        return np.asarray(np.linalg.qr(self.jacobian)[0])
 
     def cost(self, predictions: Array) -> Array:
         """Return the cost (G,) of predictions (G, R) once the anchor's unknowns are re-tuned to first order."""
@@ -143,14 +149,17 @@ class _View:
 
     def visibility(self, prediction: Array) -> float:
         """Return the cost of a change (R,) of the anchor's own prediction."""
-        change = np.where(self.problem.known, prediction - self.prediction, np.nan)[:, None]
-        none = np.zeros((self.problem.nuisances, 1))
-        return float(self._left(np.vstack((self.problem.whitened(self.noise, change), none)))[0])
+        none = np.zeros(self.problem.nuisances)
+        return float(self._left(np.concatenate((self._change(prediction), none))[:, None])[0])
 
     def own_share(self, prediction: Array) -> float:
         """Return which share of the energy of a change (R,) the unknowns, free of their priors, cannot make."""
-        change = self.problem.whitened(self.noise, np.where(self.problem.known, prediction - self.prediction, np.nan))
-        return 1.0 - float(np.sum((self.span.T @ change) ** 2)) / max(float(change @ change), 1e-12)
+        change = self._change(prediction)
+        return 1.0 - float(np.sum((self._span.T @ change) ** 2)) / max(float(change @ change), 1e-12)
+
+    def _change(self, prediction: Array) -> Array:
+        """Return the change (R,) from the anchor's own prediction, whitened."""
+        return self.problem.whitened(self.noise, np.where(self.problem.known, prediction - self.prediction, np.nan))
 
     def _left(self, stacked: Array) -> Array:
         return np.asarray(np.sum(stacked**2, axis=0) - np.sum((self.basis.T @ stacked) ** 2, axis=0))

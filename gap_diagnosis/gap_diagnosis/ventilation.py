@@ -35,7 +35,7 @@ _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _ROUNDS = 3
 _LITTLE = 0.01  # share of thrust
-_RATES = float(np.log(np.log(100.0)))
+_RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 and 10 per second costs
 
 
 class Stretches(NamedTuple):
