@@ -36,7 +36,11 @@ class Unfit(ValueError):
     def __init__(self, problems: Sequence[str]) -> None:
         """Keep the sentences."""
         self.problems = list(problems)
-        super().__init__("\n".join(self.problems))
+        super().__init__(self.problems)  # as given: what comes back from another process is made of it
+
+    def __str__(self) -> str:
+        """Return the sentences, one a line."""
+        return "\n".join(self.problems)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -52,6 +52,13 @@ class _Compared(NamedTuple):
     predicted: Array
     noise: float
 
+    @property
+    def follows(self) -> bool:
+        """Whether it goes the model's way; one that a bias carries there, and that moves against it, does not."""
+        y, p = self.measured - np.mean(self.measured), self.predicted - np.mean(self.predicted)
+        against = float(y @ p) < -_FOLLOWS * np.sqrt(float(y @ y) * float(p @ p))
+        return self.likeness > _FOLLOWS and not against
+
 
 def unit_problems(problem: Problem, least: int = 20) -> list[str]:
     """Return what contradicts the model as stated: channels in other units or signs, dead ones, others' clocks.
@@ -64,11 +71,12 @@ def unit_problems(problem: Problem, least: int = 20) -> list[str]:
     if throttle or not found:
         return throttle
     flipped = [name for name, each in found.items() if each.likeness < _OPPOSITE]
+    contradicted = any(each.follows for each in found.values())  # else the thruster turns the other way
     problems = []
     for name, each in found.items():
         channel = problem_channel(problem, name)
         if name in flipped:
-            if len(flipped) < len(found):
+            if contradicted:
                 problems.append(
                     f"{channel}: its sign is opposite to what the throttle and the other channels say "
                     f"(correlation with the model {each.likeness:.2f}); expected positive for forward thrust"

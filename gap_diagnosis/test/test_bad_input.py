@@ -1,6 +1,7 @@
 """Damaged runs through the command line: a sentence that says what is wrong, never a confident physical effect."""
 
 import json
+import pickle
 import re
 from types import SimpleNamespace
 
@@ -10,6 +11,7 @@ from threadpoolctl import threadpool_limits
 
 from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.cli_diagnose import main
+from gap_diagnosis.diagnosis import Unfit
 from run_bag import Topic, write_run
 from thruster_model.parameter_set_io import load_parameter_set
 
@@ -194,6 +196,19 @@ def test_a_flipped_throttle_is_called_the_polarity_and_nothing_else(diagnosed):
     found = diagnosed(scaled(-1.0, "throttle")(healthy()))
     assert (found.status, found.content["verdict"]) == (0, "effect")
     assert [effect["id"] for effect in found.content["effects"]] == ["thruster_polarity"]
+
+
+@pytest.mark.parametrize("offset", (-0.19, 0.19))
+def test_a_flow_meter_off_its_zero_does_not_make_a_flipped_throttle_a_matter_of_signs(diagnosed, offset):
+    runs = changed(lambda time, flow: (time, flow + offset), "ambient")(scaled(-1.0, "throttle")(healthy()))
+    found = diagnosed(runs)
+    assert found.status == 0
+    assert {effect["id"] for effect in found.content["effects"]} == {"thruster_polarity", "flow_bias"}
+
+
+def test_sentences_come_back_from_another_process_as_they_were():
+    broken = pickle.loads(pickle.dumps(Unfit(["speed: in rev/s", "thrust: in kgf"])))
+    assert str(broken) == "speed: in rev/s\nthrust: in kgf" and broken.problems == ["speed: in rev/s", "thrust: in kgf"]
 
 
 def test_constant_clipped_and_interrupted_channels_are_named_and_no_effect_is_claimed_for_them(diagnosed):
