@@ -90,6 +90,8 @@ def extended(on: Candidate, screened: Screened, likely: bool, start: Array | Non
     fitted = fit(screened.problem, on.noise, start, iterations=25, near=screened.anchor)
     if likely:
         fitted = past_jumps(fitted, on.noise, screened)
+    if on.suspects and fitted.cost > on.fitted.cost + 1.0:
+        fitted = _from_nothing(fitted, on)
     return replace(
         on,
         suspects=(*on.suspects, screened.suspect),
@@ -97,6 +99,20 @@ def extended(on: Candidate, screened: Screened, likely: bool, start: Array | Non
         evidence=on.evidence + fitted.evidence - on.fitted.evidence,
         unexplained=None,
     )
+
+
+def _from_nothing(fitted: Fitted, on: Candidate) -> Fitted:
+    """Return the fit of one more effect than `on` has from where that is, the effect at zero, if it ends lower.
+
+    One more unknown cannot do worse: the size that a rating to first order proposes has led across jumps of the others.
+    """
+    problem, size = fitted.problem, on.fitted.x.size
+    slot = problem.slots[size - problem.nuisances]
+    if slot.effect == SEARCHED or not slot.lower <= 0.0 < slot.upper:
+        return fitted
+    start = np.concatenate((on.fitted.x, [0.0], fitted.x[size + 1 :]))
+    again = fit_past_jumps(problem, on.noise, start) if problem.jumps else fit(problem, on.noise, start, iterations=25)
+    return again if again.cost < fitted.cost else fitted
 
 
 def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:

@@ -5,9 +5,11 @@ import pytest
 from generated import campaign
 from scipy.optimize import least_squares
 
+from gap_diagnosis.candidate import Candidate, extended
 from gap_diagnosis.fitting import across_jumps, fit, fit_past_jumps, outlying
 from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
 
@@ -112,3 +114,16 @@ def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
 def test_at_the_end_of_its_range_a_size_that_makes_readings_jump_still_has_a_slope(reversal, size):
     at = reversal.start([size / 0.9])
     assert np.nanmax(np.abs(sensitivities_of(reversal, at, [reversal.nuisances]))) > 0.0
+
+
+def test_a_second_effect_does_no_worse_than_the_first_alone():
+    """Its size as first proposed may lead across jumps of the first, whose samples then hold the fit."""
+    problem, listed = problem_of({"flow_reversal_loss": {"share": 0.8}, "dead_zone_shift": {"voltage": 0.3}}, seed=14)
+    first, second = listed["flow_reversal_loss"], listed["dead_zone_shift"]
+    posed = problem.with_effects(first.slots)
+    alone = fit_past_jumps(posed, NOISE, posed.start([0.9]))
+    screened = rated(alone, NOISE, tried(alone, NOISE, [second]))[0]
+    start = np.concatenate((alone.x, [0.75]))
+    assert fit(screened.problem, NOISE, start, iterations=25, near=alone).cost > 2.0 * alone.cost
+    single = Candidate(suspects=(first,), fitted=alone, evidence=0.0, noise=NOISE)
+    assert extended(single, screened, False, start).fitted.cost <= alone.cost
