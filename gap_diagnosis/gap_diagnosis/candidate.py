@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.stats import chi2
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
-from gap_diagnosis.fitting import Fitted, fit, fit_past_jumps, outlying
+from gap_diagnosis.fitting import Fitted, fit, fit_from_afar, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.screening import STRETCHED, Screened, refined
@@ -111,7 +111,7 @@ def _from_nothing(fitted: Fitted, on: Candidate) -> Fitted:
     if slot.effect == SEARCHED or not slot.lower <= 0.0 < slot.upper:
         return fitted
     start = np.concatenate((on.fitted.x, [0.0], fitted.x[size + 1 :]))
-    again = fit_past_jumps(problem, on.noise, start) if problem.jumps else fit(problem, on.noise, start, iterations=25)
+    again = fit_from_afar(problem, on.noise, start)
     return again if again.cost < fitted.cost else fitted
 
 

@@ -10,7 +10,7 @@ from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.sensitivities import movable, sensitivities_of
 
-__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying"]
+__all__ = ["Fitted", "across_jumps", "fit", "fit_from_afar", "fit_past_jumps", "outlying"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
@@ -167,6 +167,11 @@ def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
         rows = kept
         x = fit(problem, own, x, iterations=5, rows=rows).x
     return across_jumps(fit(problem, noise, x, iterations=25), noise)
+
+
+def fit_from_afar(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
+    """Return the fit from a start `x` that no other fit is near, past jumps where predictions jump."""
+    return fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, iterations=25)
 
 
 def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:

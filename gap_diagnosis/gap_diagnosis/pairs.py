@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.candidate import Candidate, examined, extended, is_likely, with_air
-from gap_diagnosis.fitting import fit, fit_past_jumps
+from gap_diagnosis.fitting import fit_from_afar
 from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.suspects import Suspect
 from thruster_model.effects.stages import LIBRARY
@@ -107,10 +107,6 @@ def _alone(
     none: Candidate, suspect: Suspect, nuisances: Array, sizes: Array, gates: tuple[Array, ...] = ()
 ) -> Candidate:
     problem = none.fitted.problem.with_effects(suspect.slots, gates)
-    start = np.concatenate((nuisances, sizes))
-    if problem.jumps:
-        fitted = fit_past_jumps(problem, none.noise, start)
-    else:
-        fitted = fit(problem, none.noise, start, iterations=25)
+    fitted = fit_from_afar(problem, none.noise, np.concatenate((nuisances, sizes)))
     evidence = fitted.evidence - none.fitted.evidence
     return replace(none, suspects=(suspect,), fitted=fitted, evidence=evidence, unexplained=None)

@@ -78,8 +78,8 @@ def _run(given: argparse.Namespace, console: Console) -> int:
     failed = [each.name for each in own if store.failed(each.name)]
     if failed:
         print(f"{len(failed)} of {len(own)} diagnoses failed; they count as wrong, and are tried again on resuming")
-    here = {str(case.key["case"]): case for case in opened_cases(store, own)}
-    cases = [(elsewhere | here)[each.name] for each in plans if each.name in elsewhere | here]
+    opened = elsewhere | {str(case.key["case"]): case for case in opened_cases(store, own)}
+    cases = [opened[each.name] for each in plans if each.name in opened]
     if not cases:
         raise ValueError(f"{given.out}: expected finished cases; found none")
     write_opened(cases, given.out / "opened.jsonl.gz")

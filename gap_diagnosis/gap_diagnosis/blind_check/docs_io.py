@@ -6,6 +6,7 @@ from pathlib import Path
 
 from gap_diagnosis.blind_check.limits import LIMIT_TARGETS, kind_of_limit
 from gap_diagnosis.blind_check.pictures_io import draw_pictures
+from gap_diagnosis.blind_check.replacing_io import replace_file
 from gap_diagnosis.blind_check.scoring import Scores
 from gap_diagnosis.blind_check.statistics import Limit, Share
 
@@ -78,9 +79,7 @@ def write_page(scores: Scores, file: Path, provenance: str) -> list[Path]:
     """Write the page and its pictures beside it, in place of earlier ones; return all files."""
     file.parent.mkdir(parents=True, exist_ok=True)
     pictures = draw_pictures(scores, file.with_suffix(""))
-    temporary = file.with_name(f".{file.name}.part")
-    temporary.write_text(page(scores, provenance, pictures), encoding="utf-8")
-    temporary.replace(file)
+    replace_file(file, page(scores, provenance, pictures).encode())
     return [file, *pictures]
 
 

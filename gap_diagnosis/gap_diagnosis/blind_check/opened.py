@@ -9,7 +9,7 @@ from gap_diagnosis.blind_check.shrink import Channels, actual_shrink
 
 __all__ = ["Opened"]
 
-_DIGITS = 6
+_DIGITS = 9
 _NEGLIGIBLE = 1e-7  # probability of a candidate
 _UNTOLD = ("factors", "recordings", "nonce")
 _SCORED: Mapping[str, tuple[str, ...]] = {
@@ -30,7 +30,7 @@ class Opened:
 
     Attributes:
         key: from the seal, without what seed and name tell as well (parameters) or only its hash needs.
-        diagnosis: what is scored of diagnosis.json, numbers to six digits.
+        diagnosis: what is scored of diagnosis.json, numbers to nine digits.
         shrink: how far the gap really shrank; None where nothing was predicted.
         seal: the published hash.
     """

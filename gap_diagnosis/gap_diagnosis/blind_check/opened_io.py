@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.blind_check.opened import Opened
+from gap_diagnosis.blind_check.replacing_io import replace_file
 
 __all__ = ["read_opened", "write_opened"]
 
@@ -15,11 +16,8 @@ _FIELDS = ("seal", "key", "diagnosis", "shrink")
 
 def write_opened(cases: Sequence[Opened], file: Path) -> None:
     """Write cases in place of an earlier file."""
-    file.parent.mkdir(parents=True, exist_ok=True)
     lines = (json.dumps({name: getattr(case, name) for name in _FIELDS}, allow_nan=False) for case in cases)
-    temporary = file.with_name(f".{file.name}.part")
-    temporary.write_bytes(gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
-    temporary.replace(file)
+    replace_file(file, gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
 
 
 def read_opened(file: Path) -> list[Opened]:

@@ -181,7 +181,7 @@ def test_figures_of_a_check_made_by_hand():
     assert scores.shares["effect claimed where there is none"] == Share(1, 20)
     assert scores.shares["both effects of a pair named"] == Share(1, 2)
     assert scores.shares["90 % intervals of sizes cover"].value == 1.0
-    assert scores.numbers["median size error"] == pytest.approx(0.02, rel=1e-5)
+    assert scores.numbers["median size error"] == pytest.approx(0.02)
     assert scores.numbers["median difference of stated and actual shrink"] == pytest.approx(0.09)
     assert scores.wrong == [("case_10000", "", "flow_bias")]
     assert scores.confusion["none", "flow_bias"] == 1 and scores.confusion["none", "no_gap"] == 19
