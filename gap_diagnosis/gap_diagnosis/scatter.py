@@ -149,35 +149,35 @@ def _shares(tables: Sequence[Mapping[str, NDArray[np.bool_]]]) -> dict[str, tupl
 def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float, float]:
     """Return (size [s], its deviation, log odds) of stamps that scatter, from how residuals grow with the slope.
 
-    The variance of a residual is sigma^2 + s^2 (dy/dt)^2; sigma of each signal is found anew for each s. Squares of
-    residuals that resemble their neighbours (a coloured disturbance) count as fewer.
+    A sample is held against the mean of its neighbours: what scatters differs from it, a disturbance that lasts hardly
+    does, and that may grow with the slope as well. With r_k - (r_(k-1) + r_(k+1)) / 2 the variance is that of the noise
+    plus s^2 (y'_k^2 + (y'_(k-1)^2 + y'_(k+1)^2) / 4); that of the noise is found anew for each signal and each s.
     """
     sizes = np.concatenate(([0.0], np.geomspace(0.001, 0.03, 30))) if sizes is None else sizes
     problem = fitted.problem
     total = np.zeros(sizes.size)
     for signal in problem.signal_rows:
-        squares, slopes, alike = [], [], []
+        squares, slopes, own = [], [], []
         for each in problem.series:
             if each.signal != signal:
                 continue
             time = problem.recordings[each.recording].experiment.measurements[signal].time
-            values = np.where(
-                problem.known[each.rows], problem.measured[each.rows] - fitted.residuals[each.rows], np.nan
-            )
-            if np.sum(np.isfinite(values)) < 10:
+            residuals = fitted.residuals[each.rows]
+            values = problem.measured[each.rows] - residuals
+            found = np.isfinite(values) & problem.known[each.rows]
+            if np.sum(found) < 10:
                 continue
-            filled = np.interp(time, time[np.isfinite(values)], values[np.isfinite(values)])
-            unique = np.maximum(np.gradient(time), 1e-4)
-            slope = np.gradient(filled) / unique
-            known = problem.known[each.rows]
-            squares.append(fitted.residuals[each.rows][known] ** 2)
-            alike.append(max(float(np.corrcoef(squares[-1][1:], squares[-1][:-1])[0, 1]), 0.0))
-            slopes.append(slope[known] ** 2)
-        if not squares:
-            continue
-        square, slope = np.concatenate(squares), np.concatenate(slopes)
-        own = (1.0 - np.mean(alike)) / (1.0 + np.mean(alike))
-        total += own * np.array([_log_likelihood(square, slope * s**2) for s in sizes])
+            filled = np.interp(time, time[found], values[found])
+            slope = np.gradient(filled) / np.maximum(np.gradient(time), 1e-4)
+            residuals = np.where(found, residuals, np.nan)
+            apart = (residuals[1:-1] - 0.5 * (residuals[2:] + residuals[:-2])) ** 2
+            kept = np.isfinite(apart)
+            squares.append(apart[kept])
+            slopes.append((slope[1:-1] ** 2 + 0.25 * (slope[2:] ** 2 + slope[:-2] ** 2))[kept])
+            own.append(min(_share_of_its_own(apart[kept]), _share_of_its_own(residuals[found] ** 2)))
+        if squares:
+            square, slope = np.concatenate(squares), np.concatenate(slopes)
+            total += np.mean(own) * np.array([_log_likelihood(square, slope * s**2) for s in sizes])
     best = int(np.argmax(total))
     if best == 0:
         return 0.0, 0.0, 0.0
@@ -200,6 +200,12 @@ def scattered_before_sorting(scatter: float, period: float) -> float:
             (middle, high) if np.std(np.sort(regular + middle * shocks) - regular) < scatter / period else (low, middle)
         )
     return float(low * period)
+
+
+def _share_of_its_own(squares: Array) -> float:
+    """Return the share of a sample that it does not have in common with its neighbours, by their correlation."""
+    alike = max(float(np.corrcoef(squares[1:], squares[:-1])[0, 1]), 0.0) if squares.size > 2 else 1.0
+    return (1.0 - alike) / (1.0 + alike)
 
 
 def _log_likelihood(square: Array, extra: Array) -> float:

@@ -1,11 +1,16 @@
 """What only scatters: which samples are left out, in every recording of the same sensor."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from generated import campaign
+from scipy.signal import lfilter
 
+from gap_diagnosis.fitting import fit
 from gap_diagnosis.preparing import recording_of
-from gap_diagnosis.scatter import found_in_logs, masks_of, scattered_before_sorting
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.scatter import found_in_logs, jitter_of, masks_of, scattered_before_sorting
 
 
 def test_a_blind_tachometer_is_masked_also_where_a_recording_by_itself_does_not_show_it():
@@ -40,3 +45,54 @@ def test_a_sound_tachometer_loses_nothing():
     _, recordings = campaign({}, seed=4)
     assert not masks_of(recordings)
     assert not found_in_logs(recordings)
+
+
+@pytest.fixture(scope="module")
+def sound():
+    """Recordings without effect, fitted."""
+    stated, recordings = campaign({}, seed=4)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    return fit(problem, problem.sample_noise, problem.start())
+
+
+def with_residuals(fitted, residuals_of):
+    """Return a fit whose residuals are `residuals_of(time, prediction, residuals)` in each series."""
+    problem = fitted.problem
+    residuals = fitted.residuals.copy()
+    for each in problem.series:
+        time = problem.recordings[each.recording].experiment.measurements[each.signal].time
+        predicted = problem.measured[each.rows] - residuals[each.rows]
+        residuals[each.rows] = residuals_of(time, predicted, residuals[each.rows])
+    measured = problem.measured + residuals - fitted.residuals
+    return SimpleNamespace(
+        problem=SimpleNamespace(
+            signal_rows=problem.signal_rows, series=problem.series, recordings=problem.recordings,
+            measured=measured, known=problem.known,
+        ),
+        residuals=residuals,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("scatter", [0.003, 0.01])
+def test_values_read_at_other_instants_than_their_stamps_show_by_how_far_these_scatter(sound, scatter):
+    rng = np.random.default_rng(5)
+
+    def late(time, predicted, residuals):
+        return residuals + np.interp(time + scatter * rng.standard_normal(time.size), time, predicted) - predicted
+
+    size, deviation, odds = jitter_of(with_residuals(sound, late))
+    assert odds > 8.0
+    assert size == pytest.approx(scatter, rel=0.2)
+    assert abs(size - scatter) < 4.0 * deviation
+
+
+def test_a_disturbance_that_lasts_is_no_scatter_of_stamps_though_it_grows_with_the_slope(sound):
+    rng = np.random.default_rng(6)
+
+    def lasting(time, predicted, residuals):
+        path = lfilter([np.sqrt(1.0 - 0.92**2)], [1.0, -0.92], rng.standard_normal(time.size))
+        steep = np.abs(np.gradient(predicted, time))
+        return residuals + np.nanstd(residuals) * (0.5 + 3.0 * steep / np.nanmax(steep)) * path
+
+    assert jitter_of(sound)[2] < 0.0 or jitter_of(sound)[0] == 0.0
+    assert jitter_of(with_residuals(sound, lasting))[2] < 2.0
