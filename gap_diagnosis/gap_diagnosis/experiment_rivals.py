@@ -197,6 +197,7 @@ def recording_of_programme(problem: Problem, programme: Programme) -> Recording:
             time=time,
             values=np.zeros(time.size),
             width=given[0].width,
+            readings=given[0].readings,
             noise=float(np.median([m.noise for m in given])),
             shift_std=max(m.shift_std for m in given),
             offset_std=max(m.offset_std for m in given),

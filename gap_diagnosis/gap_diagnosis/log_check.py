@@ -6,7 +6,7 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["hole_around_zero", "lattice_step", "regular_stamps", "repeated_samples", "spikes"]
+__all__ = ["hole_around_zero", "lattice_step", "lone_samples", "regular_stamps", "repeated_samples", "spikes"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -83,6 +83,26 @@ def spikes(values: Array, noise: float, *, half_width: int = 6, limit: float = 6
     # While the signal climbs, most samples are the median of their window: that is no sign of little noise.
     climbing = float(np.quantile(np.abs(np.diff(filled)), 0.25) / (0.3186 * np.sqrt(2.0)))
     return known & (np.abs(distance) > limit * max(min(noise, spread), 0.7 * min(noise, climbing), 1e-12))
+
+
+def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_share: float = 2e-3) -> Mask:
+    """Return which samples lie away from all their neighbours by more than `limit` deviations, shape (M,).
+
+    For any signal: the two before it, continued, and the two after it must miss it to the same side, and be closer to
+    each other than half as far. One such reading in a thousand would outweigh all the others; where there are more than
+    `largest_share` (and than one) they are no accident, and are left.
+    """
+    lone = np.zeros(values.size, dtype=bool)
+    if values.size < 5 or not noise > 0.0:
+        return lone
+    here, before, after = values[2:-2], values[1:-3], values[3:-1]
+    from_before, from_after = here - (2.0 * before - values[:-4]), here - (2.0 * after - values[4:])
+    away = here - 0.5 * (before + after)
+    least = np.minimum(np.minimum(np.abs(from_before), np.abs(from_after)), np.abs(away))
+    one_side = (np.sign(from_before) == np.sign(away)) & (np.sign(from_after) == np.sign(away))
+    with np.errstate(invalid="ignore"):
+        lone[2:-2] = one_side & (least > limit * noise) & (np.abs(after - before) < 0.5 * np.abs(away))
+    return lone if np.sum(lone) <= max(largest_share * values.size, 1.0) else np.zeros(values.size, dtype=bool)
 
 
 def regular_stamps(stamps: Array) -> tuple[Array, float]:

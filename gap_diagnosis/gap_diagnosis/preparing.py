@@ -6,7 +6,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples, spikes
+from gap_diagnosis.log_check import (
+    hole_around_zero,
+    lattice_step,
+    lone_samples,
+    regular_stamps,
+    repeated_samples,
+    spikes,
+)
 from gap_diagnosis.recording import LogFindings, Recording, initial_state
 from thruster_model.identification.experiment import Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
@@ -19,7 +26,11 @@ DT = 0.01
 LEAST_SCATTER = 5e-4
 """Scatter of stamps [s] from which on it is asked whether it is the log's."""
 CELL = 0.04
-"""Samples that come faster are averaged over this [s]."""
+"""Samples that come much faster are averaged over this [s]."""
+FAST = 8e-3
+"""Period [s] below which they are: what the log shows of single samples counts for more than fewer rows."""
+MANY = 20
+"""Samples from which on the mean of a cell's samples is the mean over the cell."""
 
 
 def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
@@ -75,11 +86,13 @@ def recording_of(
     measurements = {}
     for signal, (time, values) in signals.items():
         period = float(np.median(np.diff(time))) if time.size > 1 else CELL
-        width = 0.0
-        if period < 0.6 * CELL:
-            width = CELL
+        width, readings = 0.0, 0
+        if period < FAST:
+            together = round(CELL / period)
+            width = together * period
             start = float(time[0]) - 0.5 * period
-            time, values = cell_means(time, values, start=start, width=CELL, cells=int((time[-1] - start) / CELL))
+            time, values = cell_means(time, values, start=start, width=width, cells=int((time[-1] - start) / width))
+            readings = together if together < MANY else 0
         # Readings of a coarse converter stand still for a while and look free of noise.
         noise = max(noise_level(values), lattice_step(values) / np.sqrt(12.0))
         if not np.isfinite(noise) or noise <= 0.0:
@@ -89,7 +102,7 @@ def recording_of(
             # The line through scattered stamps is as uncertain as their mean.
             shift = float(np.hypot(shift, 2.0 * scatter[signal] / np.sqrt(time.size)))
         measurements[signal] = Measurement(
-            signal=signal, time=time, values=values, width=width, noise=noise, shift_std=shift
+            signal=signal, time=time, values=values, width=width, readings=readings, noise=noise, shift_std=shift
         )
     experiment = Experiment(
         name=name,
@@ -115,13 +128,15 @@ def with_log_findings(
 ) -> Recording:
     """Return an experiment as a recording, with what its log shows and the state at its start."""
     start, deviations = initial_state(experiment)
-    repeated, standing_out, lattice = {}, {}, {}
+    repeated, standing_out, lone, lattice = {}, {}, {}, {}
     for name, m in experiment.measurements.items():
         if m.width == 0.0:
             repeated[name] = repeated_samples(m.values)
             lattice[name] = lattice_step(m.values[~repeated[name]])
         if name in ("axial", "ambient"):
             standing_out[name] = spikes(m.values, m.noise)
+        else:
+            lone[name] = lone_samples(m.values, m.noise)
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)
@@ -129,6 +144,7 @@ def with_log_findings(
         hole=hole,
         repeated=repeated,
         spikes=standing_out,
+        lone=lone,
         lattice=lattice,
         scatter=dict(scatter or {}),
         period=dict(period or {}),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.noise import NoiseModel, Series, white_noise
-from gap_diagnosis.prediction import JUMPING, NO_GATES, Simulated, Situation, Sizes, predict, simulated
+from gap_diagnosis.prediction import JUMPING, LOG_CHANNELS, NO_GATES, Simulated, Situation, Sizes, predict, simulated
 from gap_diagnosis.recording import Recording
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
@@ -26,10 +26,17 @@ DEFAULT_DEVIATION = 0.05
 _DIVERGED = 1e6
 
 
-class Slot(NamedTuple):
-    """One nuisance of one recording: kind "start", "clock" or "offset", of what, and its standard deviation."""
+CONVENTION = 1.5e-3
+"""Standard deviation [s] of what simulators and loggers disagree about within a step: whether a command holds from its
+stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
 
-    recording: int
+
+class Slot(NamedTuple):
+    """One nuisance: kind "start", "clock", "offset" (of one recording) or "convention" (of all, `recording` None), of
+    what, and its standard deviation.
+    """
+
+    recording: int | None
     kind: str
     of: str
     deviation: float
@@ -98,7 +105,8 @@ class Problem:
     @cached_property
     def situations(self) -> list[Slot]:
         """Nuisances of the recordings."""
-        slots = []
+        topics = dict.fromkeys(LOG_CHANNELS[each.signal] for each in self.series)
+        slots = [Slot(None, "convention", of, CONVENTION) for of in ("throttle", *topics)]
         for index, recording in enumerate(self.recordings):
             slots += [Slot(index, "start", of, std) for of, std in recording.start_std.items()]
             if recording.experiment.throttle_shift_std > 0.0:
@@ -209,11 +217,14 @@ class Problem:
     def situation(self, x: Array, index: int) -> Situation:
         """Return what is particular to a recording."""
         start, shifts = self.recordings[index].start, Shifts()
+        late: dict[str, float] = {}
         for slot, unit in zip(self.situations, x[len(self.names) : self.nuisances], strict=True):
-            if slot.recording != index:
+            if slot.recording not in (None, index):
                 continue
             size = float(unit) * slot.deviation
-            if slot.kind == "start":
+            if slot.kind == "convention":
+                late[slot.of] = size
+            elif slot.kind == "start":
                 start = start._replace(**{slot.of: getattr(start, slot.of) + size})
             elif slot.kind == "offset":
                 shifts = replace(shifts, offsets={**shifts.offsets, slot.of: size})
@@ -222,7 +233,7 @@ class Problem:
             else:
                 shifts = replace(shifts, signals={**shifts.signals, slot.of: size})
         gates = self.gates[index] if self.gates else NO_GATES
-        return Situation(start=start, shifts=shifts, gates=gates)
+        return Situation(start=start, shifts=shifts, late=late, gates=gates)
 
     def happened(self, x: Array) -> list[Simulated]:
         """Return what happens in the plant in each recording."""

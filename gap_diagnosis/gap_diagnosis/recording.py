@@ -23,6 +23,7 @@ class LogFindings:
     Attributes:
         repeated: which samples repeat the one before them, shape (M,), by signal.
         spikes: which samples stand out of their neighbours, shape (M,), by signal.
+        lone: single samples far from all their neighbours, shape (M,), by signal.
         lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
         hole: readings up to this magnitude are given as exactly zero, in the signal's unit; 0 where there is no hole.
         scatter: standard deviation of the stamps about regular ones [s]; also of the "throttle".
@@ -31,6 +32,7 @@ class LogFindings:
 
     repeated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     spikes: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    lone: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     lattice: Mapping[str, float] = field(default_factory=dict)
     hole: Mapping[str, float] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
@@ -46,6 +48,7 @@ class LogFindings:
             self,
             repeated=kept(self.repeated),
             spikes=kept(self.spikes),
+            lone=kept(self.lone),
             lattice=kept(self.lattice),
             hole=kept(self.hole),
         )

@@ -34,11 +34,11 @@ class Scatter:
 
 
 def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[np.bool_]]:
-    """Return the samples that say nothing: repeated ones and spikes."""
+    """Return the samples that say nothing: repeated ones, spikes and lone ones."""
     masks: dict[tuple[int, str], NDArray[np.bool_]] = {}
     hole = _hole(recordings)
     for index, recording in enumerate(recordings):
-        for table in (recording.log.repeated, recording.log.spikes, _zeros(recording, hole)):
+        for table in (recording.log.repeated, recording.log.spikes, recording.log.lone, _zeros(recording, hole)):
             for signal, mask in table.items():
                 if np.any(mask):
                     masks[index, signal] = mask | masks.get((index, signal), False)

@@ -40,19 +40,21 @@ _RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 a
 
 class Stretches(NamedTuple):
     """Thrust lost in stretches: the fit with their gates, how many changes these have in how many seconds in which air
-    would show, and whether the states foresee them: then it is not air, but something without a name.
+    would show, and whether the states foresee them: then it is not air, but something without a name. `gained`:
+    logarithm of evidence for thrust gained in stretches, which no air does: noise with outliers to either side does.
     """
 
     fitted: Fitted
     changes: int
     seconds: float
     foreseeable: bool
+    gained: float = 0.0
 
     @property
     def evidence(self) -> float:
         """Logarithm of the probability of the data, less what all hypotheses share."""
         chance = self.changes * np.log(_period(self.fitted.problem) / self.seconds) + gammaln(self.changes)
-        return self.fitted.evidence + float(chance) - _RATES
+        return self.fitted.evidence + float(chance) - _RATES - self.gained
 
 
 class _Decoded(NamedTuple):
@@ -106,7 +108,11 @@ def stretches_of(
         in_water = problem.predicted(unknowns)
         share = fitted.problem.sizes(fitted.x)["ventilation"]["share"]
         shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
-    return best
+    if best is None:
+        return None
+    beside = best.fitted.problem.predicted(best.fitted.x)
+    gained = _decoded(problem, series, speeds, beside, -falls, deviation, _SHARES, _ONSETS)
+    return best if gained is None else best._replace(gained=gained.gain)
 
 
 def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:

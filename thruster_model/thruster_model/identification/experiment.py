@@ -49,6 +49,7 @@ class Measurement:
         time: centres of the cells [s], shape (M,), ascending, on the experiment's clock.
         values: cell means in the signal's unit, shape (M,), NaN = masked or not measured.
         width: width of the cells [s].
+        readings: how many samples, evenly apart, a cell's mean is that of; 0: many.
         noise: standard deviation of a cell mean, from the data alone (see `preparation.noise_level`).
         offset_std: how far the rest value that was taken off may be off, in the signal's unit.
         shift_std: how far the clock of this signal may be off [s]; 0 where it shares the throttle's clock.
@@ -60,6 +61,7 @@ class Measurement:
     values: NDArray[np.float64]
     width: float
     noise: float
+    readings: int = 0
     shift_std: float = 0.0
     offset_std: float = 0.0
     notes: tuple[str, ...] = ()

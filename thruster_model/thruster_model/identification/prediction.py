@@ -55,7 +55,8 @@ def predict(
     for name, measurement in experiment.measurements.items():
         output = effects.reading(name, outputs, experiment.dt, None)
         late = shifts.throttle + shifts.signals.get(name, 0.0)
-        predictions[name] = seen(output, experiment.dt, measurement.time - late, measurement.width)
+        at = measurement.time - late
+        predictions[name] = seen(output, experiment.dt, at, measurement.width, measurement.readings)
         offset = shifts.offsets.get(name, 0.0)
         if offset:
             # By the predicted sign: that of a measured speed near zero is its noise's.
@@ -63,13 +64,18 @@ def predict(
     return predictions
 
 
-def seen(output: Array, dt: float, time: Array, width: float) -> Array:
+def seen(output: Array, dt: float, time: Array, width: float, readings: int = 0) -> Array:
     """Return means over cells of `width` [s] around `time` [s] of `output`, piecewise linear with knots every `dt` [s].
 
     A width of zero is the value at that instant. Before the first and after the last knot the output is held.
+    `readings`: how many samples, evenly apart, make a cell's mean; 0: so many that it is that of the whole cell. The
+    mean of a few is another one where the output bends.
     """
     if width == 0.0:
         return np.asarray(_at_instants(output, dt, time))
+    if readings:
+        offsets = width * ((np.arange(readings) + 0.5) / readings - 0.5)
+        return np.asarray(np.mean([_at_instants(output, dt, time + offset) for offset in offsets], axis=0))
     return np.asarray(_cell_means(output, dt, time - 0.5 * width, width))
 
 
