@@ -23,6 +23,7 @@ __all__ = ["DT", "held_on_grid", "recording_of", "with_log_findings"]
 Array = NDArray[np.float64]
 DT = 0.01
 """Period of the simulation [s]; RK4 is exact to a millionth at this step."""
+_PUNCTUAL = 5e-4  # [s]
 LEAST_SCATTER = 5e-4
 """Scatter of stamps [s] from which on it is asked whether it is the log's."""
 CELL = 0.04
@@ -46,6 +47,19 @@ def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     # Where no sample falls inside a period the mean is the held value itself, without rounding.
     quiet = (place[1:] == place[:-1]) & (place[1:] >= 0)
     return np.asarray(np.where(quiet, values[inside[1:]], means))
+
+
+def _step_for(time: Array, values: Array) -> float:
+    """Return the step [s] of a simulation in which commands change at steps: `DT` or a little less, else a quarter.
+
+    Inside a step a change counts by its share, and a limited ramp begins with the step.
+    """
+    changes = time[1:][np.diff(values) != 0.0] - time[0]
+    period = float(time[-1] - time[0]) / max(time.size - 1, 1)
+    for step in (DT, period / max(np.ceil(period / DT - 1e-9), 1.0)):
+        if np.all(np.abs(changes - step * np.round(changes / step)) < _PUNCTUAL):
+            return float(step)
+    return 0.25 * DT
 
 
 def recording_of(
@@ -76,13 +90,14 @@ def recording_of(
     if regular:
         throttle = (regular_stamps(throttle[0])[0], throttle[1])
         signals = {name: (regular_stamps(time)[0], values) for name, (time, values) in signals.items()}
-    begins = float(throttle[0][0]) % DT
-    begins -= DT if begins > DT - 1e-6 else 0.0
+    step = _step_for(*throttle)
+    begins = float(throttle[0][0]) % step
+    begins -= step if begins > step - 1e-6 else 0.0
     throttle = (throttle[0] - begins, throttle[1])
     signals = {name: (time - begins, values) for name, (time, values) in signals.items()}
     clocks = dict(clock_deviations or {})
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
-    commands = held_on_grid(*throttle, DT, max(1, int(np.ceil(end / DT)) + 1))
+    commands = held_on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
     measurements = {}
     for signal, (time, values) in signals.items():
         period = float(np.median(np.diff(time))) if time.size > 1 else CELL
@@ -106,7 +121,7 @@ def recording_of(
         )
     experiment = Experiment(
         name=name,
-        dt=DT,
+        dt=step,
         throttle=commands,
         measurements=measurements,
         throttle_shift_std=float(

@@ -34,6 +34,7 @@ LEAST_GAIN = 8.0
 _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _ROUNDS = 3
+_SINGLE = 1.9  # changes that one reading may pay for
 _LITTLE = 0.01  # share of thrust
 _RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 and 10 per second costs
 
@@ -215,8 +216,12 @@ def _decoded(
         gates, gain, changes, seconds = list(empty), 0.0, 0, 0.0
         for recording, speed, fall, residual, period, place in prepared:
             drop = np.where(speed > onset, share * fall, 0.0)
-            states, worth, switched = _viterbi((residual * drop - 0.5 * drop**2) / deviation**2, np.log(RATE * period))
-            gain, changes = gain + worth, changes + switched
+            odds, change = (residual * drop - 0.5 * drop**2) / deviation**2, np.log(RATE * period)
+            # A single reading, however far off, does not pay for two changes: it is an outlier, not air.
+            capped = np.minimum(odds, _SINGLE * abs(change))
+            states, worth, switched = _viterbi(capped, change)
+            gain += worth + float(np.sum((odds - capped)[states == 1]))
+            changes += switched
             seconds += float(np.sum(speed > onset)) * period
             gates[recording] = 1.0 - states[place].astype(np.float64)
         if gain > (best.gain if best else 0.0):

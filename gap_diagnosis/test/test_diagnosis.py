@@ -1,6 +1,7 @@
 """Diagnoses of generated recordings: right names, honest silence, and what is written of them."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -153,3 +154,16 @@ def test_an_effect_that_a_first_fit_left_in_another_valley_is_not_named_as_a_pai
     read = ("n", "thrust", "torque")
     stated, recordings = campaign(mode, model="simplified", seed=6, runs=4, duration=30.0, channels=read)
     assert [claim.effect for claim in diagnose(recordings, stated).verdict.claims] == ["load_cell_resonance"]
+
+
+@pytest.mark.parametrize(("late", "named"), [(0.0012, []), (0.02, ["log_alignment"])])
+def test_what_simulators_disagree_about_within_a_step_is_no_effect(late, named):
+    stated, recordings = campaign(seed=3)
+    shifted = []
+    for recording in recordings:
+        measurements = {
+            name: replace(m, time=m.time + (late if name == "speed" else 0.0))
+            for name, m in recording.experiment.measurements.items()
+        }
+        shifted.append(replace(recording, experiment=replace(recording.experiment, measurements=measurements)))
+    assert [claim.effect for claim in diagnose(shifted, stated).verdict.claims] == named

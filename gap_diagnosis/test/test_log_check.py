@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples, spikes
+from gap_diagnosis.log_check import (
+    hole_around_zero,
+    lattice_step,
+    lone_samples,
+    regular_stamps,
+    repeated_samples,
+    spikes,
+)
 from gap_diagnosis.scatter import scattered_before_sorting
 
 RNG = np.random.default_rng(1)
@@ -94,3 +101,23 @@ def test_a_flow_that_climbs_and_falls_all_the_time_has_no_spikes():
 def test_stamps_that_do_not_advance_have_no_line_through_them():
     stamps, scatter = regular_stamps(np.full(100, 3.0))
     assert np.all(stamps == 3.0) and scatter == 0.0
+
+
+def test_a_single_reading_far_from_all_its_neighbours_is_marked_and_nothing_else():
+    values = NOISY.copy()
+    values[[100, 431]] += [30.0, -25.0]
+    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == [] and not lone_samples(NOISY, 1.2).any()
+    values[431] = NOISY[431]
+    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == [100]
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        np.where(np.arange(800) < 400, 0.0, 60.0),  # a step
+        60.0 * np.exp(-np.maximum(np.arange(800) - 400, 0) / 2.0) * (np.arange(800) >= 400),  # and one that fades
+        np.where(np.abs(np.arange(800) - 400) < 1.5, 60.0, 0.0),  # three samples
+    ],
+)
+def test_what_lasts_longer_than_a_sample_is_not_lone(event):
+    assert not lone_samples(NOISY + event, 1.2).any()

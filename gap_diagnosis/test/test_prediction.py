@@ -10,6 +10,7 @@ from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.signals import rich_campaign
 from gap_diagnosis.prediction import Situation, predict
 from gap_diagnosis.preparing import recording_of
+from thruster_model.flow_tank import simulate
 from thruster_model.parameter_set_io import load_parameter_set
 
 
@@ -73,3 +74,18 @@ def test_a_lagging_command_is_predicted_as_the_generator_integrates_it():
     for name, noise in (("speed", 1.2), ("thrust", 0.25), ("torque", 4e-4)):
         difference = found[name] - run.clean[signals[name]]
         assert np.sqrt(np.mean(difference**2)) < 0.1 * noise, name
+
+
+@pytest.mark.parametrize("period", [1.0 / 60.0, 0.01, 0.007, 0.002, 0.001])
+def test_samples_faster_than_the_bench_logs_are_predicted_as_they_were_taken(period):
+    """Speed in a curve: means over too few samples, or over cells that do not hold as many each, would be off."""
+    stated, _ = campaign(model="hl", seed=1, runs=1)
+    coefficients = stated.model.coefficients(stated.values)
+    at: np.ndarray = period * np.arange(round(8.0 / period))
+    throttle = np.where(at < 0.5, 0.0, np.where(np.floor(at + 1e-9) % 2 == 0, 3.0, -2.0))
+    exact = simulate(coefficients, np.repeat(throttle, 4), period / 4.0, largest_step=1e-3).n[:-1:4]
+    values = exact + 1e-3 * np.random.default_rng(1).standard_normal(at.size)
+    recording = recording_of("fast", (at, throttle), {"speed": (at, values)})
+    predicted = predict(recording, coefficients, {}, Situation(start=recording.start))["speed"]
+    off = predicted - recording.experiment.measurements["speed"].values
+    assert np.sqrt(np.nanmean(off**2)) < 0.1
