@@ -12,9 +12,11 @@ from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_from_afar, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
+from gap_diagnosis.problem import CONVENTION
 from gap_diagnosis.screening import STRETCHED, Screened, refined
 from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
 from gap_diagnosis.ventilation import stretches_of
+from thruster_model.effects.stages import LIBRARY
 
 __all__ = [
     "LOOKALIKES",
@@ -39,6 +41,7 @@ _IN_VAIN, _BETTER = 3, 0.95
 """Starts past jumps in a row that end no better, by that factor, after which no more are tried."""
 _STRAINED = 1e-3
 _PRESSED = 5.0
+_CONVENTIONAL = 3.0 * CONVENTION  # [s]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -60,6 +63,17 @@ class Candidate:
     def keys(self) -> tuple[str, ...]:
         """Names of the suspects."""
         return tuple(suspect.key for suspect in self.suspects)
+
+    @cached_property
+    def named(self) -> tuple[str, ...]:
+        """Names of the suspects that are more than conventions leave open: a lag of a fraction of a step is not."""
+        return tuple(suspect.key for suspect in self.suspects if not self._is_conventional(suspect))
+
+    def _is_conventional(self, suspect: Suspect) -> bool:
+        slot = suspect.slots[0]
+        unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
+        size = self.fitted.problem.sizes(self.fitted.x)[slot.effect][slot.parameter]
+        return unit == "s" and abs(size) < _CONVENTIONAL
 
     def switches(self, none: "Candidate") -> float:
         """Return what the changes of its gates, if any, add to its evidence; `none`: without effects, same noise."""

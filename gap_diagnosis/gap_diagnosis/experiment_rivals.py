@@ -108,8 +108,9 @@ def _probable(found: Diagnosis) -> list[Candidate]:
     posterior = found.posterior
     rated = [(posterior.none, found.investigation.none)]
     for candidate in found.investigation.candidates:
-        single = len(candidate.keys) == 1
-        rated.append((posterior.singles[candidate.keys[0]] if single else posterior.pairs[candidate.keys], candidate))
+        named = candidate.named
+        if named:
+            rated.append((posterior.singles[named[0]] if len(named) == 1 else posterior.pairs[named], candidate))
     ranked = sorted(rated, key=lambda each: -each[0])
     probable = [candidate for probability, candidate in ranked if probability >= PROBABLE][:MOST]
     return probable or [ranked[0][1]]

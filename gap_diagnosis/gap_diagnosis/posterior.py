@@ -5,7 +5,7 @@ seen. So "none" stays modest, however well the model fits, and what is claimed i
 the log shows an effect in the samples themselves, another one beside it is as rare as a pair. With these the first
 candidate's probability is calibrated on simulated cases. Evidence is divided by how far the noise exceeds the samples'
 own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
-refitted counts by its screening.
+refitted counts by its screening. An effect that is no more than conventions leave open counts as none.
 """
 
 from collections.abc import Mapping, Sequence
@@ -95,9 +95,14 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         ("unknown", ()): max(_unexplained(found.none), nameless),
     }
     for candidate in found.candidates:
-        evidence["known", candidate.keys] = candidate.evidence if not candidate.pressed else -np.inf
+        known, unknown = ("known", candidate.named), ("unknown", candidate.named)
+        if not candidate.pressed:
+            evidence[known] = max(candidate.evidence, evidence.get(known, -np.inf))
+        else:
+            evidence.setdefault(known, -np.inf)
         if candidate.unexplained is not None or candidate.pressed:
-            evidence["unknown", candidate.keys] = candidate.evidence + _unexplained(candidate)
+            left = candidate.evidence + _unexplained(candidate)
+            evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
@@ -133,7 +138,8 @@ def _unexplained(candidate: Candidate) -> float:
 
 def _leading(candidates: Sequence[Candidate], seen: Posterior) -> Candidate | None:
     def probability(candidate: Candidate) -> float:
-        return seen.singles[candidate.keys[0]] if len(candidate.keys) == 1 else seen.pairs[candidate.keys]
+        named = candidate.named
+        return seen.singles[named[0]] if len(named) == 1 else seen.pairs[named] if named else 0.0
 
-    best = max(candidates, key=probability, default=None)
+    best = max(candidates, key=lambda c: (probability(c), c.evidence), default=None)
     return best if best is not None and probability(best) > 0.0 else None

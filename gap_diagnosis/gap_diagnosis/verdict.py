@@ -102,7 +102,7 @@ def verdict_of(
     claims: tuple[Claim, ...] = ()
     leading = posterior.leading
     if leading is not None:
-        claims = tuple(_claim(found, stated, leading, suspect) for suspect in leading.suspects)
+        claims = tuple(_claim(found, stated, leading, s) for s in leading.suspects if s.key in leading.named)
         chosen = leading
     least = max(CLAIMED, AGAINST_NONE * posterior.none)
     # Two effects that parameters can imitate say no more than that a parameter is off by more than is stated.
@@ -166,7 +166,7 @@ def _claim(found: Investigation, stated: Posterior, leading: Candidate, suspect:
         if candidate.fitted.cost - leading.fitted.cost < APART and candidate.evidence > leading.evidence - APART:
             alike.append(next(iter(replaced)))
     # What is unknown beside two effects may be all that there is: two can imitate much.
-    lone = len(leading.suspects) == 1
+    lone = len(leading.named) == 1
     group = min(sum(_at_work(stated, key, beside_unknown=lone) for key in (suspect.key, *alike)), 1.0)
     return Claim(
         effect=suspect.effect,
