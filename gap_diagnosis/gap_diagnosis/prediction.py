@@ -55,8 +55,7 @@ LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": 
 class Situation:
     """What is particular to one recording: the state at its start, its clocks and its rest values.
 
-    `late`: by how much the throttle and the log's topics are late [s], within what conventions leave open: a fraction
-    of a step, taken off to first order.
+    `late`: by how much the throttle and the log's topics are late [s], within what conventions leave open.
     """
 
     start: PlantState
@@ -87,8 +86,7 @@ class Simulated(NamedTuple):
 def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Simulated:
     """Return what happens in the plant."""
     experiment = recording.experiment
-    largest = _BETWEEN if recording.read_between_steps else experiment.dt
-    finer = int(np.ceil(experiment.dt / min([largest, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
+    finer = int(np.ceil(experiment.dt / min([_BETWEEN, *(_LARGEST_STEPS.get(name, np.inf) for name in sizes)])))
     step = experiment.dt / finer
     commands = np.repeat(experiment.throttle, finer) if finer > 1 else experiment.throttle
     for effect in _of("command", sizes):
@@ -129,10 +127,8 @@ def predict(
             if name in effect.channel.split() and effect.id != "flow_delay":
                 values = np.asarray(effect.samples(values, happened.dense, dt, None, **_sized(effect, sizes)))
         at = true_time(name, measurement.time, sizes, situation.shifts)
+        at -= situation.late.get("throttle", 0.0) + situation.late.get(LOG_CHANNELS[name], 0.0)
         result[name] = seen(values, dt, at, measurement.width, measurement.readings)
-        late = situation.late.get("throttle", 0.0) + situation.late.get(LOG_CHANNELS[name], 0.0)
-        if late:
-            result[name] -= late * seen(np.gradient(values, dt), dt, at, measurement.width, measurement.readings)
         offset = situation.shifts.offsets.get(name, 0.0)
         if offset:
             result[name] += offset * (np.clip(result[name], -1.0, 1.0) if name == "speed" else 1.0)

@@ -2,7 +2,6 @@
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -79,15 +78,6 @@ class Recording:
         """Of the run."""
         return self.experiment.name
 
-    @cached_property
-    def read_between_steps(self) -> bool:
-        """Whether readings fall between the steps of the simulation: means over cells, other stamps, clocks off."""
-        experiment = self.experiment
-        return experiment.throttle_shift_std > 0.0 or any(
-            m.width > 0.0 or m.shift_std > 0.0 or _off_grid(m.time, experiment.dt)
-            for m in experiment.measurements.values()
-        )
-
     def channel(self, signal: str) -> str:
         """Return the name of a signal's channel."""
         return f"thruster_{self.thruster}/{CHANNELS[signal]}"
@@ -118,11 +108,6 @@ def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantS
 
 
 _TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
-
-
-def _off_grid(time: Array, dt: float) -> bool:
-    place = time / dt
-    return bool(np.any(np.abs(place - np.round(place)) > 1e-3))
 
 
 def _first(time: Array, values: Array, span: float = 0.01) -> tuple[float, int]:

@@ -21,9 +21,9 @@ __all__ = ["VERDICTS", "Claim", "Verdict", "class_of", "power", "verdict_of"]
 VERDICTS = ("no_gap", "parameters", "effect", "cannot_tell", "unknown", "not_enough_data")
 CLAIMED = 0.89
 """Stated probability from which a group of effects is claimed."""
-AGAINST_NONE = 15.0
+AGAINST_NONE = 30.0
 """And how much more probable than none it has to be: a false alarm is worse than a small effect that is passed over. In
-325 simulated cases without effect the likeliest one was more probable than none in four, and at most 5 times."""
+328 simulated cases without effect the likeliest one was more probable than none in five, and at most 23 times."""
 QUIET = 0.14
 """Probability of none from which nothing is said to be wrong, where nothing is claimed: the rest is spread over all
 that may be there, too small to be seen."""
