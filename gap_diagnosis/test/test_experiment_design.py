@@ -55,7 +55,7 @@ def all_but(*kept):
 
 @pytest.fixture(scope="module")
 def poor():
-    return recorded({"tach_lag": {"time": 0.025}}, "slow", SLOW, 1)
+    return recorded({"tach_lag": {"time": 0.033}}, "slow", SLOW, 1)
 
 
 @pytest.fixture(scope="module")
@@ -99,11 +99,11 @@ def test_the_experiment_keeps_to_the_limits_of_the_rig_and_of_the_parameter_set(
 
 
 def test_old_and_new_recordings_together_name_the_effect_that_the_old_ones_could_not(poor, proposed):
-    new = recorded({"tach_lag": {"time": 0.025}}, "next", proposed.programme.throttle, 7)
+    new = recorded({"tach_lag": {"time": 0.033}}, "next", proposed.programme.throttle, 7)
     verdict = diagnose([poor, new], HL, excluded=all_but(*LAGS)).verdict
     assert verdict.verdict == "effect"
     assert [(claim.effect, claim.alike) for claim in verdict.claims] == [("tach_lag", ())]
-    assert verdict.claims[0].sizes["time"].value == pytest.approx(0.025, abs=3.0 * 0.001)
+    assert verdict.claims[0].sizes["time"].value == pytest.approx(0.033, abs=3.0 * 0.001)
 
 
 def test_the_same_seed_gives_the_same_experiment_and_the_content_says_what_it_is_for(found, proposed):
@@ -150,7 +150,7 @@ def test_the_period_of_the_commands_is_read_from_the_recordings(poor):
 
 
 def test_the_command_line_writes_the_experiment_where_it_is_asked_for_and_null_where_not(tmp_path, capsys):
-    run = write_generated_run(generated({"tach_lag": {"time": 0.025}}, "slow", SLOW, 1), tmp_path, tuple(CHANNELS))
+    run = write_generated_run(generated({"tach_lag": {"time": 0.033}}, "slow", SLOW, 1), tmp_path, tuple(CHANNELS))
     without = ["--without", *all_but(*LAGS)]
     asked = ["--experiment", "--largest-throttle", "1.5", "--experiment-duration", "12"]
     assert main([str(run), "--model", "hl", "--out", str(tmp_path / "plain"), *without]) == 0
