@@ -16,7 +16,6 @@ from gap_diagnosis.problem import CONVENTION
 from gap_diagnosis.screening import STRETCHED, Screened, refined
 from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
 from gap_diagnosis.ventilation import stretches_of
-from thruster_model.effects.stages import LIBRARY
 
 __all__ = [
     "LOOKALIKES",
@@ -67,13 +66,13 @@ class Candidate:
     @cached_property
     def named(self) -> tuple[str, ...]:
         """Names of the suspects that are more than conventions leave open: a lag of a fraction of a step is not."""
-        return tuple(suspect.key for suspect in self.suspects if not self._is_conventional(suspect))
+        return tuple(suspect.key for suspect in self.suspects if not self.is_shorter(suspect, _CONVENTIONAL))
 
-    def _is_conventional(self, suspect: Suspect) -> bool:
+    def is_shorter(self, suspect: Suspect, time: float) -> bool:
+        """Tell whether the size of a suspect is a time, and shorter than this one [s]."""
         slot = suspect.slots[0]
-        unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
         size = self.fitted.problem.sizes(self.fitted.x)[slot.effect][slot.parameter]
-        return unit == "s" and abs(size) < _CONVENTIONAL
+        return slot.unit == "s" and abs(size) < time
 
     def switches(self, none: "Candidate") -> float:
         """Return what the changes of its gates, if any, add to its evidence; `none`: without effects, same noise."""

@@ -107,10 +107,7 @@ def _probable(found: Diagnosis) -> list[Candidate]:
     assert found.investigation is not None and found.posterior is not None
     posterior = found.posterior
     rated = [(posterior.none, found.investigation.none)]
-    for candidate in found.investigation.candidates:
-        named = candidate.named
-        if named:
-            rated.append((posterior.singles[named[0]] if len(named) == 1 else posterior.pairs[named], candidate))
+    rated += [(posterior.of(each.named), each) for each in found.investigation.candidates if each.named]
     ranked = sorted(rated, key=lambda each: -each[0])
     probable = [candidate for probability, candidate in ranked if probability >= PROBABLE][:MOST]
     return probable or [ranked[0][1]]

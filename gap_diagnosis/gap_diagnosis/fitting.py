@@ -19,6 +19,7 @@ _BORROWED_IS_DONE = 2.0
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _ROUNDS = 6
 _DRAWS = 60
+_JUMP = 5.0  # by how much, in cost, a draw must be better than its distance tells to be worth a fit
 _TRIES = 8  # dampings tried for a step, each ten times the one before
 
 
@@ -141,14 +142,12 @@ def fit(
 
 _OUTLYING = 6.0
 """Standard deviations from which a sample tells of a jump that is predicted at another instant."""
-_SUSPICIOUS = 4.5
-"""And from which it may."""
 
 
-def outlying(problem: Problem, residuals: Array, beyond: float = _OUTLYING) -> NDArray[np.bool_]:
+def outlying(problem: Problem, residuals: Array) -> NDArray[np.bool_]:
     """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
     white = np.abs(problem.whitened(problem.sample_noise, residuals))
-    return np.asarray(white >= beyond * max(1.4826 * float(np.median(white[problem.known])), 1.0))
+    return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
 def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
@@ -175,24 +174,25 @@ def fit_from_afar(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
 
 
 def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:
-    """Return a fit from among unknowns as probable as those of `fitted`, where samples at jumps stand out of that.
+    """Return the fit from among unknowns about as probable as those of `fitted`, where samples lie across jumps.
 
     No slope leads across: a sample that is predicted on the wrong side of a jump, by less than the unknowns are known
-    to, is on the right side for some draws of them.
+    to, is on the right side for some draws of them. Such a draw costs less than its distance from the fit tells.
     """
     problem, rng = fitted.problem, np.random.default_rng(0)
     everything = np.ones(problem.known.size, dtype=bool)
     for _ in range(_ROUNDS):
-        if not np.any(outlying(problem, fitted.residuals, _SUSPICIOUS)):
-            break
         spread = np.linalg.cholesky(fitted.covariance)
         spread[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
-        draws = [problem.bounded(fitted.x + spread @ rng.normal(size=fitted.x.size)) for _ in range(_DRAWS)]
-        costs = [_cost(problem, noise, x, everything)[2] for x in draws]
-        if min(costs) >= fitted.cost:
+        steps = rng.normal(size=(_DRAWS, fitted.x.size))
+        draws = [problem.bounded(fitted.x + spread @ step) for step in steps]
+        beyond = [_cost(problem, noise, x, everything)[2] - step @ step for x, step in zip(draws, steps, strict=True)]
+        if min(beyond) > fitted.cost - _JUMP:
             break
-        again = fit(problem, noise, draws[int(np.argmin(costs))], iterations=25)
-        fitted = again if again.cost < fitted.cost else fitted
+        again = fit(problem, noise, draws[int(np.argmin(beyond))], iterations=25)
+        if again.cost > fitted.cost - _DONE_AT_JUMPS:
+            break
+        fitted = again
     return fitted
 
 

@@ -10,7 +10,6 @@ from gap_diagnosis.candidate import Candidate, examined, extended, is_likely, wi
 from gap_diagnosis.fitting import fit_from_afar
 from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.suspects import Suspect
-from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["pairs_of", "with_parts"]
 
@@ -44,7 +43,13 @@ def pairs_of(
         others = [s for s in suspects if s.effect != single.suspects[0].effect]
         screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
         likely = [each for each in screened[:_PAIRS] if each.criterion > least]
-        keep([c for c in (extended(single, each, is_likely(each, screened)) for each in likely) if _is_resolved(c)])
+        keep(
+            [
+                c
+                for c in (extended(single, each, is_likely(each, screened)) for each in likely)
+                if not c.is_shorter(c.suspects[-1], _RESOLVED)
+            ]
+        )
 
     extend(singles[0], least)
     if found:
@@ -60,14 +65,6 @@ def pairs_of(
         else:
             extend(alone, 0.0)
     return list(found.values())
-
-
-def _is_resolved(pair: Candidate) -> bool:
-    """Tell whether the second effect of a pair, if its size is a time, is longer than what simulation resolves."""
-    slot = pair.suspects[-1].slots[0]
-    unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
-    size = pair.fitted.problem.sizes(pair.fitted.x)[slot.effect][slot.parameter]
-    return unit != "s" or abs(size) > _RESOLVED
 
 
 def with_parts(ranked: Sequence[Candidate], none: Candidate) -> list[Candidate]:

@@ -56,6 +56,10 @@ class Posterior:
                 result[key] = result.get(key, 0.0) + probability
         return result
 
+    def of(self, keys: tuple[str, ...]) -> float:
+        """Return the probability that just these suspects are at work, one or two."""
+        return self.singles[keys[0]] if len(keys) == 1 else self.pairs[keys]
+
     @property
     def stated(self) -> "Posterior":
         """What a reader is told: the same, mixed with the prior by the share of lapses."""
@@ -137,9 +141,6 @@ def _unexplained(candidate: Candidate) -> float:
 
 
 def _leading(candidates: Sequence[Candidate], seen: Posterior) -> Candidate | None:
-    def probability(candidate: Candidate) -> float:
-        named = candidate.named
-        return seen.singles[named[0]] if len(named) == 1 else seen.pairs[named] if named else 0.0
-
-    best = max(candidates, key=lambda c: (probability(c), c.evidence), default=None)
-    return best if best is not None and probability(best) > 0.0 else None
+    named = [candidate for candidate in candidates if candidate.named]
+    best = max(named, key=lambda c: (seen.of(c.named), c.evidence), default=None)
+    return best if best is not None and seen.of(best.named) > 0.0 else None

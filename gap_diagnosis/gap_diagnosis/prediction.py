@@ -53,14 +53,10 @@ LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": 
 
 @dataclass(frozen=True, kw_only=True)
 class Situation:
-    """What is particular to one recording: the state at its start, its clocks and its rest values.
-
-    `late`: by how much the throttle and the log's topics are late [s], within what conventions leave open.
-    """
+    """What is particular to one recording: the state at its start, its clocks and its rest values."""
 
     start: PlantState
     shifts: Shifts = field(default_factory=Shifts)
-    late: Mapping[str, float] = field(default_factory=dict)
     gates: Array = field(default_factory=lambda: NO_GATES)
 
 
@@ -127,7 +123,6 @@ def predict(
             if name in effect.channel.split() and effect.id != "flow_delay":
                 values = np.asarray(effect.samples(values, happened.dense, dt, None, **_sized(effect, sizes)))
         at = true_time(name, measurement.time, sizes, situation.shifts)
-        at -= situation.late.get("throttle", 0.0) + situation.late.get(LOG_CHANNELS[name], 0.0)
         result[name] = seen(values, dt, at, measurement.width, measurement.readings)
         offset = situation.shifts.offsets.get(name, 0.0)
         if offset:

@@ -15,20 +15,19 @@ from numpy.typing import NDArray
 from gap_diagnosis.noise import NoiseModel, Series, white_noise
 from gap_diagnosis.prediction import JUMPING, LOG_CHANNELS, NO_GATES, Simulated, Situation, Sizes, predict, simulated
 from gap_diagnosis.recording import Recording
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["DEFAULT_DEVIATION", "Problem", "SizeSlot", "Slot", "deviations_of"]
+__all__ = ["CONVENTION", "DEFAULT_DEVIATION", "Problem", "SizeSlot", "Slot", "deviations_of"]
 
 Array = NDArray[np.float64]
 DEFAULT_DEVIATION = 0.05
 """Relative standard deviation of a parameter where its set states none."""
-_DIVERGED = 1e6
-
-
 CONVENTION = 1.5e-3
 """Standard deviation [s] of what simulators and loggers disagree about within a step: whether a command holds from its
 stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
+_DIVERGED = 1e6
 
 
 class Slot(NamedTuple):
@@ -54,6 +53,11 @@ class SizeSlot(NamedTuple):
     def width(self) -> float:
         """Of the range; 1 where the size has only one value."""
         return (self.upper - self.lower) or 1.0
+
+    @property
+    def unit(self) -> str:
+        """Of the size."""
+        return next(p.unit for p in LIBRARY[self.effect].parameters if p.name == self.parameter)
 
 
 def deviations_of(parameter_set: ParameterSet) -> dict[str, float]:
@@ -217,23 +221,25 @@ class Problem:
     def situation(self, x: Array, index: int) -> Situation:
         """Return what is particular to a recording."""
         start, shifts = self.recordings[index].start, Shifts()
-        late: dict[str, float] = {}
         for slot, unit in zip(self.situations, x[len(self.names) : self.nuisances], strict=True):
             if slot.recording not in (None, index):
                 continue
             size = float(unit) * slot.deviation
-            if slot.kind == "convention":
-                late[slot.of] = size
-            elif slot.kind == "start":
+            if slot.kind == "start":
                 start = start._replace(**{slot.of: getattr(start, slot.of) + size})
             elif slot.kind == "offset":
                 shifts = replace(shifts, offsets={**shifts.offsets, slot.of: size})
             elif slot.of == "throttle":
-                shifts = replace(shifts, throttle=size)
+                shifts = replace(shifts, throttle=shifts.throttle + size)
             else:
-                shifts = replace(shifts, signals={**shifts.signals, slot.of: size})
+                late = {name: shifts.signals.get(name, 0.0) + size for name in self._stamped(slot, index)}
+                shifts = replace(shifts, signals={**shifts.signals, **late})
         gates = self.gates[index] if self.gates else NO_GATES
-        return Situation(start=start, shifts=shifts, late=late, gates=gates)
+        return Situation(start=start, shifts=shifts, gates=gates)
+
+    def _stamped(self, slot: Slot, index: int) -> list[str]:
+        """Return the signals of a recording whose stamps are late by a slot: one clock's, or those of a topic."""
+        return [slot.of] if slot.kind == "clock" else [s for s in self.signals(index) if LOG_CHANNELS[s] == slot.of]
 
     def happened(self, x: Array) -> list[Simulated]:
         """Return what happens in the plant in each recording."""

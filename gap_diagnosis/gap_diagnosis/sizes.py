@@ -7,7 +7,6 @@ import numpy as np
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.suspects import JAGGED, Suspect
-from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["Size", "sizes_of"]
 
@@ -33,11 +32,10 @@ def sizes_of(fitted: Fitted, noise: NoiseModel, suspect: Suspect) -> dict[str, S
     for place, slot in enumerate(problem.slots):
         if slot in suspect.slots:
             value = values[slot.effect][slot.parameter]
-            unit = next(p.unit for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
             jagged = slot.effect in JAGGED
             std = _width(fitted, noise, place) if jagged else float(deviations[problem.nuisances + place])
             result[slot.parameter] = Size(
-                value=value, std=float(np.hypot(std * slot.width, IMPRECISE * value)), unit=unit
+                value=value, std=float(np.hypot(std * slot.width, IMPRECISE * value)), unit=slot.unit
             )
     return result
 
