@@ -7,14 +7,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.fitting import fit
 from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
 from gap_diagnosis.posterior import Posterior, posterior_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.scatter import Scatter, found_in_logs, jitter_of, masks_of, scattered_before_sorting
+from gap_diagnosis.scatter import JITTER_ODDS, Scatter, found_in_logs, jitter_of, masks_of
+from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
@@ -25,9 +25,6 @@ from thruster_model.parameter_set import ParameterSet
 __all__ = ["Diagnosis", "Unfit", "diagnose"]
 
 Array = NDArray[np.float64]
-_JITTER_ODDS = 8.0
-_SORTED = 0.05
-"""Share by which the scatter of stamps may be misjudged, since sorting them has mixed them up."""
 
 
 class Unfit(ValueError):
@@ -121,58 +118,41 @@ def diagnose(
     if reasons:
         nothing = Verdict(verdict="not_enough_data", claims=(), chosen=None, probabilities={}, none=0.0, unknown=0.0)
         return Diagnosis(verdict=nothing, parameter_set=parameter_set, warnings=tuple(warnings), reasons=tuple(reasons))
-    problem, stamps = _with_better_stamps(problem, checked([r.regular or r for r in recordings]).recordings)
-    wrong = unit_problems(problem)
-    if wrong:
-        raise Unfit(wrong)
-    in_logs = [*found_in_logs(usable), *stamps]
-    scatters = [s for s in in_logs if s.effect not in excluded]
-    foreign = [s for s in in_logs if s.effect in excluded]
-    signals = {each.signal for each in problem.series}
+    in_logs = found_in_logs(usable)
+    known = {s.effect for s in in_logs if s.effect not in excluded}
     # What a converter cuts off depends on the reading: so do the residuals that are left.
-    problem = replace(problem, opaque=tuple({s.signal for s in scatters if s.effect.startswith("tach_")}))
-    known = {s.effect for s in scatters}
+    opaque = tuple({s.signal for s in in_logs if s.effect in known and s.effect.startswith("tach_")})
     if "tach_quantization" in known:
         known.add("tach_dropout")  # a coarse converter reads zero at low speed too
-    listed = suspects(signals, (*excluded, *known))
-    air = "ventilation" not in excluded
-    found = investigate(problem, listed, with_ventilation=air, progress=progress)
-    if "timestamp_jitter" not in excluded and not stamps:
-        scatters += _jitter(found)
+    given = replace(problem, opaque=opaque)
+    regular = on_regular_stamps(given, checked([r.regular or r for r in recordings]).recordings)
+    gain = 0.0 if regular is None else gain_of_regular(given, regular)
+
+    def investigated(problem: Problem) -> Investigation:
+        wrong = unit_problems(problem)
+        if wrong:
+            raise Unfit(wrong)
+        listed = suspects({each.signal for each in problem.series}, (*excluded, *known))
+        return investigate(problem, listed, with_ventilation="ventilation" not in excluded, progress=progress)
+
+    problem = regular if regular is not None and regular_fit_better(gain) else given
+    found = investigated(problem)
+    if regular is not None and found.leading is not None:
+        gain = gain_of_regular(given, regular, found.leading.fitted)
+        better = regular if regular_fit_better(gain) else given
+        if better is not problem:
+            problem, found = better, investigated(better)
+    if regular_fit_better(gain):
+        in_logs.append(jitter_of_stamps(given, gain))
+    elif "timestamp_jitter" not in excluded:
+        in_logs += _jitter(found)
+    scatters = [s for s in in_logs if s.effect not in excluded]
+    foreign = [s for s in in_logs if s.effect in excluded]
     progress("verdict")
     posterior = posterior_of(found, scatters=bool(scatters))
     verdict = verdict_of(found, posterior, scatters, foreign)
     progress("held-out data")
     return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
-
-
-def _with_better_stamps(problem: Problem, regular: Sequence[Recording]) -> tuple[Problem, list[Scatter]]:
-    """Return the problem on regular stamps, where these fit better than scattered ones, and what that says."""
-    if all(recording.regular is None for recording in problem.recordings):
-        return problem, []
-    other = replace(problem, recordings=tuple(regular))
-    noise = problem.sample_noise
-    gain = fit(problem, noise, problem.start()).cost - fit(other, noise, other.start()).cost
-    if gain < 2.0 * _JITTER_ODDS:
-        return problem, []
-    found = []
-    for recording in problem.recordings:
-        for signal, size in recording.log.scatter.items():
-            found.append(scattered_before_sorting(size, recording.log.period[signal]))
-    size = float(np.sqrt(np.mean(np.square(found))))
-    sentence = f"stamps scatter by {1000 * size:.1f} ms; regular ones fit better"
-    count = sum(m.values.size for r in regular for m in r.experiment.measurements.values())
-    deviation = np.hypot(size / np.sqrt(2.0 * count), _SORTED * size)
-    jitter = Scatter(
-        effect="timestamp_jitter",
-        signal="",
-        parameter="deviation",
-        size=size,
-        deviation=float(deviation),
-        log_odds=0.5 * gain,
-        sentence=sentence,
-    )
-    return other, [jitter]
 
 
 def _jitter(found: Investigation) -> list[Scatter]:
@@ -185,7 +165,7 @@ def _jitter(found: Investigation) -> list[Scatter]:
     if not instants or leading.unexplained is None or leading.unexplained.evidence > 1.0:
         return []  # means over cells have no stamps that could jitter
     size, deviation, odds = jitter_of(leading.fitted)
-    if odds < _JITTER_ODDS:
+    if odds < JITTER_ODDS:
         return []
     sentence = f"residuals grow with the slope of the signals as if stamps scattered by {1000 * size:.1f} ms"
     return [

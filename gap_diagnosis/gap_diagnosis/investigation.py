@@ -68,6 +68,11 @@ class Investigation:
     stated: tuple[float, float]
     stretches: Candidate | None = None
 
+    @property
+    def leading(self) -> Candidate | None:
+        """The candidate with most evidence; None where none has more than no effect."""
+        return self.candidates[0] if self.candidates and self.candidates[0].evidence > 0.0 else None
+
     @cached_property
     def beyond_sensors(self) -> float:
         """How many times larger the noise is than the samples' own, as the mean over the signals; at least 1.

@@ -68,21 +68,57 @@ def repeated_samples(values: Array) -> Mask:
     return same if share >= 0.003 else np.zeros(values.size, dtype=bool)
 
 
-def spikes(values: Array, noise: float, *, half_width: int = 6, limit: float = 6.0) -> Mask:
-    """Return which samples stand out of the median of their neighbours by more than `limit` deviations, shape (M,).
+def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:
+    """Return which samples of a slow signal (a flow) stand out of their neighbours, shape (M,).
 
-    For slow signals (flows): the median follows what lasts longer than `half_width` samples. Groups of three and more
-    neighbours are events, not spikes.
+    First those more than `limit` deviations away from the median of their neighbours: it bears many spikes, but cuts
+    the peaks of a signal that is sampled slowly. Of these remain the ones that are as far from the parabola through
+    the other neighbours, the deviation of the parabola itself included.
     """
     known = np.isfinite(values)
-    if np.sum(known) < 4 * half_width or not noise > 0.0:
+    if np.sum(known) < 4 * _NEIGHBOURS or not noise > 0.0:
         return np.zeros(values.size, dtype=bool)
     filled = np.interp(np.arange(values.size), np.flatnonzero(known), values[known])
-    distance = filled - median_filter(filled, 2 * half_width + 1, mode="nearest")
+    distance = filled - median_filter(filled, 2 * _NEIGHBOURS + 1, mode="nearest")
     spread = float(np.median(np.abs(distance[known])) / 0.6745)
     # While the signal climbs, most samples are the median of their window: that is no sign of little noise.
     climbing = float(np.quantile(np.abs(np.diff(filled)), 0.25) / (0.3186 * np.sqrt(2.0)))
-    return known & (np.abs(distance) > limit * max(min(noise, spread), 0.7 * min(noise, climbing), 1e-12))
+    deviation = max(min(noise, spread), 0.7 * min(noise, climbing), 1e-12)
+    standing_out = known & (np.abs(distance) > limit * deviation)
+    suspected = np.flatnonzero(standing_out)
+    for _ in range(_ROUNDS if suspected.size else 0):
+        left = np.zeros(values.size, dtype=bool)
+        left[suspected] = _from_parabola(filled, known & ~standing_out, suspected) > limit * deviation
+        if np.array_equal(left, standing_out):
+            break
+        standing_out = left
+    # Spikes come at random; what comes in groups, or is what most samples do, is the signal.
+    neighbours = int(np.sum(standing_out[1:] & standing_out[:-1]))
+    share = float(np.mean(standing_out))
+    at_random = share < _MOST and neighbours <= 2.0 * share**2 * values.size + 5.0
+    return standing_out if at_random else np.zeros(values.size, dtype=bool)
+
+
+_NEIGHBOURS = 6  # to either side
+_ROUNDS = 6
+_MOST = 0.45  # share of samples from which on they are the signal
+
+
+def _from_parabola(values: Array, used: Mask, at: NDArray[np.int64]) -> Array:
+    """Return how far samples lie from the parabola through the used ones among their ten neighbours, shape of `at`.
+
+    Divided by how many deviations of a sample that distance has; infinite where too few neighbours are used.
+    """
+    offsets = np.concatenate((np.arange(-5, 0), np.arange(1, 6)))
+    places = at[:, None] + offsets
+    inside = (places >= 0) & (places < values.size)
+    places = np.clip(places, 0, values.size - 1)
+    weights = (inside & used[places]).astype(np.float64)
+    powers = (offsets / 5.0)[:, None] ** np.arange(3)
+    inverse = np.linalg.inv(np.einsum("mw,wi,wj->mij", weights, powers, powers) + 1e-9 * np.eye(3))
+    middle = np.einsum("mi,wi,mw,mw->m", inverse[:, 0], powers, weights, values[places])
+    away = np.abs(values[at] - middle) / np.sqrt(1.0 + inverse[:, 0, 0])
+    return np.where(np.sum(weights, axis=1) > 3, away, np.inf)
 
 
 def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_share: float = 2e-3) -> Mask:

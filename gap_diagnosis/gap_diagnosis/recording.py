@@ -84,10 +84,11 @@ class Recording:
 
 
 def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantState, dict[str, float]]:
-    """Return the state at the start and how uncertain it is; nothing is uncertain where the thruster rests.
+    """Return the state at the start and how uncertain it is; nothing is uncertain where thruster and water rest.
 
     A thruster rests where its speed's first samples lie within four standard deviations of zero (and 3 rad/s), whatever
-    the first command is: it has just been given; without a speed, where no throttle is given.
+    the first command is: it has just been given; without a speed, where no throttle is given. One that turns at its
+    first sample may run with the first command, or be about to after that command: nothing before it tells.
     """
     first = {name: _first(m.time, m.values) for name, m in experiment.measurements.items()}
     moving = [
@@ -98,12 +99,14 @@ def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantS
     ]
     u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
     if "speed" not in moving and (abs(u) <= idle or "speed" in first):
-        return AT_REST, {}
+        # The water may still move, from a run before; or its meter is off zero, or there is a current: not the start's.
+        water = [abs(first[name][0]) for name in ("axial", "ambient") if name in moving]
+        return AT_REST, {"v": 0.5, "ambient": max(0.1, *water)} if water else {}
     n = first["speed"][0] if "speed" in first else 0.0
     ambient = first["ambient"][0] if "ambient" in first else 0.0
     axial = first["axial"][0] if "axial" in first else 0.0
     noise = experiment.measurements["speed"].noise if "speed" in first else 30.0
-    deviations = {"n": max(5.0, 5.0 * noise), "v": 0.5, "ambient": 0.1}
+    deviations = {"n": max(5.0, 5.0 * noise, 0.5 * abs(n)), "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
     return PlantState(n, axial, ambient, u), deviations
 
 

@@ -13,10 +13,12 @@ from numpy.typing import NDArray
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.recording import Recording
 
-__all__ = ["Scatter", "found_in_logs", "jitter_of", "masks_of", "scattered_before_sorting"]
+__all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "jitter_of", "masks_of", "scattered_before_sorting"]
 
 Array = NDArray[np.float64]
 LEAST_SPIKES = 0.012
+JITTER_ODDS = 8.0
+"""Logarithm of the odds from which on stamps are said to scatter."""
 LATTICE_MATTERS = 1.0  # step over the noise's deviation from which on a converter counts
 
 

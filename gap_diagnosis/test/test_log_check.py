@@ -12,6 +12,7 @@ from gap_diagnosis.log_check import (
     spikes,
 )
 from gap_diagnosis.scatter import scattered_before_sorting
+from thruster_model.identification.preparation import noise_level
 
 RNG = np.random.default_rng(1)
 WAVE = 60.0 * np.sin(np.arange(800) / 40.0)
@@ -96,6 +97,32 @@ def test_regular_stamps_do_not_scatter():
 def test_a_flow_that_climbs_and_falls_all_the_time_has_no_spikes():
     steep = 0.3 * np.sin(np.arange(750) / 18.0) + 0.006 * np.random.default_rng(7).standard_normal(750)
     assert np.sum(spikes(steep, 0.006)) <= 2
+
+
+def flow_read_at(rate):
+    time = np.arange(0.0, 120.0, 1.0 / rate)
+    noise = 0.006 * np.random.default_rng(8).standard_normal(time.size)
+    return 0.08 * np.sin(4.1 * time) + 0.06 * np.sin(1.7 * time) + noise
+
+
+@pytest.mark.parametrize("rate", [6.0, 10.0, 25.0])
+def test_the_peaks_of_a_flow_that_is_read_slowly_are_no_spikes(rate):
+    flow = flow_read_at(rate)
+    assert np.mean(spikes(flow, noise_level(flow))) < 0.005
+
+
+@pytest.mark.parametrize("rate", [10.0, 25.0])
+def test_spikes_are_found_beside_such_peaks(rate):
+    flow = flow_read_at(rate)
+    hit = np.random.default_rng(9).random(flow.size) < 0.05
+    flow[hit] += 0.4
+    found = spikes(flow, noise_level(flow))
+    assert np.mean(found[hit]) > 0.9 and np.mean(found[~hit]) < 0.005
+
+
+def test_what_most_samples_do_is_no_spike():
+    fast = 0.1 * np.sin(2.0 * np.arange(500))
+    assert not spikes(fast + 0.006 * np.random.default_rng(8).standard_normal(500), 0.006).any()
 
 
 def test_stamps_that_do_not_advance_have_no_line_through_them():

@@ -1,0 +1,64 @@
+"""Stamps that scatter with the samples are not the log's doing, whatever else is wrong with the model."""
+
+import numpy as np
+from scipy.signal import lfilter
+
+from gap_diagnosis.fitting import fit
+from gap_diagnosis.plausibility import checked
+from gap_diagnosis.preparing import recording_of
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
+from gap_diagnosis.suspects import suspects
+from thruster_model.flow_tank import simulate
+from thruster_model.parameter_set_io import load_parameter_set
+
+HL = load_parameter_set("hl")
+NOISE = {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4}
+LAG, SCATTER = 0.08, 0.01  # [s]
+
+
+def problems(*, told, lag=LAG):
+    """Return (as given, on regular stamps) for samples at scattered instants; `told`: the stamps say when they were."""
+    rng = np.random.default_rng(4)
+    commands = np.repeat(rng.uniform(-4.5, 4.5, 30), 500)
+    happened = simulate(HL.model.coefficients(HL.values), commands, 1e-3)
+    dense = {"speed": happened.n, "ambient": happened.ambient, "thrust": happened.thrust, "torque": happened.torque}
+    if lag:
+        share = np.exp(-1e-3 / lag)
+        dense["speed"] = lfilter([1.0 - share], [1.0, -share], dense["speed"])
+    regular = 0.04 * np.arange(375)
+    signals = {}
+    for name, values in dense.items():
+        taken = regular + rng.uniform(0.0, SCATTER, regular.size)
+        read = np.interp(taken, 1e-3 * np.arange(values.size), values)
+        stamps = taken if told else regular + rng.uniform(0.0, SCATTER, regular.size)
+        signals[name] = (stamps, read + NOISE[name] * rng.standard_normal(read.size))
+    recording = recording_of("run", (1e-3 * np.arange(commands.size), commands), signals)
+    recordings = tuple(checked([recording]).recordings)
+    given = Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
+    on_regular = on_regular_stamps(given, checked([recording.regular]).recordings)
+    assert on_regular is not None
+    return given, on_regular
+
+
+def test_samples_taken_when_their_stamps_say_are_left_there_once_the_effect_is_known():
+    given, regular = problems(told=True)
+    slots = next(s for s in suspects(set(NOISE)) if s.effect == "tach_lag").slots
+    for problem in (given, regular):  # whichever of the two the hypothesis was fitted on
+        posed = problem.with_effects(slots)
+        like = fit(posed, given.sample_noise, posed.start([0.2]), iterations=25)
+        assert gain_of_regular(given, regular, like) < -100.0
+
+
+def test_stamps_that_say_nothing_are_replaced_by_regular_ones():
+    given, regular = problems(told=False, lag=0.0)
+    gain = gain_of_regular(given, regular)
+    assert regular_fit_better(gain)
+    assert jitter_of_stamps(given, gain).log_odds == 0.5 * gain
+
+
+def test_there_is_no_choice_where_no_stamps_scatter():
+    given, _ = problems(told=True)
+    plain = recording_of("run", (np.array([0.0, 1.0]), np.array([0.0, 1.0])), {})
+    assert on_regular_stamps(Problem(recordings=(plain,), parameter_set=HL, deviations={}), [plain]) is None
+    assert given.recordings[0].regular is not None
