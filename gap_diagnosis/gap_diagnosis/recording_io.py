@@ -14,6 +14,7 @@ from run_bag import Run, RunError, read_run
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification import experiment_io
 from thruster_model.identification.experiment import CHANNELS
+from thruster_model.identification.preparation import noise_level, rest_window, tare_unsigned_speed
 
 __all__ = ["read_recordings", "recordings_of"]
 
@@ -21,6 +22,7 @@ Array = NDArray[np.float64]
 Samples = tuple[Array, Array]
 _LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady period
 _SHORTEST_PART = 1.0  # [s]
+_LEAST_REST = 20  # samples
 _LATEST = 10.0  # [s] that readings may begin after the last command, which is held
 
 
@@ -86,14 +88,14 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
     """Return a run as a recording, or as several where its throttle falls silent in between.
 
     Raw readings of a bench (a tachometer without sign, gauges that rest anywhere) are tared, masked and averaged as
-    `thruster_model fit` does it; all other runs are taken sample by sample as they are.
+    `thruster_model fit` does it; all other runs are taken sample by sample as they are, speeds without sign with that
+    of the throttle.
 
     Raises:
         UnfitDataError: no throttle or nothing measured.
     """
     prefix = f"thruster_{thruster}"
-    sign, speed = f"{prefix}/state.sign_source", f"{prefix}/state.n"
-    if sign in run and speed in run and experiment_io.unsigned(run[sign].values, run[speed].values):
+    if _is_raw(run, prefix):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
     throttle = experiment_io.throttle_channel(run, prefix)
@@ -116,6 +118,8 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         expected = ", ".join(f"{prefix}/{channel}" for channel in CHANNELS.values())
         found = "; ".join(warnings) or f"found {', '.join(run)}"
         raise UnfitDataError([f"{run.name}: expected one of {expected}; {found}"])
+    if "speed" in signals and _has_magnitudes(run, prefix):
+        signals["speed"] = _signed(*signals["speed"], commands)
     deviations = {k: float(v or 0.0) for k, v in dict(run.metadata.get("clock_deviation", {})).items()}
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
     recordings: list[Recording] = []
@@ -126,6 +130,34 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         told = (*(warnings if not recordings else ()), *left_out)
         recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
     return recordings
+
+
+def _is_raw(run: Run, prefix: str) -> bool:
+    """Tell whether a run comes from a bench's own tachometer, which has no sign: by its driver, or an importer."""
+    sign, speed = f"{prefix}/state.sign_source", f"{prefix}/state.n"
+    if sign not in run or speed not in run or not experiment_io.unsigned(run[sign].values, run[speed].values):
+        return False
+    return f"{prefix}/throttle_sent.sent" in run or not experiment_io.lacks_sign(run[sign].values, run[speed].values)
+
+
+def _has_magnitudes(run: Run, prefix: str) -> bool:
+    sign = f"{prefix}/state.sign_source"
+    return sign in run and experiment_io.lacks_sign(run[sign].values, run[f"{prefix}/state.n"].values)
+
+
+def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:
+    """Return speeds with the sign of the throttle; NaN about reversals and near rest, where it tells nothing.
+
+    A tachometer that reads at rest what is more than its noise's magnitude has that taken off.
+    """
+    speed = experiment_io.signed_speed(time, magnitude, throttle)
+    rest = rest_window(*throttle)
+    still = magnitude[(time >= rest[0]) & (time <= rest[1])]
+    if still.size >= _LEAST_REST and np.mean(still) > 3.0 * np.std(still):
+        speed = tare_unsigned_speed(time, speed, rest).values
+    near = np.abs(speed) < experiment_io.NEAR_REST * noise_level(speed)
+    # With their neighbours: noise decided which of them are near.
+    return time, np.where(np.convolve(near, np.ones(3), "same") > 0.0, np.nan, speed)
 
 
 def _finite(name: str, run: Run, warnings: list[str]) -> Samples:

@@ -5,13 +5,14 @@ Every decision is taken from the run alone, before any fit, and is written into 
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from run_bag import Run, RunError, read_run
-from run_bag.importers.signals import infer_sign
+from run_bag.importers.signals import REVERSAL, infer_sign
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import CHANNELS, SIGNALS, Experiment, Measurement
 from thruster_model.identification.flow_quality import FlowLimits, assess_flow
@@ -25,11 +26,23 @@ from thruster_model.identification.preparation import (
     tare_unsigned_speed,
 )
 
-__all__ = ["PreparationOptions", "lacks_sign", "prepare", "read_experiments", "throttle_channel", "unsigned"]
+__all__ = [
+    "NEAR_REST",
+    "PreparationOptions",
+    "lacks_sign",
+    "prepare",
+    "read_experiments",
+    "signed_speed",
+    "throttle_channel",
+    "unsigned",
+]
 
 Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
-_NEAR_REST = 3.0  # standard deviations
+NEAR_REST = 3.0
+"""Standard deviations below which a magnitude is that of its noise."""
+_TURNING = 0.01  # [s] to either side of a reversal
+_RISEN = 4.0  # standard deviations
 _LEAST_USABLE = 0.25  # of the samples of a channel, below which it is told of
 
 
@@ -96,6 +109,26 @@ def lacks_sign(sources: Array, n: Array) -> bool:
 def unsigned(sources: Array, n: Array) -> bool:
     """Tell whether the tachometer has no sign; the speeds may have been given one since."""
     return lacks_sign(sources, n) or bool(np.any(sources == _SIGN_INFERRED))
+
+
+def signed_speed(time: Array, magnitude: Array, throttle: tuple[Array, Array]) -> Array:
+    """Return magnitudes of the speed [rad/s] with the sign inferred from the throttle (stamps [s], commands [V]), (N,).
+
+    NaN from an instant of reversal on until the magnitude rises again: which side of zero the samples nearest to it lie
+    on nothing tells, nor whether a throttle within the dead zone turns the rotor round at all.
+    """
+    asked = _held(*throttle, time)
+    sign = infer_sign(time, np.nan_to_num(magnitude), asked)
+    # A reversal that the recording's end cuts off may have happened or not.
+    unknown = (time > time[-1] - REVERSAL) & (asked * sign < 0.0)
+    rise = _RISEN * np.nan_to_num(noise_level(magnitude))
+    for turned, following in pairwise([*np.flatnonzero(np.diff(sign)), time.size]):
+        after = np.nan_to_num(magnitude[turned:following], nan=np.inf)
+        risen = np.flatnonzero(after > np.minimum.accumulate(after) + rise)
+        first = turned + (risen[0] if risen.size else after.size)
+        unknown[max(turned - 1, 0) : max(first, turned + 3)] = True
+        unknown |= np.abs(time - time[turned]) < _TURNING
+    return np.where(unknown, np.nan, magnitude * sign)
 
 
 def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
@@ -184,7 +217,7 @@ class _Preparation:
         signless = lacks_sign(sources, values)
         taring = tare_unsigned_speed if unsigned(sources, values) else tare
         if signless:
-            values = values * infer_sign(time, np.nan_to_num(values), _held(self.grid, self.throttle, time))
+            values = signed_speed(time, values, (self.grid, self.throttle))
         values, offset, offset_std = taring(time, values, self.rest)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
@@ -199,7 +232,7 @@ class _Preparation:
         notes = [f"rest value {offset:.2f} rad/s taken off"]
         if signless:
             # Near rest a magnitude is that of its noise.
-            glitches |= np.abs(values) < _NEAR_REST * noise_level(values)
+            glitches |= np.abs(values) < NEAR_REST * noise_level(values)
             notes.append("sign inferred from the throttle, readings near rest left out: the tachometer is unsigned")
         if np.any(glitches):
             notes.append(f"{100 * glitches.mean():.1f} % masked: glitches of the tachometer, or rest")

@@ -1,0 +1,71 @@
+"""Tachometers that give magnitudes: the sign is the throttle's, and what nothing tells is left out."""
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.recording_io import read_recordings
+from run_bag import Topic, write_run
+from thruster_model.flow_tank import simulate
+from thruster_model.identification.experiment_io import signed_speed
+from thruster_model.parameter_set_io import load_parameter_set
+
+HL = load_parameter_set("hl")
+NOISE = 0.5  # [rad/s]
+TIME = np.arange(0.0, 30.0, 1e-3)
+
+
+@pytest.fixture
+def read(tmp_path):
+    """Return (stamps, signed truth, what is read of it) of a rotor that is reversed often; `rest`: of the magnitude."""
+
+    def made(rate, seed, rest=0.0, cut=30.0):
+        rng = np.random.default_rng(seed)
+        levels = np.concatenate(([0.0], rng.uniform(-4.0, 4.0, 60)))
+        commands = np.repeat(levels[np.searchsorted(np.cumsum(rng.uniform(0.5, 1.5, 61)), TIME[::20])], 20)
+        at = np.arange(0.0, cut - 0.01, 1.0 / rate)
+        truth = np.interp(at, TIME, simulate(HL.model.coefficients(HL.values), commands, 1e-3).n[:-1])
+        magnitude = np.abs(np.abs(truth) + rest + NOISE * rng.standard_normal(at.size))
+        stamps = np.arange(0.0, cut, 0.02)
+        topics = [
+            topic("state", "ThrusterState", at, {"n": magnitude, "sign_source": np.zeros(at.size)}),
+            topic("throttle", "Throttle", stamps, {"commanded": commands[np.round(stamps * 1e3).astype(int)]}),
+        ]
+        (recording,) = read_recordings([write_run(tmp_path / f"run_{rate}_{seed}_{rest}_{cut}", topics, {})])
+        return truth, recording.experiment.measurements["speed"].values
+
+    return made
+
+
+def topic(name, kind, time, fields):
+    stamps = 10**9 + np.round(time * 1e9).astype(np.int64)
+    return Topic(
+        name=f"thruster_0/{name}", type=f"thruster_msgs/msg/{kind}", stamps=stamps, fields=fields, frame="thruster_0"
+    )
+
+
+@pytest.mark.parametrize("rate", [25.0, 50.0, 100.0])
+@pytest.mark.parametrize("seed", [1, 2])
+def test_no_reading_has_the_wrong_sign_and_most_have_one(read, rate, seed):
+    truth, speed = read(rate, seed)
+    known = np.isfinite(speed)
+    assert np.max(np.abs(speed - truth)[known]) < 4.5 * NOISE
+    assert np.mean(known[np.abs(truth) > 10.0]) > 0.85
+
+
+def test_what_a_tachometer_reads_at_rest_is_taken_off(read):
+    truth, speed = read(50.0, 3, rest=6.0)
+    assert np.nanmean(np.abs(speed) - np.abs(truth)) == pytest.approx(0.0, abs=0.1)
+
+
+@pytest.mark.parametrize("cut", np.arange(20.0, 22.0, 0.25))
+def test_a_reversal_that_the_end_cuts_off_is_left_out(read, cut):
+    truth, speed = read(50.0, 1, cut=cut)
+    assert np.nanmax(np.abs(speed - truth)) < 4.5 * NOISE
+
+
+@pytest.mark.parametrize("sense", [1.0, -1.0])
+def test_a_rotor_that_is_never_reversed_keeps_all_its_readings(sense):
+    time = np.arange(0.0, 10.0, 0.02)
+    magnitude = 50.0 + 20.0 * np.sin(time)
+    throttle = (np.array([0.0, 5.0]), sense * np.array([2.0, 3.0]))
+    np.testing.assert_array_equal(signed_speed(time, magnitude, throttle), sense * magnitude)
