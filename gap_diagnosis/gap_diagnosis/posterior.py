@@ -5,7 +5,8 @@ seen. So "none" stays modest, however well the model fits, and what is claimed i
 the log shows an effect in the samples themselves, another one beside it is as rare as a pair. With these the first
 candidate's probability is calibrated on simulated cases. Evidence is divided by how far the noise exceeds the samples'
 own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
-refitted counts by its screening. An effect that is no more than conventions leave open counts as none.
+refitted counts by its screening. An effect that is no more than conventions leave open counts as none. The equation of
+an effect is an idealisation: beside one that explains much, a second one pays for what its shape may be off.
 """
 
 from collections.abc import Mapping, Sequence
@@ -27,6 +28,9 @@ PRIOR_UNKNOWN = 0.04  # beside none; beside effects in the same proportion to th
 LAPSE = 0.01
 """Share of simulated cases in which what seemed certain was wrong: stated probabilities are mixed with the prior by it.
 """
+
+SHAPE = 0.025
+"""Share of an effect's trace by which the real one may differ from its equation."""
 
 Hypothesis = tuple[str, tuple[str, ...]]
 """Known or unknown (something nameless beside the rest), and the keys of the suspects at work."""
@@ -98,14 +102,18 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         ("known", ()): 0.0,
         ("unknown", ()): max(_unexplained(found.none), nameless),
     }
+    alone_explains = {c.named[0]: c.evidence for c in found.candidates if len(c.named) == 1}
     for candidate in found.candidates:
         known, unknown = ("known", candidate.named), ("unknown", candidate.named)
+        nats = candidate.evidence
+        if len(candidate.named) == 2:
+            nats -= SHAPE**2 * max(0.0, *(alone_explains.get(key, 0.0) for key in candidate.named))
         if not candidate.pressed:
-            evidence[known] = max(candidate.evidence, evidence.get(known, -np.inf))
+            evidence[known] = max(nats, evidence.get(known, -np.inf))
         else:
             evidence.setdefault(known, -np.inf)
         if candidate.unexplained is not None or candidate.pressed:
-            left = candidate.evidence + _unexplained(candidate)
+            left = nats + _unexplained(candidate)
             evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)

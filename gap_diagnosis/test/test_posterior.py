@@ -51,3 +51,21 @@ def test_evidence_counts_less_where_noise_is_larger_than_the_sensors_own(found):
         < posterior_of(doubted).singles[best] / posterior_of(doubted).none
         < (posterior_of(found).singles[best] / posterior_of(found).none)
     )
+
+
+@pytest.mark.parametrize(("explained", "believed"), [(500.0, True), (60000.0, False)])
+def test_a_second_effect_pays_for_what_the_shape_of_a_large_first_one_may_be_off(explained, believed):
+    """Twenty-five units more: much beside five hundred, a third of a thousandth beside sixty thousand."""
+    stated, recordings = campaign({"thrust_asymmetry": {"share": 0.3}, "tach_lag": {"time": 0.03}}, seed=2)
+    found = diagnose(recordings, stated).investigation
+    pair = next(each for each in found.candidates if set(each.keys) == {"thrust_asymmetry", "tach_lag"})
+    single = next(each for each in found.candidates if each.keys == ("thrust_asymmetry",))
+    weighed = (
+        replace(pair, evidence=explained + 25.0, unexplained=None),
+        replace(single, evidence=explained, unexplained=None),
+    )
+    none = replace(found.none, unexplained=None)
+    seen = posterior_of(replace(found, none=none, candidates=weighed, stretches=None))
+    assert (seen.pairs[pair.keys] > 0.9) == believed
+    assert (seen.singles["thrust_asymmetry"] > 0.9) != believed
+    assert seen.marginal["thrust_asymmetry"] > 0.9
