@@ -6,7 +6,8 @@ the log shows an effect in the samples themselves, another one beside it is as r
 candidate's probability is calibrated on simulated cases. Evidence is divided by how far the noise exceeds the samples'
 own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
 refitted counts by its screening. An effect that is no more than conventions leave open counts as none. The equation of
-an effect is an idealisation: beside one that explains much, a second one pays for what its shape may be off.
+an effect is an idealisation: beside one that explains much, a second one, or something unknown, pays for what its
+shape may be off.
 """
 
 from collections.abc import Mapping, Sequence
@@ -29,7 +30,7 @@ LAPSE = 0.01
 """Share of simulated cases in which what seemed certain was wrong: stated probabilities are mixed with the prior by it.
 """
 
-SHAPE = 0.025
+SHAPE = 0.03
 """Share of an effect's trace by which the real one may differ from its equation."""
 
 Hypothesis = tuple[str, tuple[str, ...]]
@@ -107,19 +108,24 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         known, unknown = ("known", candidate.named), ("unknown", candidate.named)
         nats = candidate.evidence
         if len(candidate.named) == 2:
-            nats -= SHAPE**2 * max(0.0, *(alone_explains.get(key, 0.0) for key in candidate.named))
+            nats -= _for_shape(max(alone_explains.get(key, 0.0) for key in candidate.named))
         if not candidate.pressed:
             evidence[known] = max(nats, evidence.get(known, -np.inf))
         else:
             evidence.setdefault(known, -np.inf)
         if candidate.unexplained is not None or candidate.pressed:
-            left = nats + _unexplained(candidate)
+            left = nats + _unexplained(candidate) - _for_shape(candidate.evidence)
             evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
     seen = _shared({each: priors[each] + nats / found.beyond_sensors for each, nats in evidence.items()})
     return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
+
+
+def _for_shape(explained: float) -> float:
+    """Return what something beside an effect that explains so much pays for the shape of that."""
+    return SHAPE**2 * max(explained, 0.0)
 
 
 def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:
