@@ -247,9 +247,8 @@ def _nearest_in_words(diagnosis: Diagnosis) -> str:
     named = " with ".join(
         f"{s.key} ({', '.join(f'{n} {v:.3g}' for n, v in sizes[s.effect].items())})" for s in leading.suspects
     )
-    return (
-        f" Nearest comes {named}, which takes off {100 * share:.0f} % of what lies beyond the noise; it is not claimed."
-    )
+    part = f"{100 * share:.0f}" if share < 0.995 else "more than 99"
+    return f" Nearest comes {named}, which takes off {part} % of what lies beyond the noise; it is not claimed."
 
 
 def _errors_in_words(diagnosis: Diagnosis) -> str:

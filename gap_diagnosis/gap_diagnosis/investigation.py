@@ -44,6 +44,7 @@ _AIR_BESIDE = 20.0
 """
 _WORTH_AIR = 0.3
 _HOPELESS = 150.0  # units of evidence behind the best from which on a hypothesis is not refitted when the noise changes
+_EXACT = 2e-4  # share of a signal by which integrators and conventions of simulators disagree
 _TURNS = 3
 _SAME_NOISE = 0.04
 
@@ -72,6 +73,13 @@ class Investigation:
     def leading(self) -> Candidate | None:
         """The candidate with most evidence; None where none has more than no effect."""
         return self.candidates[0] if self.candidates and self.candidates[0].evidence > 0.0 else None
+
+    @cached_property
+    def inexact(self) -> float:
+        """What a simulator's own inexactness may look like, in units of evidence: much where sensors are very good."""
+        problem = self.none.fitted.problem
+        readings = problem.whitened(problem.sample_noise, problem.measured)
+        return float(0.5 * _EXACT**2 * np.nansum(readings**2))
 
     @cached_property
     def beyond_sensors(self) -> float:

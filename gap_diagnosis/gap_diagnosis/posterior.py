@@ -7,7 +7,7 @@ candidate's probability is calibrated on simulated cases. Evidence is divided by
 own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
 refitted counts by its screening. An effect that is no more than conventions leave open counts as none. The equation of
 an effect is an idealisation: beside one that explains much, a second one, or something unknown, pays for what its
-shape may be off.
+shape may be off. So does whatever is held against none for what integrators and conventions disagree about.
 """
 
 from collections.abc import Mapping, Sequence
@@ -100,7 +100,7 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
     doubt = np.log(PRIOR_UNKNOWN / (1.0 - PRIOR_UNKNOWN))
     nameless = found.stretches.evidence if found.stretches is not None else -np.inf
     evidence: dict[Hypothesis, float] = {
-        ("known", ()): 0.0,
+        ("known", ()): found.inexact,
         ("unknown", ()): max(_unexplained(found.none), nameless),
     }
     alone_explains = {c.named[0]: c.evidence for c in found.candidates if len(c.named) == 1}

@@ -167,9 +167,9 @@ def _finite(name: str, run: Run, warnings: list[str]) -> Samples:
     infinite = int(np.sum(np.isinf(values)))
     if infinite:
         warnings.append(f"{name}: expected numbers, found {infinite} infinite ones; left out")
-    missing = float(np.mean(np.isnan(values)))
-    if missing > 0.0 and "throttle" in name:
-        warnings.append(f"{name}: {100 * missing:.0f} % of the commands are no numbers; the ones before them are held")
+    missing = int(np.sum(np.isnan(values)))
+    if missing and "throttle" in name:
+        warnings.append(f"{name}: {missing} of {values.size} stamps come without a command; the one before is held")
     return time[known], values[known]
 
 

@@ -69,3 +69,22 @@ def test_a_second_effect_pays_for_what_the_shape_of_a_large_first_one_may_be_off
     assert (seen.pairs[pair.keys] > 0.9) == believed
     assert (seen.singles["thrust_asymmetry"] > 0.9) != believed
     assert seen.marginal["thrust_asymmetry"] > 0.9
+
+
+def test_sensors_that_are_very_good_make_nothing_out_of_the_last_ten_thousandths_of_a_signal(found):
+    """A few units of evidence are much at ordinary noise; at a thirtieth of it integrators differ by as much."""
+    best = max(found.candidates, key=lambda candidate: candidate.evidence)
+    assert found.inexact < 0.5
+    problem = found.none.fitted.problem
+    finer = replace(problem, recordings=tuple(_finer(each, 30.0) for each in problem.recordings))
+    keen = replace(found, none=replace(found.none, fitted=replace(found.none.fitted, problem=finer)))
+    assert keen.inexact == pytest.approx(900.0 * found.inexact, rel=1e-6)
+    assert posterior_of(keen).none / posterior_of(keen).of(best.keys) > 100.0 * (
+        posterior_of(found).none / posterior_of(found).of(best.keys)
+    )
+
+
+def _finer(recording, times):
+    experiment = recording.experiment
+    kept = {name: replace(m, noise=m.noise / times) for name, m in experiment.measurements.items()}
+    return replace(recording, experiment=replace(experiment, measurements=kept))

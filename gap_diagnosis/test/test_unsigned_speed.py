@@ -6,7 +6,7 @@ import pytest
 from gap_diagnosis.recording_io import read_recordings
 from run_bag import Topic, write_run
 from thruster_model.flow_tank import simulate
-from thruster_model.identification.experiment_io import signed_speed
+from thruster_model.identification.experiment_io import lacks_sign, signed_speed
 from thruster_model.parameter_set_io import load_parameter_set
 
 HL = load_parameter_set("hl")
@@ -61,6 +61,15 @@ def test_what_a_tachometer_reads_at_rest_is_taken_off(read):
 def test_a_reversal_that_the_end_cuts_off_is_left_out(read, cut):
     truth, speed = read(50.0, 1, cut=cut)
     assert np.nanmax(np.abs(speed - truth)) < 4.5 * NOISE
+
+
+def test_noise_below_zero_at_rest_does_not_make_a_magnitude_a_signed_speed():
+    noise = NOISE * np.random.default_rng(5).standard_normal(500)
+    magnitude = np.where(np.arange(500) < 100, 0.0, 60.0) + noise
+    assert np.any(magnitude < 0.0)
+    assert lacks_sign(np.zeros(500), magnitude)
+    assert not lacks_sign(np.zeros(500), magnitude - 70.0 * (np.arange(500) > 300))
+    assert not lacks_sign(np.ones(500), magnitude)
 
 
 @pytest.mark.parametrize("sense", [1.0, -1.0])

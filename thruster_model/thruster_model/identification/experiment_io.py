@@ -43,6 +43,7 @@ NEAR_REST = 3.0
 """Standard deviations below which a magnitude is that of its noise."""
 _TURNING = 0.01  # [s] to either side of a reversal
 _RISEN = 4.0  # standard deviations
+_BELOW_ZERO = 5.0  # standard deviations
 _LEAST_USABLE = 0.25  # of the samples of a channel, below which it is told of
 
 
@@ -101,9 +102,10 @@ def throttle_channel(run: Run, prefix: str) -> str | None:
 def lacks_sign(sources: Array, n: Array) -> bool:
     """Tell from a run's sign sources whether speeds are magnitudes.
 
-    A source that was never set says "unknown" too: speeds below zero tell otherwise.
+    A source that was never set says "unknown" too: speeds below zero, by more than noise at rest, tell otherwise.
     """
-    return bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(n < 0.0)
+    noise = float(np.nan_to_num(noise_level(n)))
+    return bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(n < -_BELOW_ZERO * noise)
 
 
 def unsigned(sources: Array, n: Array) -> bool:
