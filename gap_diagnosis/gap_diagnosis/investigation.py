@@ -44,7 +44,7 @@ _AIR_BESIDE = 20.0
 """
 _WORTH_AIR = 0.3
 _HOPELESS = 150.0  # units of evidence behind the best from which on a hypothesis is not refitted when the noise changes
-_EXACT = 2e-4  # share of a signal by which integrators and conventions of simulators disagree
+_EXACT = 1e-4  # share of a signal by which integrators and conventions of simulators disagree
 _TURNS = 3
 _SAME_NOISE = 0.04
 

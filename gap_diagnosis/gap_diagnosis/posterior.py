@@ -114,7 +114,9 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         else:
             evidence.setdefault(known, -np.inf)
         if candidate.unexplained is not None or candidate.pressed:
-            left = nats + _unexplained(candidate) - _for_shape(candidate.evidence)
+            # A pair that still leaves something has explained a wrong shape by a second effect.
+            left = nats + _unexplained(candidate)
+            left -= _for_shape(candidate.evidence) if len(candidate.named) == 1 else 0.0
             evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
