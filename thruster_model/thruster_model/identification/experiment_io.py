@@ -216,7 +216,8 @@ class _Preparation:
         time, values = self.run.time(name), self.run[name].values
         sign = name.replace("state.n", "state.sign_source")
         sources = self.run[sign].values if sign in self.run else np.empty(0)
-        signless = lacks_sign(sources, values)
+        # Without any throttle there is no sign to infer, and nothing but rest to read.
+        signless = bool(np.any(self.throttle)) and lacks_sign(sources, values)
         taring = tare_unsigned_speed if unsigned(sources, values) else tare
         if signless:
             values = signed_speed(time, values, (self.grid, self.throttle))
