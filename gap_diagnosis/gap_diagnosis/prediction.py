@@ -43,8 +43,6 @@ _LARGEST_STEPS = {
     "clock_drift": _BETWEEN, "load_cell_resonance": _BETWEEN,
 }  # fmt: skip
 _UNLIMITED = 1e9  # [V/s]
-_TINY_STEP = 2.5e-3  # [s], up to which dry friction is stable
-_ABRUPT = {"coulomb_friction", "flow_reversal_loss"}  # their forces jump where a state passes zero
 JUMPING = {"flow_reversal_loss", "ventilation"}
 """Effects with which a reading jumps where a state passes a threshold."""
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
@@ -95,13 +93,12 @@ def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: 
     if "command_lag" in sizes and np.max(np.abs(np.diff(commands)), initial=0.0) < coefficients.u_dot_max * step:
         coefficients = coefficients._replace(u_dot_max=_UNLIMITED)  # it would see stairs, and delay each
     in_plant = {name: sizes[name] for name in sizes if LIBRARY[name].hooks}
-    finest = _TINY_STEP if _ABRUPT & set(in_plant) else experiment.dt
     trajectory = simulate(
         coefficients,
         commands,
         step,
         initial=situation.start,
-        largest_step=finest,
+        largest_step=experiment.dt,
         effects=effect_values(in_plant) if in_plant else NO_EFFECTS,
         gates=np.repeat(situation.gates, finer),
     )

@@ -22,36 +22,38 @@ RAMP = 100.0  # [V/s]
 
 
 @compiled
-def rates(x, u, p, loss):  # type: ignore[no-untyped-def]
+def rates(x, u, p, loss, brake):  # type: ignore[no-untyped-def]
     n, v, flow = x
     drive = p[0] * (u - p[2]) if u <= p[2] else p[1] * (u - p[3]) if u >= p[3] else 0.0
     thrust = (1.0 - loss) * (p[6] * n * abs(n) - p[7] * abs(n) * v)
     torque = p[8] * n * abs(n) - p[9] * abs(n) * v
     dn = -p[4] * n - p[5] * torque + drive
+    if dn * n < 0.0:  # another friction while |n| falls; a rotor that it would not let fall stays
+        dn = min(dn - brake * p[4] * n, 0.0) if n > 0.0 else max(dn - brake * p[4] * n, 0.0)
     dv = -p[10] * v - p[11] * abs(v) * (v - p[12] * flow) + p[13] * thrust
     return np.array([dn, dv, -p[14] * flow - p[15] * flow * abs(flow) + p[16] * thrust]), thrust, torque
 
 
 @compiled
-def run_of(commands, p, period, substeps, lag, loss):  # type: ignore[no-untyped-def]
+def run_of(commands, p, period, substeps, lag, loss, brake):  # type: ignore[no-untyped-def]
     """Return (N, 4): speed, flow, thrust, torque before each command acts."""
     step, x, u, wanted = period / substeps, np.zeros(3), 0.0, 0.0
     read = np.zeros((commands.size, 4))
     for k in range(commands.size):
-        _, thrust, torque = rates(x, u, p, loss)
+        _, thrust, torque = rates(x, u, p, loss, brake)
         read[k] = np.array([x[0], x[2], thrust, torque])
         for _ in range(substeps):
             wanted += (commands[k] - wanted) * (1.0 - np.exp(-step / lag) if lag > 0.0 else 1.0)
             u += min(max(wanted - u, -RAMP * step), RAMP * step)
-            a = rates(x, u, p, loss)[0]
-            b = rates(x + 0.5 * step * a, u, p, loss)[0]
-            c = rates(x + 0.5 * step * b, u, p, loss)[0]
-            d = rates(x + step * c, u, p, loss)[0]
+            a = rates(x, u, p, loss, brake)[0]
+            b = rates(x + 0.5 * step * a, u, p, loss, brake)[0]
+            c = rates(x + 0.5 * step * b, u, p, loss, brake)[0]
+            d = rates(x + step * c, u, p, loss, brake)[0]
             x = x + step / 6.0 * (a + 2.0 * b + 2.0 * c + d)
     return read
 
 
-def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, duration=25.0):
+def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, duration=25.0):
     """Return random steps, a chirp and a staircase as recorded at `rate` [Hz] by a simulator with this `step` [s]."""
     rng = np.random.default_rng(seed)
     p = np.array([HL.values[name] * (1.0 + 0.05 * rng.uniform(-1.7, 1.7)) for name in NAMES])
@@ -65,7 +67,7 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, duration=25.0):
     }
     found = []
     for name, commands in programmes.items():
-        clean = run_of(commands, p, period, max(round(period / step), 1), lag, loss)
+        clean = run_of(commands, p, period, max(round(period / step), 1), lag, loss, brake)
         shocks = rng.standard_t(4, clean.shape) / np.sqrt(2.0) if tails else rng.standard_normal(clean.shape)
         read = clean + np.array(list(NOISE.values())) * shocks
         found.append(recording_of(name, (at, commands), {s: (at, read[:, k]) for k, s in enumerate(NOISE)}))
@@ -85,6 +87,8 @@ def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails):
     [
         (50.0, 1e-3, "command_lag", {"lag": 0.08}, "time", 0.08),
         (20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35),
+        (25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4),
+        (50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3),
     ],
 )
 def test_effects_are_named_in_the_same_recordings(rate, step, effect, truth, parameter, size):

@@ -90,6 +90,7 @@ SIGNATURES = [
     ("brake_asymmetry", {"share": 0.5}, {"u": 0.0}, {"n_dot": -0.5 * 1366.0}),
     ("brake_asymmetry", {"share": 0.5}, {"u": 0.0, "n": -100.0}, {"n_dot": 0.5 * 1366.0}),
     ("brake_asymmetry", {"share": 0.5}, {"u": 4.0}, {}),
+    ("brake_asymmetry", {"share": 0.5, "onset": 0.2}, {"u": 0.0}, {"n_dot": -0.5 * 1366.0}),
     ("propeller_fouling", {"share": 0.3}, {"v": 0.0}, {"thrust": -0.3 * 14.67, "torque": 0.3 * 0.02804}),
     ("thrust_loss", {"share": 0.5}, {"v": 0.0}, {"thrust": -0.5 * 14.67}),
     ("thrust_asymmetry", {"share": 0.2}, {"v": 0.0, "n": -100.0}, {"thrust": 0.2 * 14.67}),
@@ -134,13 +135,35 @@ def test_entrained_water_takes_thrust_while_the_rotor_speeds_up():
     assert after["n_dot"] == before["n_dot"] != 0.0
 
 
-def test_braking_alone_is_continuous_where_the_rotor_stops_falling():
-    braked = effect_values({"brake_asymmetry": {"share": -0.8}})
-    balance = 0.86 + (1366.0 + 1856.0 * outputs(HQ, NO_EFFECTS)["torque"]) / 737.2
-    for u in balance + np.linspace(-1e-6, 1e-6, 11):
+BALANCE = 0.86 + (1366.0 + 1856.0 * outputs(HQ, NO_EFFECTS)["torque"]) / 737.2
+"""Throttle [V] that keeps the rotor at 100 rad/s."""
+
+
+@pytest.mark.parametrize("onset", [0.0, 0.4, 1.0])
+@pytest.mark.parametrize("share", [-0.8, 0.8])
+def test_braking_alone_is_continuous_where_the_rotor_stops_falling(share, onset):
+    braked = effect_values({"brake_asymmetry": {"share": share, "onset": onset}})
+    for u in BALANCE + np.linspace(-1e-6, 1e-6, 11):
         before, after = (outputs(HQ, e, u=u)["n_dot"] for e in (NO_EFFECTS, braked))
-        assert after == pytest.approx(before, abs=1e-3)
+        assert after == pytest.approx(before, abs=0.1)
         assert after * before >= 0.0
+
+
+@pytest.mark.parametrize(
+    ("share", "onset", "slowing"),
+    [
+        (0.5, 1.0, 300.0 * 1.5),
+        (0.5, 0.5, 300.0 * 2.0),
+        (0.5, 0.1, 300.0 + 0.5 * 1366.0),
+        (0.5, 0.0, 300.0 + 0.5 * 1366.0),
+        (-0.5, 1.0, 300.0 * 0.5),
+        (-0.5, 0.1, 0.0),
+        (-0.1, 0.1, 300.0 - 0.1 * 1366.0),
+    ],
+)
+def test_a_rotor_that_slows_gently_is_braked_as_far_as_the_onset_tells(share, onset, slowing):
+    braked = effect_values({"brake_asymmetry": {"share": share, "onset": onset}})
+    assert outputs(HQ, braked, u=BALANCE - 300.0 / 737.2)["n_dot"] == pytest.approx(-slowing, abs=1e-6)
 
 
 def test_a_set_without_a_flow_term_loses_thrust_by_the_reference():

@@ -59,6 +59,32 @@ def test_braking_coasts_down_by_its_own_friction_and_speeds_up_without_it(share)
     assert up.n == pytest.approx(run("first_order", 3.0, 1.0, PlantState(0.0, 0.0, 0.0, 3.0)).n, rel=1e-12)
 
 
+@pytest.mark.parametrize("share", [-0.35, 0.35, 0.8])
+def test_a_driver_that_brakes_at_once_slows_by_another_friction_down_to_where_it_settles(share):
+    slowed = run("first_order", 2.0, 0.5, PlantState(120.0, 0.0, 0.0, 2.0), brake_asymmetry={"share": share, "onset": 0})
+    aim = 52.0 * (2.0 - 0.86)
+    braked = aim / (1.0 + share)
+    by_hand = braked + (120.0 - braked) * np.exp(-13.66 * (1.0 + share) * DT * np.arange(51))
+    assert slowed.n == pytest.approx(np.maximum(by_hand, aim), abs=0.5)
+
+
+@pytest.mark.parametrize(
+    "sizes",
+    [
+        {"brake_asymmetry": {"share": 0.8, "onset": 0.02}},
+        {"coulomb_friction": {"deceleration": 400.0}},
+        {"flow_reversal_loss": {"share": 0.8}},
+    ],
+)
+def test_abrupt_effects_shorten_the_steps_that_are_asked_for(sizes):
+    commands = 2.0 + 2.0 * np.sin(0.08 * np.arange(300.0))
+    runs = [
+        simulate(SETS["hl"], commands, DT, largest_step=step, effects=effect_values(sizes)) for step in (DT, 2.5e-4)
+    ]
+    assert runs[0].n == pytest.approx(runs[1].n, abs=0.2)
+    assert runs[0].thrust == pytest.approx(runs[1].thrust, abs=0.05)
+
+
 def test_a_turning_rotor_goes_on_where_one_at_rest_does_not_start():
     hysteresis = {"voltage": 0.3}
     throttle = 0.8

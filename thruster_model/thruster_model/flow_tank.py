@@ -12,7 +12,7 @@ from thruster_model.compilation import compiled, inlined
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.pipeline import heat_after, memory_length, pipeline
+from thruster_model.pipeline import heat_after, memory_length, pipeline, step_limit
 
 __all__ = ["AT_REST", "PlantState", "Trajectory", "plant_step", "run_plant", "simulate"]
 
@@ -130,7 +130,7 @@ def simulate(
         u_commanded: throttle commands [V], shape (N,), each held for `dt`.
         dt: period of the commands [s].
         initial: state at the first command.
-        largest_step: upper bound of the integration step [s].
+        largest_step: upper bound of the integration step [s]; effects that act more abruptly take shorter ones.
         effects: `EffectValues` of unmodelled effects that act in the plant, or none.
         gates: 0 in periods in which the propeller may draw air, else 1, shape (N,); empty: never.
 
@@ -142,7 +142,7 @@ def simulate(
         raise ValueError(f"u_commanded: expected finite values of shape (N,), got shape {commands.shape}")
     if not (dt > 0 and largest_step > 0):
         raise ValueError(f"dt and largest_step: expected positive times, got {dt} s and {largest_step} s")
-    substeps = max(1, int(np.ceil(dt / largest_step - 1e-9)))
+    substeps = max(1, int(np.ceil(dt / float(step_limit(largest_step, effects)) - 1e-9)))
     out = np.empty((6, commands.size + 1))
     start = PlantState(*map(float, initial))
     opened = np.ascontiguousarray(gates, dtype=np.float64)

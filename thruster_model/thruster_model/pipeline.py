@@ -6,7 +6,7 @@ from thruster_model.equations.classes import axial_flow, axial_rate, loads, roto
 from thruster_model.equations.dead_zone import dead_zone
 from thruster_model.equations.thruster import ambient_acceleration
 
-__all__ = ["derivative", "heat_after", "memory_length", "outputs", "pipeline"]
+__all__ = ["derivative", "heat_after", "memory_length", "outputs", "pipeline", "step_limit"]
 
 _edges = stage("edges")
 _drive = stage("drive")
@@ -19,6 +19,7 @@ _axial = stage("axial")
 _ambient = stage("ambient")
 heat_after = stage("heat")
 memory_length = stage("memory")
+step_limit = stage("step")
 
 
 @inlined

@@ -75,7 +75,9 @@ EFFECTS: dict[str, Kind] = {
     "coulomb_friction": Kind(block="rotor", size=_upto("deceleration", 500.0)),
     "viscous_friction": Kind(block="rotor", size=_upto("share", 0.8, signed=True), structural=False),
     "rotor_inertia": Kind(block="rotor", size=_upto("share", 1.5, signed=True, negative=0.5), structural=False),
-    "brake_asymmetry": Kind(block="rotor", size=_upto("share", 0.8, signed=True)),
+    "brake_asymmetry": Kind(
+        block="rotor", size=_upto("share", 0.8, signed=True), more=(_also("onset", 0.05, 1.0, "log"),)
+    ),
     "start_hysteresis": Kind(block="rotor", size=_upto("voltage", 0.5)),
     "propeller_fouling": Kind(block="rotor", size=_upto("share", 0.6), structural=False),
     "thrust_loss": Kind(block="thrust", size=_upto("share", 1.0, signed=True, negative=0.3), structural=False),

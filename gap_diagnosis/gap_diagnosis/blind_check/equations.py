@@ -66,6 +66,7 @@ class Known(NamedTuple):
     viscous_friction: float = 0.0
     rotor_inertia: float = 0.0
     brake_asymmetry: float = 0.0
+    brake_asymmetry_onset: float = 1.0
     start_hysteresis: float = 0.0
     propeller_fouling: float = 0.0
     thrust_loss: float = 0.0
@@ -204,11 +205,13 @@ def rates(n, v, ambient, u, s, p, e, o):  # type: ignore[no-untyped-def]
         n_dot = free + held
     else:
         n_dot = 0.0
-    # Braking: all of s k_n |n| where the rotor slows by k_n |n| or more, in proportion where it slows less.
-    if n > 0.0:
-        n_dot -= e.brake_asymmetry * min(max(-n_dot, 0.0), p.k_n * n)
-    elif n < 0.0:
-        n_dot += e.brake_asymmetry * min(max(n_dot, 0.0), -p.k_n * n)
+    # Braking: all of s k_n |n| where the rotor slows by the onset's share of k_n |n| or more, in proportion where less.
+    slowed = -n_dot if n > 0.0 else n_dot
+    if e.brake_asymmetry != 0.0 and n != 0.0 and slowed > 0.0:
+        full = p.k_n * abs(n)
+        share = e.brake_asymmetry * min(slowed / (e.brake_asymmetry_onset * full), 1.0)
+        slowed = max(slowed + share * full, 0.0)
+        n_dot = -slowed if n > 0.0 else slowed
     n_dot /= 1.0 + e.rotor_inertia
     force = (force - e.entrained_water * n_dot) * (1.0 - e.water_unloaded)
     v_dot = (-p.k_v * v - p.k_Uv * abs(v) * (v - p.k_w * met) + p.k_Tv * force) / (1.0 + e.flow_lag)

@@ -20,6 +20,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "ambient": ("u_dot", "ambient", "past", "force", "p", "e"),
     "heat": ("heat", "u", "dt", "p", "e"),
     "memory": ("delay", "e"),
+    "step": ("step", "e"),
 }
 """Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
 
@@ -33,6 +34,7 @@ thrust_dynamics  thrust [N], once dn/dt is known
 axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]; force: thrust [N]
 heat             heat of the motor after dt [s] at the acting throttle u [V]
 memory           how far back `past` lies [s]
+step             the longest step [s] that integrates
 """
 
 

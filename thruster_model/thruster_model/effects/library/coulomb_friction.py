@@ -11,6 +11,7 @@ from thruster_model.effects.effect import Effect, EffectParameter
 from thruster_model.equations.selection import selected
 
 STEEPNESS = 1000.0
+LONGEST = 2.5e-3  # [s]
 
 
 @equation
@@ -21,6 +22,12 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
     return n_dot - selected(STEEPNESS * np.abs(n) < s, holding, s * np.sign(n))
 
 
+@equation
+def step(step, e):  # type: ignore[no-untyped-def]
+    """Return a step [s] that is short enough for the steepness."""
+    return selected(e.coulomb_friction_deceleration != 0.0, np.minimum(step, LONGEST), step)
+
+
 EFFECT = Effect(
     id="coulomb_friction",
     title="dry friction of the rotor",
@@ -29,5 +36,5 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="deceleration", unit="rad/s^2", meaning="by the friction", lower=0.0, upper=500.0),
     ),
-    hooks={"rotor": rotor},
+    hooks={"rotor": rotor, "step": step},
 )

@@ -3,8 +3,13 @@
 The blades then meet the water far from the angle that they are made for, and stall.
 """
 
+import numpy as np
+
 from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.equations.selection import selected
+
+LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
 
 
 @equation
@@ -12,6 +17,12 @@ def loads(loads, n, v, ambient, gate, p, e):  # type: ignore[no-untyped-def]
     """Return thrust times (1 - s) while n v < 0, torque as it is."""
     force, moment = loads
     return force * (1.0 - e.flow_reversal_loss_share * (n * v < 0.0)), moment
+
+
+@equation
+def step(step, e):  # type: ignore[no-untyped-def]
+    """Return a step [s] that is short enough for the jump."""
+    return selected(e.flow_reversal_loss_share != 0.0, np.minimum(step, LONGEST), step)
 
 
 EFFECT = Effect(
@@ -22,5 +33,5 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of the thrust lost against the flow", lower=0.0, upper=0.9),
     ),
-    hooks={"loads": loads},
+    hooks={"loads": loads, "step": step},
 )
