@@ -15,6 +15,7 @@ from thruster_model.errors import UnfitDataError
 from thruster_model.identification import experiment_io
 from thruster_model.identification.experiment import CHANNELS
 from thruster_model.identification.preparation import noise_level, rest_window, tare_unsigned_speed
+from thruster_model.identification.speed_sign import NEAR_REST, lacks_sign, signed_speed, unsigned
 
 __all__ = ["read_recordings", "recordings_of"]
 
@@ -135,14 +136,14 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
 def _is_raw(run: Run, prefix: str) -> bool:
     """Tell whether a run comes from a bench's own tachometer, which has no sign: by its driver, or an importer."""
     sign, speed = f"{prefix}/state.sign_source", f"{prefix}/state.n"
-    if sign not in run or speed not in run or not experiment_io.unsigned(run[sign].values, run[speed].values):
+    if sign not in run or speed not in run or not unsigned(run[sign].values, run[speed].values):
         return False
-    return f"{prefix}/throttle_sent.sent" in run or not experiment_io.lacks_sign(run[sign].values, run[speed].values)
+    return f"{prefix}/throttle_sent.sent" in run or not lacks_sign(run[sign].values, run[speed].values)
 
 
 def _has_magnitudes(run: Run, prefix: str) -> bool:
     sign = f"{prefix}/state.sign_source"
-    return sign in run and experiment_io.lacks_sign(run[sign].values, run[f"{prefix}/state.n"].values)
+    return sign in run and lacks_sign(run[sign].values, run[f"{prefix}/state.n"].values)
 
 
 def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:
@@ -150,12 +151,12 @@ def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:
 
     A tachometer that reads at rest what is more than its noise's magnitude has that taken off.
     """
-    speed = experiment_io.signed_speed(time, magnitude, throttle)
+    speed = signed_speed(time, magnitude, throttle)
     rest = rest_window(*throttle)
     still = magnitude[(time >= rest[0]) & (time <= rest[1])]
     if still.size >= _LEAST_REST and np.mean(still) > 3.0 * np.std(still):
         speed = tare_unsigned_speed(time, speed, rest).values
-    near = np.abs(speed) < experiment_io.NEAR_REST * noise_level(speed)
+    near = np.abs(speed) < NEAR_REST * noise_level(speed)
     # With their neighbours: noise decided which of them are near.
     return time, np.where(np.convolve(near, np.ones(3), "same") > 0.0, np.nan, speed)
 

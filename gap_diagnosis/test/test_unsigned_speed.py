@@ -6,7 +6,7 @@ import pytest
 from gap_diagnosis.recording_io import read_recordings
 from run_bag import Topic, write_run
 from thruster_model.flow_tank import simulate
-from thruster_model.identification.experiment_io import lacks_sign, signed_speed
+from thruster_model.identification.speed_sign import lacks_sign, signed_speed
 from thruster_model.parameter_set_io import load_parameter_set
 
 HL = load_parameter_set("hl")

@@ -61,7 +61,9 @@ def test_braking_coasts_down_by_its_own_friction_and_speeds_up_without_it(share)
 
 @pytest.mark.parametrize("share", [-0.35, 0.35, 0.8])
 def test_a_driver_that_brakes_at_once_slows_by_another_friction_down_to_where_it_settles(share):
-    slowed = run("first_order", 2.0, 0.5, PlantState(120.0, 0.0, 0.0, 2.0), brake_asymmetry={"share": share, "onset": 0})
+    slowed = run(
+        "first_order", 2.0, 0.5, PlantState(120.0, 0.0, 0.0, 2.0), brake_asymmetry={"share": share, "onset": 0}
+    )
     aim = 52.0 * (2.0 - 0.86)
     braked = aim / (1.0 + share)
     by_hand = braked + (120.0 - braked) * np.exp(-13.66 * (1.0 + share) * DT * np.arange(51))

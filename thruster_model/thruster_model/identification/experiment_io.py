@@ -5,14 +5,12 @@ Every decision is taken from the run alone, before any fit, and is written into 
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from run_bag import Run, RunError, read_run
-from run_bag.importers.signals import REVERSAL, infer_sign
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import CHANNELS, SIGNALS, Experiment, Measurement
 from thruster_model.identification.flow_quality import FlowLimits, assess_flow
@@ -25,25 +23,11 @@ from thruster_model.identification.preparation import (
     tare,
     tare_unsigned_speed,
 )
+from thruster_model.identification.speed_sign import NEAR_REST, held, lacks_sign, signed_speed, unsigned
 
-__all__ = [
-    "NEAR_REST",
-    "PreparationOptions",
-    "lacks_sign",
-    "prepare",
-    "read_experiments",
-    "signed_speed",
-    "throttle_channel",
-    "unsigned",
-]
+__all__ = ["PreparationOptions", "prepare", "read_experiments", "throttle_channel"]
 
 Array = NDArray[np.float64]
-_SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
-NEAR_REST = 3.0
-"""Standard deviations below which a magnitude is that of its noise."""
-_TURNING = 0.01  # [s] to either side of a reversal
-_RISEN = 4.0  # standard deviations
-_BELOW_ZERO = 5.0  # standard deviations
 _LEAST_USABLE = 0.25  # of the samples of a channel, below which it is told of
 
 
@@ -99,40 +83,6 @@ def throttle_channel(run: Run, prefix: str) -> str | None:
     return next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
 
 
-def lacks_sign(sources: Array, n: Array) -> bool:
-    """Tell from a run's sign sources whether speeds are magnitudes.
-
-    A source that was never set says "unknown" too: speeds below zero, by more than noise at rest, tell otherwise.
-    """
-    noise = float(np.nan_to_num(noise_level(n)))
-    return bool(np.any(sources == _SIGN_UNKNOWN)) and not np.any(n < -_BELOW_ZERO * noise)
-
-
-def unsigned(sources: Array, n: Array) -> bool:
-    """Tell whether the tachometer has no sign; the speeds may have been given one since."""
-    return lacks_sign(sources, n) or bool(np.any(sources == _SIGN_INFERRED))
-
-
-def signed_speed(time: Array, magnitude: Array, throttle: tuple[Array, Array]) -> Array:
-    """Return magnitudes of the speed [rad/s] with the sign inferred from the throttle (stamps [s], commands [V]), (N,).
-
-    NaN from an instant of reversal on until the magnitude rises again: which side of zero the samples nearest to it lie
-    on nothing tells, nor whether a throttle within the dead zone turns the rotor round at all.
-    """
-    asked = _held(*throttle, time)
-    sign = infer_sign(time, np.nan_to_num(magnitude), asked)
-    # A reversal that the recording's end cuts off may have happened or not.
-    unknown = (time > time[-1] - REVERSAL) & (asked * sign < 0.0)
-    rise = _RISEN * np.nan_to_num(noise_level(magnitude))
-    for turned, following in pairwise([*np.flatnonzero(np.diff(sign)), time.size]):
-        after = np.nan_to_num(magnitude[turned:following], nan=np.inf)
-        risen = np.flatnonzero(after > np.minimum.accumulate(after) + rise)
-        first = turned + (risen[0] if risen.size else after.size)
-        unknown[max(turned - 1, 0) : max(first, turned + 3)] = True
-        unknown |= np.abs(time - time[turned]) < _TURNING
-    return np.where(unknown, np.nan, magnitude * sign)
-
-
 def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     """Return a run as an experiment.
 
@@ -147,7 +97,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     if run.metadata.get("water") is False and not options.air:
         raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
     grid = np.arange(0.0, run.duration, options.dt)
-    throttle = _held(run.time(throttle_name), run[throttle_name].values, grid)
+    throttle = held(run.time(throttle_name), run[throttle_name].values, grid)
     rest = rest_window(grid, throttle)
     notes = []
     if rest[1] - rest[0] < 0.2:
@@ -182,14 +132,6 @@ def _poor(prefix: str, measurement: Measurement, *, left_out: bool) -> str:
     period = float(np.median(np.diff(measurement.time))) if size > 1 else np.inf
     found = f"found {usable} of {size} usable, one every {period:.2g} s ({'; '.join(measurement.notes)})"
     return f"{prefix}/{CHANNELS[measurement.signal]}: expected readings; {found}" + ("; left out" if left_out else "")
-
-
-def _held(time: Array, values: Array, grid: Array) -> Array:
-    """Return the zero-order hold of a channel on the grid; zero before its first finite sample."""
-    known = np.isfinite(values)
-    time, values = time[known], values[known]
-    index = np.searchsorted(time, grid + 1e-9, side="right") - 1
-    return np.where(index >= 0, values[np.maximum(index, 0)], 0.0)
 
 
 def _stated_deviation(run: Run, what: str) -> float:
