@@ -7,7 +7,8 @@ candidate's probability is calibrated on simulated cases. Evidence is divided by
 own (a tempered likelihood), and mixed with the prior by a share of lapses: certainty is not to be had. What is not
 refitted counts by its screening. An effect that is no more than conventions leave open counts as none. The equation of
 an effect is an idealisation: beside one that explains much, a second one, or something unknown, pays for what its
-shape may be off. So does whatever is held against none for what integrators and conventions disagree about.
+shape may be off. So does whatever is held against none for what integrators and conventions disagree about; and what
+parts two effects that explain alike counts by how far it exceeds that.
 """
 
 from collections.abc import Mapping, Sequence
@@ -120,6 +121,9 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
             evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
+    singles = [each for each in evidence if each[0] == "known" and len(each[1]) == 1]
+    best = max((evidence[each] for each in singles), default=0.0)
+    evidence |= {each: best - _beyond_shape(best - evidence[each], best) for each in singles}
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
     seen = _shared({each: priors[each] + nats / found.beyond_sensors for each, nats in evidence.items()})
     return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
@@ -128,6 +132,11 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
 def _for_shape(explained: float) -> float:
     """Return what something beside an effect that explains so much pays for the shape of that."""
     return SHAPE**2 * max(explained, 0.0)
+
+
+def _beyond_shape(behind: float, explained: float) -> float:
+    """Return by how much an effect is really behind another one that explains so much: what its shape may be is not."""
+    return behind * behind / (behind + _for_shape(explained)) if np.isfinite(behind) and behind > 0.0 else behind
 
 
 def _shared(weights: Mapping[Hypothesis, float]) -> Posterior:

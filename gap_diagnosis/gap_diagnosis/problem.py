@@ -247,16 +247,23 @@ class Problem:
         with np.errstate(over="ignore", invalid="ignore"):
             return [simulated(r, coefficients, sizes, self.situation(x, i)) for i, r in enumerate(self.recordings)]
 
-    def predicted(self, x: Array, only: int | None = None, happened: Sequence[Simulated] | None = None) -> Array:
+    def predicted(
+        self,
+        x: Array,
+        only: int | None = None,
+        happened: Sequence[Simulated] | None = None,
+        without: str = "",
+    ) -> Array:
         """Return predictions of all rows, shape (R,).
 
         Args:
             x: unknowns.
             only: the recording that is wanted; rows of others are 0.
             happened: in the plant, where that is known already.
+            without: an effect of a sensor that is passed over.
         """
         coefficients = self.parameter_set.model.coefficients(self.values(x))
-        sizes = self.sizes(x)
+        sizes = {effect: own for effect, own in self.sizes(x).items() if effect != without}
         out = np.zeros(self.series[-1].last)
         with np.errstate(over="ignore", invalid="ignore"):
             for index, recording in enumerate(self.recordings):

@@ -11,12 +11,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.converter_steps import SPACING, TURN, largest_speed, likely_speed_steps, likely_steps
 from gap_diagnosis.fitting import Fitted, fit, projector
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import JAGGED, LIMIT, SEARCHED, Suspect
-from gap_diagnosis.throttle_steps import SPACING, likely_steps
+from gap_diagnosis.suspects import JAGGED, LIMIT, ROUNDED, SEARCHED, Suspect
 
 __all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
 
@@ -31,7 +31,9 @@ _COARSE, _FINE = range(3), range(3, 7)
 """Rounds of the search for a size, each four times as fine as the one before: in screening, and before a fit."""
 _SMALLEST_SHARE = 0.02  # of a size tried
 _IMITABLE = 0.01  # share of a trace that parameters cannot make
-_STEPS = 12  # of a coarse command that are tried
+_VISIBLE_AT = 0.35  # of the largest size, where it is asked whether an effect would be seen
+_STEPS = 12  # of a coarse converter that are tried
+_STEPS_OF = {SEARCHED: likely_steps, ROUNDED: likely_speed_steps}
 # Shares of the largest command at which a limit is tried.
 _BELOW = np.array([0.99, 0.975, 0.95, 0.9, 0.83, 0.75, 0.65, 0.55, 0.45, 0.36, 0.29, 0.2])
 
@@ -99,17 +101,18 @@ def tried(base: Fitted, noise: NoiseModel, suspects: Sequence[Suspect]) -> list[
 
 
 def _with_likely_sizes(suspect: Suspect, anchor: Fitted, noise: NoiseModel) -> Suspect:
-    """Return a coarse command with the steps that are worth a trial, a limit below the commands; others as they are."""
+    """Return a coarse converter with the steps that are worth a trial, a limit below the commands; others as are."""
     if suspect.effect == LIMIT:
         (slot,) = suspect.slots
         largest = max(float(np.max(np.abs(each.experiment.throttle))) for each in anchor.problem.recordings)
         limits = largest * _BELOW[largest * _BELOW >= slot.lower]
         return replace(suspect, grid=limits[:, None] / slot.width) if limits.size else suspect
-    if suspect.effect != SEARCHED:
+    if suspect.effect not in _STEPS_OF:
         return suspect
     (slot,) = suspect.slots
-    steps = likely_steps(anchor, noise, slot.upper, _STEPS)
-    return replace(suspect, grid=steps[:, None] / slot.width) if steps.size else suspect
+    steps = _STEPS_OF[suspect.effect](anchor, noise, slot.upper, _STEPS)
+    likely = np.append(steps, _VISIBLE_AT * slot.upper)
+    return replace(suspect, grid=likely[:, None] / slot.width) if steps.size else suspect
 
 
 class _View:
@@ -221,6 +224,8 @@ def _searched(view: _View, reference: float, screened: Screened, rounds: range =
     best, gain, signature = screened.sizes, screened.gain, screened.signature
     if suspect.effect == SEARCHED:
         spacing = SPACING * float(best[0]) * suspect.slots[0].width
+    elif suspect.effect in _STEPS_OF:
+        spacing = TURN * float(best[0]) * suspect.slots[0].width / largest_speed(view.anchor)
     else:
         trials = np.sort(np.log(suspect.grid[:, 0]))
         place = min(max(int(np.searchsorted(trials, np.log(best[0]))), 1), trials.size - 1)
@@ -243,4 +248,4 @@ def _middle(suspect: Suspect) -> int:
     if len(suspect.slots) > 1:
         return len(suspect.grid) // 2
     largest = suspect.slots[0].upper / suspect.slots[0].width
-    return int(np.argmin(np.abs(suspect.grid[:, 0] - 0.35 * largest)))
+    return int(np.argmin(np.abs(suspect.grid[:, 0] - _VISIBLE_AT * largest)))

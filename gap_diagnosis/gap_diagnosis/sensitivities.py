@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.prediction import Simulated, acts_in_plant
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import SEARCHED
+from gap_diagnosis.suspects import ROUNDED, SEARCHED
 
 __all__ = ["movable", "sensitivities_of"]
 
@@ -18,14 +18,15 @@ _CODES = 0.01
 
 def movable(problem: Problem) -> NDArray[np.bool_]:
     """Return which unknowns a fit may move, shape (K,): those that it can improve by a slope."""
-    return np.array([True] * problem.nuisances + [slot.effect != SEARCHED for slot in problem.slots])
+    return np.array([True] * problem.nuisances + [slot.effect not in (SEARCHED, ROUNDED) for slot in problem.slots])
 
 
 def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
     """Return d predicted / d unknowns by differences inside the ranges, shape (R, K); missing rows are NaN.
 
     Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
-    the slopes to either side the smaller one counts, none where they disagree in sign.
+    the slopes to either side the smaller one counts, none where they disagree in sign. Rounded readings have the slopes
+    of what is rounded.
 
     Args:
         problem: whose predictions.
@@ -35,7 +36,7 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
     """
     columns = range(x.size) if columns is None else columns
     happened = problem.happened(x)
-    here = problem.predicted(x, happened=happened)
+    here = problem.predicted(x, happened=happened, without=ROUNDED)
     result = np.zeros((here.size, len(columns)))
     for place, k in enumerate(columns):
         inward = _inward(problem, k, x[k], step)
@@ -55,7 +56,7 @@ def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happene
     moved[k] += step
     situation = problem.situations[k - len(problem.names)] if len(problem.names) <= k < problem.nuisances else None
     only = None if situation is None else situation.recording
-    there = problem.predicted(moved, only, None if _moves_plant(problem, k) else happened)
+    there = problem.predicted(moved, only, None if _moves_plant(problem, k) else happened, without=ROUNDED)
     result = np.zeros(here.size)
     for each in problem.series:
         if only in (None, each.recording):

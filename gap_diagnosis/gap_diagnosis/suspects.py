@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import SizeSlot
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["JAGGED", "LIMIT", "SCATTERING", "SEARCHED", "Suspect", "key_of", "suspects"]
+__all__ = ["JAGGED", "LIMIT", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "key_of", "suspects"]
 
 Array = NDArray[np.float64]
 
@@ -17,11 +17,13 @@ SCATTERING = ("timestamp_jitter", "dropped_samples", "flow_spikes")
 """Effects that only scatter: judged by the shape of the noise, not by a prediction."""
 SEARCHED = "command_quantization"
 """Effect whose size no slope can improve: it stays in a fit where the search for it has put it."""
+ROUNDED = "tach_quantization"
+"""Effect that rounds readings: they answer to all else, on the average, as if they were not rounded."""
 LIMIT = "throttle_saturation"
 """Effect that does nothing above the largest command of the recordings."""
-JAGGED = (SEARCHED, "tach_quantization", "tach_dropout")
+JAGGED = (SEARCHED, ROUNDED, "tach_dropout")
 """Effects whose predictions jump as their size grows: their sizes are searched, not fitted."""
-_DENSE = {"tach_quantization": 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
+_DENSE = {ROUNDED: 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
 _SECOND = {"load_cell_resonance": 3}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
 

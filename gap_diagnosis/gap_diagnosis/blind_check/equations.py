@@ -154,7 +154,7 @@ def drive(n, u, s, p, e, o):  # type: ignore[no-untyped-def]
     if s.time >= o.gain_step_time:
         gamma *= 1.0 - o.gain_step
     if e.supply_sag != 0.0:
-        full = p.c_u2 * (_FULL_THROTTLE - p.delta_u2) if gamma > 0.0 else p.c_u1 * (_FULL_THROTTLE + p.delta_u1)
+        full = max(p.c_u2 * (_FULL_THROTTLE - p.delta_u2), p.c_u1 * (_FULL_THROTTLE + p.delta_u1))
         gamma *= max(1.0 - e.supply_sag * abs(gamma) * abs(n) * p.k_n / (full * full), 0.0)
     return gamma
 

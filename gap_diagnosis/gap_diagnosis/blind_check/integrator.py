@@ -74,7 +74,7 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
     h = dt / SUBSTEPS
     n = v = ambient = u = heat = sway = sway_rate = stall_left = 0.0
     ramped = lagged = play = ring = ring_rate = tach = integral = 0.0
-    load_f = load_f_rate = load_m = load_m_rate = creep = creep_slow = 0.0
+    load_f = load_f_rate = creep = creep_slow = 0.0
     springy = e.load_cell_resonance < math.inf
     mode = _mode(e.load_cell_resonance if springy else 1.0, e.load_cell_resonance_damping, h)
     ringing = _mode(o.drive_resonance_frequency, o.drive_resonance_damping, h)
@@ -91,12 +91,12 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
         )
         _, _, _, water, force, moment = rates(n, v, ambient, u, s, p, e, o)
         if k == 0:
-            tach, load_f, load_m = n, force, moment
+            tach, load_f = n, force
         out[0, k], out[1, k], out[2, k], out[3, k], out[4, k], out[5, k] = n, water, force, moment, v, u
         clean = tach if e.tach_lag > 0.0 else n
         out[6, k], out[7, k] = _tachometer(clean, 0.0, e, o), _tachometer(clean, noise[k], e, o)
         late = o.load_cell_creep * (0.5 * (creep + creep_slow) - force)
-        out[8, k], out[9, k] = (load_f, load_m) if springy else (force + late, moment)
+        out[8, k], out[9, k] = (load_f if springy else force + late), moment
         if desired.size > 0:
             error = desired[k] - out[7, k]
             wanted = gains[0] * desired[k] + gains[1] * error + integral
@@ -129,15 +129,13 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
             gate = gates[int(time / GATE_PERIOD + 1e-6)]
             past = flow[i - back] - e.ambient_current if i >= back else 0.0
             s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, time)
-            n1, v1, a1, _, force, moment = rates(n, v, ambient, before, s, p, e, o)
+            n1, v1, a1, _, force, _ = rates(n, v, ambient, before, s, p, e, o)
             heat = abs(u) / 5.0 + (heat - abs(u) / 5.0) * keep_heat
             past = flow[i + 1 - back] - e.ambient_current if i + 1 >= back else 0.0
             s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, time + h)
             ahead = n + h * n1
             crosses = ahead * n < 0.0 and dry_friction(0.0, e, o) > 0.0
-            n2, v2, a2, _, force2, moment2 = rates(
-                0.0 if crosses else ahead, v + h * v1, ambient + h * a1, u, s, p, e, o
-            )
+            n2, v2, a2, _, force2, _ = rates(0.0 if crosses else ahead, v + h * v1, ambient + h * a1, u, s, p, e, o)
             arrived = n + 0.5 * h * (n1 + n2)
             if crosses:
                 arrived = h * (1.0 - n / (n - ahead)) * n2
@@ -149,7 +147,6 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
             mean_force = 0.5 * (force + force2)
             if springy:
                 load_f, load_f_rate = _moved(load_f, load_f_rate, mean_force, mode)
-                load_m, load_m_rate = _moved(load_m, load_m_rate, 0.5 * (moment + moment2), mode)
             if o.load_cell_creep != 0.0:
                 creep += h / o.load_cell_creep_time * (mean_force - creep)
                 creep_slow += h / (3.0 * o.load_cell_creep_time) * (mean_force - creep_slow)

@@ -1,4 +1,4 @@
-"""The structure between thruster and load cell is springy: it rings after jumps."""
+"""The structure between thruster and load cell is springy: it rings along the thrust after jumps."""
 
 from functools import lru_cache
 
@@ -43,6 +43,6 @@ EFFECT = Effect(
         ),
     ),
     samples=read,
-    channel="thrust torque",
+    channel="thrust",
     order=1,
 )

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from generated import campaign
 
+from gap_diagnosis.converter_steps import SPACING, likely_steps
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.throttle_steps import SPACING, likely_steps
 
 
 def _base(effects, channels=("n", "ambient", "thrust", "torque")):

@@ -1,10 +1,12 @@
-"""Which converter steps a coarse throttle may have: a fast search before any is simulated.
+"""Which steps the converter of a coarse throttle, or of a tachometer, may have: a fast search before any is simulated.
 
 A step s shows as a sharp peak over s, one place among thousands: plateaus flip to another code as u/s changes by a few
 hundredths. What a converter adds to the throttle is known for each s, and so is its trace to first order, in the model
-linearised along the run. Steps are ranked by the squares that this trace takes off, the other unknowns re-tuned beside
-it.
+linearised along the run; what a converter adds to the speed shows in the readings as it is. Steps are ranked by the
+squares that this trace takes off, the other unknowns re-tuned beside it.
 """
+
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +18,16 @@ from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import Simulated, nearest
 from thruster_model.compilation import compiled
 
-__all__ = ["SPACING", "likely_steps"]
+__all__ = ["SPACING", "TURN", "largest_speed", "likely_speed_steps", "likely_steps"]
 
 Array = NDArray[np.float64]
 
 SPACING = 0.02
 """Of the steps tried, in codes per volt."""
+TURN = 0.2
+"""Of the steps of a tachometer tried, in codes at the largest speed."""
+_FINEST = 0.5  # step of a tachometer in deviations of its noise, below which no trace is left
+_MOST_SAMPLES = 20_000
 _MOST_CODES = 200.0
 """Codes per volt beyond which no trace is left in ordinary noise."""
 _FINE_CODES, _FINER = 60.0, 0.4  # below so many a trace is strong enough for its peak to be sharp
@@ -45,17 +51,68 @@ def likely_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) ->
     signal = max(strength, key=lambda name: strength[name])
     runs = [run for run in runs if signal in run.gains]
     rows = np.concatenate([run.rows[signal] for run in runs])
-    deviation = noise.signals[signal].marginal
-    basis = projector(anchor.sensitivities[rows] / deviation, problem.nuisances)
-    left = np.concatenate((anchor.residuals[rows] / deviation, -anchor.x[: problem.nuisances]))
-    along = (left - basis @ (basis.T @ left))[: rows.size]
     fine = np.arange(1.0 / upper, _FINE_CODES, _FINER * SPACING)
     codes = np.concatenate((fine, np.arange(_FINE_CODES, _MOST_CODES, SPACING)))
+
+    def traces(some: Array) -> Array:
+        return np.hstack([run.traces(signal, some) for run in runs])
+
+    return _best(anchor, noise.signals[signal].marginal, rows, traces, codes, count)
+
+
+def likely_speed_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) -> Array:
+    """Return the tachometer's steps [rad/s] up to `upper` that take most off the residuals of a fit, best first.
+
+    At most `count`; none where the speed is not measured. Noise that is added after the converter hides its lattice.
+    """
+    problem = anchor.problem
+    parts = [
+        np.arange(each.first, each.last)[problem.known[each.rows]] for each in problem.series if each.signal == "speed"
+    ]
+    rows = np.concatenate(parts) if parts else np.empty(0, dtype=np.int64)
+    if not rows.size:
+        return np.empty(0)
+    rows = rows[:: rows.size // _MOST_SAMPLES + 1]
+    deviation = noise.signals["speed"].marginal
+    speeds = problem.predicted(anchor.x)[rows]
+    codes = np.arange(1.0 / upper, 1.0 / (_FINEST * deviation), TURN / largest_speed(anchor))
+
+    def traces(some: Array) -> Array:
+        scaled = some[:, None] * speeds
+        return np.asarray((np.rint(scaled) - scaled) / some[:, None] / deviation)
+
+    return _best(anchor, deviation, rows, traces, codes, count)
+
+
+def largest_speed(anchor: Fitted) -> float:
+    """Return the largest speed [rad/s] that a fit predicts, at least 1."""
+    problem = anchor.problem
+    predicted = problem.predicted(anchor.x)
+    speeds = [predicted[each.rows] for each in problem.series if each.signal == "speed"]
+    return max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
+
+
+def _best(
+    anchor: Fitted,
+    deviation: float,
+    rows: NDArray[np.int64],
+    traces: Callable[[Array], Array],
+    codes: Array,
+    count: int,
+) -> Array:
+    """Return the steps, best first, whose traces (C, M) in samples of a signal take most off what a fit left of them.
+
+    `deviation`: of the signal's noise; `traces`: of codes (C,), over that deviation.
+    """
+    nuisances = anchor.problem.nuisances
+    basis = projector(anchor.sensitivities[rows] / deviation, nuisances)
+    left = np.concatenate((anchor.residuals[rows] / deviation, -anchor.x[:nuisances]))
+    along = (left - basis @ (basis.T @ left))[: rows.size]
     score = np.empty(codes.size)
     for first in range(0, codes.size, _CHUNK):
-        traces = np.hstack([run.traces(signal, codes[first : first + _CHUNK]) for run in runs])
-        power = np.sum(traces**2, axis=1) - np.sum((traces @ basis[: rows.size]) ** 2, axis=1)
-        score[first : first + _CHUNK] = 2.0 * traces @ along - power
+        some = traces(codes[first : first + _CHUNK])
+        power = np.sum(some**2, axis=1) - np.sum((some @ basis[: rows.size]) ** 2, axis=1)
+        score[first : first + _CHUNK] = 2.0 * some @ along - power
     peaks, _ = find_peaks(np.concatenate(([-np.inf], score, [-np.inf])))
     best = peaks[np.argsort(-score[peaks - 1])[:count]] - 1
     return np.asarray(1.0 / codes[best])
