@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
 from gap_diagnosis.investigation import Investigation, investigate
+from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
 from gap_diagnosis.posterior import Posterior, posterior_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.scatter import JITTER_ODDS, Scatter, found_in_logs, jitter_of, masks_of
+from gap_diagnosis.scatter import Scatter, found_in_logs, masks_of
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.verdict import Verdict, verdict_of
@@ -25,6 +26,10 @@ from thruster_model.parameter_set import ParameterSet
 __all__ = ["Diagnosis", "Unfit", "diagnose"]
 
 Array = NDArray[np.float64]
+
+
+_PLAIN = 3.0
+"""Evidence for an effect up to which none is in sight."""
 
 
 class Unfit(ValueError):
@@ -142,10 +147,15 @@ def diagnose(
         better = regular if regular_fit_better(gain) else given
         if better is not problem:
             problem, found = better, investigated(better)
-    if regular_fit_better(gain):
-        in_logs.append(jitter_of_stamps(given, gain))
-    elif "timestamp_jitter" not in excluded:
-        in_logs += _jitter(found)
+    jitter = jitter_of_stamps(given, gain) if regular_fit_better(gain) else None
+    if "timestamp_jitter" not in excluded and _has_instants(problem):
+        beside = jitter_in(found.none.fitted)
+        if beside is not None and not _is_plain(found) and is_at_random(found.none.fitted, beside.size):
+            scaled = investigated(replace(problem, scales=scales_beside(found.none.fitted, beside.size)))
+            found = scaled if _is_plain(scaled) else found
+        if jitter is None and _is_plain(found):
+            jitter = beside
+    in_logs += [jitter] if jitter is not None else []
     scatters = [s for s in in_logs if s.effect not in excluded]
     foreign = [s for s in in_logs if s.effect in excluded]
     progress("verdict")
@@ -155,30 +165,19 @@ def diagnose(
     return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
 
 
-def _jitter(found: Investigation) -> list[Scatter]:
-    leading = found.none
-    if any(candidate.evidence > 3.0 for candidate in found.candidates):
-        return []  # what is wrong with a prediction grows with the slope as well
-    instants = all(
-        m.width == 0.0 for r in leading.fitted.problem.recordings for m in r.experiment.measurements.values()
+def _is_plain(found: Investigation) -> bool:
+    """Tell whether no effect and nothing unknown is in sight: what is wrong with a model grows with a slope as well."""
+    unexplained = found.none.unexplained
+    return (
+        all(candidate.evidence <= _PLAIN for candidate in found.candidates)
+        and unexplained is not None
+        and unexplained.evidence <= 1.0
     )
-    if not instants or leading.unexplained is None or leading.unexplained.evidence > 1.0:
-        return []  # means over cells have no stamps that could jitter
-    size, deviation, odds = jitter_of(leading.fitted)
-    if odds < JITTER_ODDS:
-        return []
-    sentence = f"residuals grow with the slope of the signals as if stamps scattered by {1000 * size:.1f} ms"
-    return [
-        Scatter(
-            effect="timestamp_jitter",
-            signal="",
-            parameter="deviation",
-            size=size,
-            deviation=deviation,
-            log_odds=odds,
-            sentence=sentence,
-        )
-    ]
+
+
+def _has_instants(problem: Problem) -> bool:
+    """Tell whether readings are those of an instant: means over cells have no stamps that could scatter."""
+    return all(m.width == 0.0 for r in problem.recordings for m in r.experiment.measurements.values())
 
 
 def _complete(

@@ -109,7 +109,8 @@ class _Part(NamedTuple):
             if each.signal == signal:
                 series.append(Series(each.recording, signal, first, first + each.last - each.first))
                 first = series[-1].last
-        white = noise.whiten(series, np.where(problem.known[rows, None], columns, np.nan))
+        worth = columns if problem.scales is None else columns * problem.scales[rows, None]
+        white = noise.whiten(series, np.where(problem.known[rows, None], worth, np.nan))
         return cls(rows, place, columns, white)
 
 

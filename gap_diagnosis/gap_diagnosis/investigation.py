@@ -271,7 +271,7 @@ def _renewed_noise(best: Fitted, noise: NoiseModel, screened: Sequence[Screened]
     residuals = best.residuals
     signatures = [s.signature for s in screened if not set(s.problem.slots) & set(best.problem.slots)]
     unexplained = discrepancy(best, noise, most=12, more=signatures)
-    left = residuals - unexplained.explained
+    left = best.problem.scaled(residuals - unexplained.explained)
     used = (len(best.x) + len(unexplained.features)) / max(int(np.sum(best.problem.known)), 1)
     series = best.problem.series
     return widened(fit_noise(series, left, min(used, 0.5), best.problem.opaque), series, best.problem.times, left)

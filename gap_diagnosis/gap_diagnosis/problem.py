@@ -89,6 +89,7 @@ class Problem:
         observed: rows in place of the recordings' own samples, shape (R,), to ask what a hypothesis makes of another's
             predictions.
         opaque: signals whose residuals have a structure of their own (a coarse converter's) and betray nothing else.
+        scales: what whitened samples are worth, shape (R,), where not all are alike.
     """
 
     recordings: Sequence[Recording]
@@ -100,6 +101,7 @@ class Problem:
     gates: tuple[Array, ...] = ()
     observed: Array | None = None
     opaque: tuple[str, ...] = ()
+    scales: Array | None = None
 
     @cached_property
     def names(self) -> tuple[str, ...]:
@@ -294,5 +296,9 @@ class Problem:
         return replace(self, slots=slots, gates=gates or self.gates)
 
     def whitened(self, noise: NoiseModel, rows: Array) -> Array:
-        """Return rows whitened by the noise."""
-        return noise.whiten(self.series, rows)
+        """Return rows (R,) or (R, K) whitened by the noise."""
+        return noise.whiten(self.series, self.scaled(rows))
+
+    def scaled(self, rows: Array) -> Array:
+        """Return rows (R,) or (R, K) by what they are worth."""
+        return rows if self.scales is None else (rows.T * self.scales).T

@@ -1,7 +1,8 @@
 """Effects that only scatter: spikes, repeated samples, a converter's lattice, stamps that jitter.
 
 They are no part of a prediction, so they are judged by the log and by the shape of the residuals, and then taken out
-of the way: spikes and repeated samples are masked, scattered stamps replaced by regular ones where those fit better.
+of the way: spikes and repeated samples are masked, scattered stamps replaced by regular ones where those fit better,
+and samples on a slope count by what stamps leave of them where no log shows the scatter (jitter.py).
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,10 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.recording import Recording
 
-__all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "jitter_of", "masks_of", "scattered_before_sorting"]
+__all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "masks_of", "scattered_before_sorting"]
 
 Array = NDArray[np.float64]
 LEAST_SPIKES = 0.012
@@ -148,49 +148,6 @@ def _shares(tables: Sequence[Mapping[str, NDArray[np.bool_]]]) -> dict[str, tupl
     return counts
 
 
-def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float, float]:
-    """Return (size [s], its deviation, log odds) of stamps that scatter, from how residuals grow with the slope.
-
-    A sample is held against the mean of its neighbours: what scatters differs from it, a disturbance that lasts hardly
-    does, and that may grow with the slope as well. With r_k - (r_(k-1) + r_(k+1)) / 2 the variance is that of the noise
-    plus s^2 (y'_k^2 + (y'_(k-1)^2 + y'_(k+1)^2) / 4); that of the noise is found anew for each signal and each s.
-    """
-    sizes = np.concatenate(([0.0], np.geomspace(0.001, 0.03, 30))) if sizes is None else sizes
-    problem = fitted.problem
-    total = np.zeros(sizes.size)
-    for signal in problem.signal_rows:
-        squares, slopes, own = [], [], []
-        for each in problem.series:
-            if each.signal != signal:
-                continue
-            time = problem.recordings[each.recording].experiment.measurements[signal].time
-            residuals = fitted.residuals[each.rows]
-            values = problem.measured[each.rows] - residuals
-            found = np.isfinite(values) & problem.known[each.rows]
-            if np.sum(found) < 10:
-                continue
-            filled = np.interp(time, time[found], values[found])
-            slope = np.gradient(filled) / np.maximum(np.gradient(time), 1e-4)
-            residuals = np.where(found, residuals, np.nan)
-            apart = (residuals[1:-1] - 0.5 * (residuals[2:] + residuals[:-2])) ** 2
-            kept = np.isfinite(apart)
-            squares.append(apart[kept])
-            slopes.append((slope[1:-1] ** 2 + 0.25 * (slope[2:] ** 2 + slope[:-2] ** 2))[kept])
-            own.append(min(_share_of_its_own(apart[kept]), _share_of_its_own(residuals[found] ** 2)))
-        if squares:
-            square, slope = np.concatenate(squares), np.concatenate(slopes)
-            total += np.mean(own) * np.array([_log_likelihood(square, slope * s**2) for s in sizes])
-    best = int(np.argmax(total))
-    if best == 0:
-        return 0.0, 0.0, 0.0
-    likely = np.exp(total - total[best])
-    widths = np.gradient(sizes)
-    mean = float(np.sum(sizes * likely * widths) / np.sum(likely * widths))
-    deviation = float(np.sqrt(np.sum((sizes - mean) ** 2 * likely * widths) / np.sum(likely * widths)))
-    occam = np.log(max(np.sqrt(2 * np.pi) * max(deviation, 1e-5) / 0.03, 1e-4))
-    return mean, max(deviation, 0.02 * mean), float(total[best] - total[0] + occam)
-
-
 def scattered_before_sorting(scatter: float, period: float) -> float:
     """Return the standard deviation [s] of stamps `period` [s] apart that scatter by `scatter` once put in order."""
     shocks = np.random.default_rng(0).standard_normal(4000)
@@ -202,18 +159,3 @@ def scattered_before_sorting(scatter: float, period: float) -> float:
             (middle, high) if np.std(np.sort(regular + middle * shocks) - regular) < scatter / period else (low, middle)
         )
     return float(low * period)
-
-
-def _share_of_its_own(squares: Array) -> float:
-    """Return the share of a sample that it does not have in common with its neighbours, by their correlation."""
-    alike = max(float(np.corrcoef(squares[1:], squares[:-1])[0, 1]), 0.0) if squares.size > 2 else 1.0
-    return (1.0 - alike) / (1.0 + alike)
-
-
-def _log_likelihood(square: Array, extra: Array) -> float:
-    variance = float(np.median(square) / 0.4549)
-    for _ in range(12):
-        weight = 1.0 / (variance + extra) ** 2
-        variance = max(float(np.sum(weight * (square - extra)) / np.sum(weight)), 1e-3 * variance)
-    capped = np.minimum(square, 25.0 * (variance + extra))
-    return float(-0.5 * np.sum(np.log(variance + extra) + capped / (variance + extra)))
