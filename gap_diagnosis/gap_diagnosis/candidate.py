@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from gap_diagnosis.converter_steps import likely_speed_steps
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.fitting import Fitted, fit, fit_from_afar, fit_past_jumps, outlying
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import JUMPING
 from gap_diagnosis.problem import CONVENTION
 from gap_diagnosis.screening import STRETCHED, Screened, refined
-from gap_diagnosis.suspects import JAGGED, SEARCHED, Suspect
+from gap_diagnosis.suspects import JAGGED, ROUNDED, SEARCHED, Suspect
 from gap_diagnosis.ventilation import stretches_of
 
 __all__ = [
@@ -36,6 +37,7 @@ Array = NDArray[np.float64]
 LOOKALIKES = 12.0
 """Units of evidence (logarithm) behind the best within which hypotheses count as its look-alikes."""
 _EXAMINED = 4
+_TURNS = 3
 _IN_VAIN, _BETTER = 3, 0.95
 """Starts past jumps in a row that end no better, by that factor, after which no more are tried."""
 _STRAINED = 1e-3
@@ -105,6 +107,8 @@ def extended(on: Candidate, screened: Screened, likely: bool, start: Array | Non
         fitted = past_jumps(fitted, on.noise, screened)
     if on.suspects and fitted.cost > on.fitted.cost + 1.0:
         fitted = _from_nothing(fitted, on)
+    if screened.suspect.effect == ROUNDED:
+        fitted = _rounded_anew(fitted, on.noise)
     return replace(
         on,
         suspects=(*on.suspects, screened.suspect),
@@ -126,6 +130,23 @@ def _from_nothing(fitted: Fitted, on: Candidate) -> Fitted:
     start = np.concatenate((on.fitted.x, [0.0], fitted.x[size + 1 :]))
     again = fit_from_afar(problem, on.noise, start)
     return again if again.cost < fitted.cost else fitted
+
+
+def _rounded_anew(fitted: Fitted, noise: NoiseModel) -> Fitted:
+    """Return the fit from the step of a coarse tachometer that is likely once the nuisances are fitted beside one."""
+    problem = fitted.problem
+    bare = problem.with_effects(problem.slots[:-1])
+    slot = problem.slots[-1]
+    for _ in range(_TURNS):
+        beside = fit(bare, noise, fitted.x[:-1], iterations=0)
+        steps = likely_speed_steps(beside, noise, slot.upper, 1)
+        if not steps.size:
+            break
+        again = fit(problem, noise, np.concatenate((fitted.x[:-1], steps / slot.width)), near=fitted)
+        if again.cost >= fitted.cost - 1.0:
+            break
+        fitted = again
+    return fitted
 
 
 def past_jumps(fitted: Fitted, noise: NoiseModel, screened: Screened) -> Fitted:

@@ -30,6 +30,7 @@ Array = NDArray[np.float64]
 
 _PLAIN = 3.0
 """Evidence for an effect up to which none is in sight."""
+_MINOR = 0.01  # evidence for an effect over that for scattered stamps beside it, up to which none is in sight
 
 
 class Unfit(ValueError):
@@ -152,8 +153,9 @@ def diagnose(
         beside = jitter_in(found.none.fitted)
         if beside is not None and not _is_plain(found) and is_at_random(found.none.fitted, beside.size):
             scaled = investigated(replace(problem, scales=scales_beside(found.none.fitted, beside.size)))
-            found = scaled if _is_plain(scaled) else found
-        if jitter is None and _is_plain(found):
+            if _is_plain(scaled, _MINOR * beside.log_odds):
+                found, jitter = scaled, jitter or beside
+        elif jitter is None and _is_plain(found):
             jitter = beside
     in_logs += [jitter] if jitter is not None else []
     scatters = [s for s in in_logs if s.effect not in excluded]
@@ -165,11 +167,11 @@ def diagnose(
     return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
 
 
-def _is_plain(found: Investigation) -> bool:
+def _is_plain(found: Investigation, least: float = 0.0) -> bool:
     """Tell whether no effect and nothing unknown is in sight: what is wrong with a model grows with a slope as well."""
     unexplained = found.none.unexplained
     return (
-        all(candidate.evidence <= _PLAIN for candidate in found.candidates)
+        all(candidate.evidence <= max(_PLAIN, least) for candidate in found.candidates)
         and unexplained is not None
         and unexplained.evidence <= 1.0
     )

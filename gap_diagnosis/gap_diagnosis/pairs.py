@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.candidate import Candidate, examined, extended, is_likely, with_air
 from gap_diagnosis.fitting import fit_from_afar
 from gap_diagnosis.screening import rated, tried
-from gap_diagnosis.suspects import Suspect
+from gap_diagnosis.suspects import ROUNDED, SEARCHED, Suspect
 
 __all__ = ["pairs_of", "with_parts"]
 
@@ -18,6 +18,9 @@ Array = NDArray[np.float64]
 _PAIRS = 4
 _RESOLVED = 5e-4
 """Time [s] below which an effect beside another is none: the stairs of a lagging command are four times as long."""
+
+_NOT_BESIDE = dict.fromkeys((SEARCHED, ROUNDED), (SEARCHED, ROUNDED))
+"""What is not looked for beside an effect: a converter's lattice hides in what another one leaves."""
 
 
 def pairs_of(
@@ -40,7 +43,8 @@ def pairs_of(
                 found[key] = candidate
 
     def extend(single: Candidate, least: float) -> None:
-        others = [s for s in suspects if s.effect != single.suspects[0].effect]
+        first = single.suspects[0].effect
+        others = [s for s in suspects if s.effect not in _NOT_BESIDE.get(first, (first,))]
         screened = rated(single.fitted, noise, tried(single.fitted, noise, others))
         likely = [each for each in screened[:_PAIRS] if each.criterion > least]
         keep(

@@ -53,8 +53,12 @@ def run_of(commands, p, period, substeps, lag, loss, brake):  # type: ignore[no-
     return read
 
 
-def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, duration=25.0):
-    """Return random steps, a chirp and a staircase as recorded at `rate` [Hz] by a simulator with this `step` [s]."""
+def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter=0.0, coarse=0.0, duration=25.0):
+    """Return random steps, a chirp and a staircase as recorded at `rate` [Hz] by a simulator with this `step` [s].
+
+    `scatter`: of the instants of the readings about their stamps [s]; `coarse`: step [rad/s] of the tachometer, to
+    which noise is added.
+    """
     rng = np.random.default_rng(seed)
     p = np.array([HL.values[name] * (1.0 + 0.05 * rng.uniform(-1.7, 1.7)) for name in NAMES])
     period = 1.0 / rate
@@ -67,7 +71,15 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, duratio
     }
     found = []
     for name, commands in programmes.items():
-        clean = run_of(commands, p, period, max(round(period / step), 1), lag, loss, brake)
+        if scatter > 0.0:
+            fine: np.ndarray = run_of(np.repeat(commands, 8), p, period / 8, round(period / step / 8), lag, loss, brake)
+            when = at[:, None] + scatter * rng.standard_normal((at.size, 4))
+            finely = period / 8 * np.arange(8 * at.size)
+            clean = np.column_stack([np.interp(when[:, k], finely, fine[:, k]) for k in range(4)])
+        else:
+            clean = run_of(commands, p, period, max(round(period / step), 1), lag, loss, brake)
+        if coarse > 0.0:
+            clean[:, 0] = coarse * np.round(clean[:, 0] / coarse)
         shocks = rng.standard_t(4, clean.shape) / np.sqrt(2.0) if tails else rng.standard_normal(clean.shape)
         read = clean + np.array(list(NOISE.values())) * shocks
         found.append(recording_of(name, (at, commands), {s: (at, read[:, k]) for k, s in enumerate(NOISE)}))
@@ -89,6 +101,8 @@ def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails):
         (20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35),
         (25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4),
         (50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3),
+        (25.0, 5e-4, "timestamp_jitter", {"scatter": 0.012}, "deviation", 0.012),
+        (25.0, 1e-3, "tach_quantization", {"coarse": 4.0}, "step", 4.0),
     ],
 )
 def test_effects_are_named_in_the_same_recordings(rate, step, effect, truth, parameter, size):

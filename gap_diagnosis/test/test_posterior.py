@@ -71,6 +71,18 @@ def test_a_second_effect_pays_for_what_the_shape_of_a_large_first_one_may_be_off
     assert seen.marginal["thrust_asymmetry"] > 0.9
 
 
+@pytest.mark.parametrize(("explained", "rivals"), [(500.0, False), (60000.0, True)])
+def test_effects_that_explain_alike_are_rivals_though_the_shape_of_one_fits_a_little_better(found, explained, rivals):
+    first, second = (each for each in found.candidates[:2] if len(each.suspects) == 1)
+    weighed = (
+        replace(first, evidence=explained, unexplained=None),
+        replace(second, evidence=explained - 10.0, unexplained=None),
+    )
+    seen = posterior_of(replace(found, none=replace(found.none, unexplained=None), candidates=weighed, stretches=None))
+    assert seen.marginal[first.keys[0]] > seen.marginal[second.keys[0]]
+    assert (seen.marginal[second.keys[0]] > 0.1) == rivals
+
+
 def test_sensors_that_are_very_good_make_nothing_out_of_the_last_ten_thousandths_of_a_signal(found):
     """A few units of evidence are much at ordinary noise; at a thirtieth of it integrators differ by as much."""
     best = max(found.candidates, key=lambda candidate: candidate.evidence)

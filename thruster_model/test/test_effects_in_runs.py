@@ -99,7 +99,7 @@ def test_a_turning_rotor_goes_on_where_one_at_rest_does_not_start():
 
 def test_a_sagging_supply_runs_without_load_at_the_speed_over_one_plus_its_share():
     assert run("first_order", 5.0, 3.0, supply_sag={"share": 0.4}).n[-1] == pytest.approx(52.0 * 4.14 / 1.4, rel=1e-6)
-    weaker = 51.0 * 4.17 / (52.0 * 4.14)  # x of full speed backwards, where x + 0.4 x weaker^2 = 1: the resistance is one
+    weaker = 51.0 * 4.17 / (52.0 * 4.14)  # the resistance is one: x of full speed backwards, x + 0.4 x weaker^2 = 1
     slowed = run("first_order", -5.0, 3.0, supply_sag={"share": 0.4})
     assert slowed.n[-1] == pytest.approx(-51.0 * 4.17 / (1.0 + 0.4 * weaker**2), rel=1e-6)
 
