@@ -150,13 +150,8 @@ def diagnose(
             problem, found = better, investigated(better)
     jitter = jitter_of_stamps(given, gain) if regular_fit_better(gain) else None
     if "timestamp_jitter" not in excluded and _has_instants(problem):
-        beside = jitter_in(found.none.fitted)
-        if beside is not None and not _is_plain(found) and is_at_random(found.none.fitted, beside.size):
-            scaled = investigated(replace(problem, scales=scales_beside(found.none.fitted, beside.size)))
-            if _is_plain(scaled, _MINOR * beside.log_odds):
-                found, jitter = scaled, jitter or beside
-        elif jitter is None and _is_plain(found):
-            jitter = beside
+        found, seen = _beside_jitter(found, investigated)
+        jitter = jitter or seen
     in_logs += [jitter] if jitter is not None else []
     scatters = [s for s in in_logs if s.effect not in excluded]
     foreign = [s for s in in_logs if s.effect in excluded]
@@ -165,6 +160,24 @@ def diagnose(
     verdict = verdict_of(found, posterior, scatters, foreign)
     progress("held-out data")
     return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
+
+
+def _beside_jitter(
+    found: Investigation, investigated: Callable[[Problem], Investigation]
+) -> tuple[Investigation, Scatter | None]:
+    """Return the hypotheses, and the scatter of the stamps that residuals show: None where something else is wrong.
+
+    Where it is so large that it looks like something else, hypotheses are weighed by what it leaves of the readings.
+    """
+    fitted = found.none.fitted
+    jitter = jitter_in(fitted)
+    if jitter is None or _is_plain(found):
+        return found, jitter
+    if is_at_random(fitted, jitter.size):
+        beside = investigated(replace(fitted.problem, scales=scales_beside(fitted, jitter.size)))
+        if _is_plain(beside, _MINOR * jitter.log_odds):
+            return beside, jitter
+    return found, None
 
 
 def _is_plain(found: Investigation, least: float = 0.0) -> bool:
