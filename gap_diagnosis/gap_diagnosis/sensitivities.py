@@ -14,6 +14,8 @@ __all__ = ["movable", "sensitivities_of"]
 Array = NDArray[np.float64]
 _CODES = 0.01
 """Codes per volt within which what a converter adds to a throttle stays the same one, for the greater part."""
+_TURN = 0.05
+"""Codes at the largest speed within which what a tachometer's converter adds does."""
 
 
 def movable(problem: Problem) -> NDArray[np.bool_]:
@@ -26,7 +28,7 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
 
     Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
     the slopes to either side the smaller one counts, none where they disagree in sign. Rounded readings have the slopes
-    of what is rounded.
+    of what is rounded, but for the step to which they are: its slope tells how sharp the peak is that a search has found.
 
     Args:
         problem: whose predictions.
@@ -39,6 +41,9 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
     here = problem.predicted(x, happened=happened, without=ROUNDED)
     result = np.zeros((here.size, len(columns)))
     for place, k in enumerate(columns):
+        if k >= problem.nuisances and problem.slots[k - problem.nuisances].effect == ROUNDED:
+            result[:, place] = _slope_of_step(problem, x, k, happened)
+            continue
         inward = _inward(problem, k, x[k], step)
         slope = _slope(problem, x, k, inward, here, happened)
         if problem.jumps and _inside(problem, k, x[k] - 0.5 * inward):
@@ -62,6 +67,16 @@ def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happene
         if only in (None, each.recording):
             result[each.rows] = (there[each.rows] - here[each.rows]) / (moved[k] - x[k])
     return result
+
+
+def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Simulated]) -> Array:
+    """Return the change of all rows (R,) for a unit of a tachometer's step, while most codes stay the same."""
+    width = problem.slots[k - problem.nuisances].width
+    here = problem.predicted(x, happened=happened)
+    largest = max((np.nanmax(np.abs(here[each.rows])) for each in problem.series if each.signal == "speed"), default=1.0)
+    moved = x.copy()
+    moved[k] -= _TURN * x[k] ** 2 * width / max(float(largest), 1.0)
+    return np.asarray((problem.predicted(moved, happened=happened) - here) / (moved[k] - x[k]))
 
 
 def _moves_plant(problem: Problem, k: int) -> bool:
