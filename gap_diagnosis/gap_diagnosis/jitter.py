@@ -14,6 +14,7 @@ __all__ = ["is_at_random", "jitter_in", "jitter_of", "scales_beside"]
 Array = NDArray[np.float64]
 _STEEP = 2.0  # scatter on a slope over the noise, from which on it is seen by itself
 _FEWEST = 30
+_CURVED = 0.05  # of a size, by which the signals' curvature may mislead: a slope is taken for the way between instants
 _REMEMBERED = 0.2  # of a sample's error in the next one, and of all of them in common, that is not chance
 
 
@@ -75,7 +76,7 @@ def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float,
     mean = float(np.sum(sizes * likely * widths) / np.sum(likely * widths))
     deviation = float(np.sqrt(np.sum((sizes - mean) ** 2 * likely * widths) / np.sum(likely * widths)))
     occam = np.log(max(np.sqrt(2 * np.pi) * max(deviation, 1e-5) / 0.03, 1e-4))
-    return mean, max(deviation, 0.02 * mean), float(total[best] - total[0] + occam)
+    return mean, max(deviation, _CURVED * mean), float(total[best] - total[0] + occam)
 
 
 def is_at_random(fitted: Fitted, size: float) -> bool:

@@ -24,7 +24,7 @@ LIMIT = "throttle_saturation"
 JAGGED = (SEARCHED, ROUNDED, "tach_dropout")
 """Effects whose predictions jump as their size grows: their sizes are searched, not fitted."""
 _DENSE = {ROUNDED: 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
-_SECOND = {"load_cell_resonance": 3}
+_SECOND = {"load_cell_resonance": 5}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
 
 
