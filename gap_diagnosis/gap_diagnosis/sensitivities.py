@@ -28,7 +28,8 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
 
     Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
     the slopes to either side the smaller one counts, none where they disagree in sign. Rounded readings have the slopes
-    of what is rounded, but for the step to which they are: its slope tells how sharp the peak is that a search has found.
+    of what is rounded, but for the step to which they are: its slope tells how sharp the peak is that was
+    searched for.
 
     Args:
         problem: whose predictions.
@@ -73,9 +74,10 @@ def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Simula
     """Return the change of all rows (R,) for a unit of a tachometer's step, while most codes stay the same."""
     width = problem.slots[k - problem.nuisances].width
     here = problem.predicted(x, happened=happened)
-    largest = max((np.nanmax(np.abs(here[each.rows])) for each in problem.series if each.signal == "speed"), default=1.0)
+    speeds = [here[each.rows] for each in problem.series if each.signal == "speed"]
+    largest = max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
     moved = x.copy()
-    moved[k] -= _TURN * x[k] ** 2 * width / max(float(largest), 1.0)
+    moved[k] -= _TURN * x[k] ** 2 * width / largest
     return np.asarray((problem.predicted(moved, happened=happened) - here) / (moved[k] - x[k]))
 
 
