@@ -8,7 +8,7 @@ from generated import campaign
 
 from gap_diagnosis.candidate import Candidate, with_air
 from gap_diagnosis.diagnosis import diagnose
-from gap_diagnosis.diagnosis_json import in_words
+from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.fitting import fit
 from gap_diagnosis.noise import NoiseModel, white_noise
 from gap_diagnosis.posterior import Posterior, posterior_of

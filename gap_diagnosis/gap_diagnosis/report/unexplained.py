@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.diagnosis_json import best_of
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.lines import A_LINE
+from gap_diagnosis.nearest import best_of
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
 from thruster_model.identification.experiment import SIGNALS
