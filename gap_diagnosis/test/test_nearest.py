@@ -18,8 +18,8 @@ def hypothesis(cost, gains=(), samples=100):
     ("cost", "gains", "share"),
     [
         (100.0, (), 1.0),  # down to a unit a sample
-        (200.0, (), 0.75),
-        (200.0, (30.0, 10.0), 0.75),  # what functions explain is part of what is left
+        (200.0, (), 2.0 / 3.0),
+        (200.0, (30.0, 10.0), 2.0 / 3.0),  # what functions explain is part of what is left
         (80.0, (150.0, 30.0), 0.64),  # below a unit a sample, though functions still explain something
         (600.0, (), 0.0),
     ],
