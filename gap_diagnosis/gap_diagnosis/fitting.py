@@ -96,23 +96,23 @@ def fit(
     rows_known = int(np.sum(problem.known & counts))
     damping, moved = 1e-6, movable(problem)
     for _ in range(iterations):
-        moving = jacobian * moved
+        moving, gradient = _inside(problem, x, jacobian * moved, white)
         information = _information(moving, problem.nuisances)
-        gradient = _pull(moving, white, x, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE_AT_JUMPS if problem.jumps else _DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
         promised = float(gradient @ cho_solve(cho_factor(information), gradient))
         gain = 0.0
         for _ in range(_TRIES if promised > done else 0):
-            factor = cho_factor(information + damping * np.diag(np.diag(information)))
+            damped = information + damping * np.diag(np.diag(information))
+            factor = cho_factor(damped)
             step = cho_solve(factor, gradient)
             turn = np.zeros_like(step)
             if not borrowed:
                 bend = _bend(problem, noise, x, white, step, moving, counts)
                 turn = -cho_solve(factor, moving.T @ bend)
                 turn *= min(1.0, 1.5 * float(np.linalg.norm(step)) / max(float(np.linalg.norm(turn)), 1e-300))
-            tried = problem.bounded(x + step + 0.5 * turn)
+            tried = _cut(problem, x, step + 0.5 * turn, damped, gradient)
             at = _cost(problem, noise, tried, counts)
             if at[2] < cost:
                 gain = cost - at[2]
@@ -138,6 +138,25 @@ def fit(
         cost=cost,
         evidence=_evidence(problem, cost, jacobian),
     )
+
+
+def _inside(problem: Problem, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
+    """Return Jacobian and pull of the unknowns that can follow it: none at an end of its range moves outwards."""
+    gradient = _pull(jacobian, white, x, problem.nuisances)
+    held = (gradient != 0.0) & (problem.bounded(x + 1e-9 * np.sign(gradient)) == x)
+    return jacobian * ~held, np.where(held, 0.0, gradient)
+
+
+def _cut(problem: Problem, x: Array, step: Array, information: Array, gradient: Array) -> Array:
+    """Return where a step leads inside the ranges: cut at the end of one, the others are re-tuned to what is left."""
+    there = problem.bounded(x + step)
+    cut = there != x + step
+    if np.any(cut) and not np.all(cut):
+        moved = there - x
+        rest = gradient[~cut] - information[np.ix_(~cut, cut)] @ moved[cut]
+        moved[~cut] = np.linalg.solve(information[np.ix_(~cut, ~cut)], rest)
+        there = problem.bounded(x + moved)
+    return there
 
 
 _OUTLYING = 6.0

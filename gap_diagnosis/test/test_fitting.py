@@ -1,5 +1,7 @@
 """Fits of hypotheses: a truth is recovered from a wrong start, also along a bent valley; priors decide the rest."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from generated import campaign
@@ -42,6 +44,21 @@ def test_a_size_in_the_span_of_the_parameters_is_followed_to_the_bottom_of_its_v
     )
     assert found.cost - 2.0 * other.cost < 0.5
     assert found.x[-1] == pytest.approx(other.x[-1], abs=0.3 * deviation)
+
+
+def test_where_parameters_are_held_at_the_ends_of_their_ranges_the_others_are_at_their_best():
+    problem, _ = problem_of({"throttle_gain": {"share": 0.4}}, seed=13)
+    narrow = replace(problem, deviations={name: 0.2 * deviation for name, deviation in problem.deviations.items()})
+    found = fit(narrow, NOISE, narrow.start(), iterations=25)
+    assert np.sum(np.abs(found.x) == 8.0) >= 2
+    other = least_squares(
+        lambda x: np.concatenate((narrow.whitened(NOISE, narrow.residuals(x)), x)),
+        narrow.start(),
+        bounds=(-8.0, 8.0),
+        diff_step=1e-4,
+        max_nfev=60,
+    )
+    assert found.cost - 2.0 * other.cost < 1e-3 * found.cost
 
 
 def test_parameters_come_out_within_their_deviations():
