@@ -7,12 +7,14 @@ from pathlib import Path
 
 import pytest
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.node import Node
+from rclpy.publisher import Publisher
 from std_msgs.msg import Float64
 
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import EXECUTOR_KINDS
-from thruster_runtime.node_main import REFUSED, STOPPED, run_node
+from thruster_runtime.node_main import LAST_WORDS, REFUSED, STOPPED, run_node
 from thruster_runtime.qos import RELIABLE
 
 # A node in a process of its own: says when it spins, and whether it could still publish when it stopped.
@@ -93,6 +95,26 @@ def test_the_stop_event_ends_the_node_and_the_context(private: Context, argument
     assert run_node(lambda: Subject(private, stop.set, heard), args=arguments, context=private, stop=stop) == STOPPED
     assert heard == ["on_stop", "destroyed"]
     assert not private.ok()
+
+
+def test_a_node_stays_until_its_last_word_has_arrived(private: Context, monkeypatch: pytest.MonkeyPatch) -> None:
+    heard: list[str] = []
+    waited = Publisher.wait_for_all_acked
+
+    def wait(publisher: Publisher, timeout: Duration) -> bool:
+        heard.append(f"waits for {publisher.topic_name}")
+        assert 0.0 <= timeout.nanoseconds * 1e-9 <= LAST_WORDS
+        return bool(waited(publisher, timeout))
+
+    class Speaker(Subject):
+        def __init__(self) -> None:
+            super().__init__(private, stop.set, heard)
+            self.last = self.create_publisher(Float64, "value", RELIABLE)
+
+    stop = threading.Event()
+    monkeypatch.setattr(Publisher, "wait_for_all_acked", wait)
+    assert run_node(Speaker, args=[], context=private, stop=stop) == STOPPED
+    assert heard.index("on_stop") < heard.index("waits for /value") < heard.index("destroyed")
 
 
 def test_an_error_in_a_callback_still_stops_cleanly_and_is_raised(private: Context, arguments: list[str]) -> None:

@@ -8,6 +8,7 @@ import gc
 import signal
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from types import FrameType
@@ -15,6 +16,7 @@ from types import FrameType
 import rclpy
 from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.exceptions import ParameterException
 from rclpy.executors import Executor
 from rclpy.impl.implementation_singleton import rclpy_implementation
@@ -34,6 +36,8 @@ from thruster_runtime.hand_over import hand_over
 from thruster_runtime.simulated_time import share_clock
 
 STOPPED, REFUSED = 0, 2
+LAST_WORDS = 2.0
+"""How long a node that ends waits at most for reliable topics to arrive [s]."""
 
 _REFUSALS: tuple[type[Exception], ...] = (
     StartRefused,
@@ -120,11 +124,19 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
                 # First out of the executor, then destroyed: the other way round may crash it.
                 leaving.callback(executor.remove_node, node)
             for node in nodes:
+                leaving.callback(_be_heard, node)
                 leaving.callback(getattr(node, "on_stop", _nothing))
             gc.freeze()  # what has been built stays: no callback waits while the collector looks through it
             leaving.callback(gc.unfreeze)
             _spin(executor, context, stop)
     return STOPPED
+
+
+def _be_heard(node: Node) -> None:
+    """Wait until what a node said at last has arrived: what a process publishes just before it ends may not."""
+    end = time.monotonic() + LAST_WORDS
+    for publisher in node.publishers:
+        publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
 
 
 def _nothing() -> None:

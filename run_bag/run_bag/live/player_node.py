@@ -10,7 +10,6 @@ from collections.abc import Sequence
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.duration import Duration
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock as ClockMessage
 
@@ -30,8 +29,6 @@ from .qos import offer, request
 from .raw_topic import Arrival, RawTopic, message_class
 
 LOOK_PERIOD = 0.05
-LAST_WORDS = Duration(seconds=2)
-"""How long a player stays for messages that are not acknowledged."""
 NANOSECONDS = 1_000_000_000
 
 
@@ -82,8 +79,6 @@ class PlayerNode(Node):
         self._lockstep.wake()
         if self._thread.ident is not None:
             self._thread.join()
-        for publisher in self._publishers:
-            publisher.wait_for_all_acked(LAST_WORDS)
         if self._error is not None:
             raise self._error
         late = "" if self._given.step or self._given.fast else f", at most {self.played.latest * 1e3:.1f} ms late"
