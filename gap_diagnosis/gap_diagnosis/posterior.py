@@ -109,7 +109,7 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         known, unknown = ("known", candidate.named), ("unknown", candidate.named)
         nats = candidate.evidence
         if len(candidate.named) == 2:
-            nats -= _for_shape(max(alone_explains.get(key, 0.0) for key in candidate.named))
+            nats -= _for_shape(_explained_by_shape(candidate, alone_explains))
         if not candidate.pressed:
             evidence[known] = max(nats, evidence.get(known, -np.inf))
         else:
@@ -117,7 +117,7 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
         if candidate.unexplained is not None or candidate.pressed:
             # A pair that still leaves something has explained a wrong shape by a second effect.
             left = nats + _unexplained(candidate)
-            left -= _for_shape(candidate.evidence) if len(candidate.named) == 1 else 0.0
+            left -= _for_shape(_explained_by_shape(candidate, alone_explains)) if len(candidate.named) == 1 else 0.0
             evidence[unknown] = max(left, evidence.get(unknown, -np.inf))
     for screened in found.screened:
         evidence.setdefault(("known", (screened.suspect.key,)), min(screened.criterion, 0.0) - 2.0)
@@ -127,6 +127,17 @@ def posterior_of(found: Investigation, *, scatters: bool = False) -> Posterior:
     priors = {(kind, keys): shares[len(keys)] + (doubt if kind == "unknown" else 0.0) for kind, keys in evidence}
     seen = _shared({each: priors[each] + nats / found.beyond_sensors for each, nats in evidence.items()})
     return replace(seen, leading=_leading(found.candidates, seen), prior=_shared(priors))
+
+
+def _explained_by_shape(candidate: Candidate, alone: Mapping[str, float]) -> float:
+    """Return what an effect, or the larger one of two, explains by a shape that may be off.
+
+    A thruster that is wired the wrong way round has no size and no shape: of such a pair the rest is the other one's.
+    """
+    exact = {s.key for s in candidate.suspects if all(slot.lower == slot.upper for slot in s.slots)}
+    if exact:
+        return candidate.evidence - max(alone.get(key, 0.0) for key in exact) if len(candidate.named) > 1 else 0.0
+    return max(alone.get(key, 0.0) for key in candidate.named)
 
 
 def _for_shape(explained: float) -> float:

@@ -93,6 +93,12 @@ def test_two_effects_are_both_named():
     assert {claim.effect for claim in found.verdict.claims} == set(effects)
 
 
+def test_an_effect_of_a_thruster_that_is_wired_the_wrong_way_round_is_named_beside_that():
+    effects = {"coulomb_friction": {"deceleration": 150.0}, "thruster_polarity": {"reversed": 1.0}}
+    stated, recordings = campaign(effects, seed=6, runs=4, duration=20.0)
+    assert {claim.effect for claim in diagnose(recordings, stated).verdict.claims} == set(effects)
+
+
 def test_a_second_effect_that_only_strains_the_parameters_is_named_too():
     effects = {"entrained_water": {"impulse": 0.004}, "tach_scale": {"share": 0.2}}
     stated, recordings = campaign(effects, seed=4)
