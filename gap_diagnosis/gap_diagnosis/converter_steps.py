@@ -16,9 +16,10 @@ from gap_diagnosis.disturbances import linearised
 from gap_diagnosis.fitting import Fitted, projector
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import Simulated, nearest
+from gap_diagnosis.sensitivities import largest_speed
 from thruster_model.compilation import compiled
 
-__all__ = ["SPACING", "TURN", "largest_speed", "likely_speed_steps", "likely_steps"]
+__all__ = ["SPACING", "TURN", "likely_speed_steps", "likely_steps"]
 
 Array = NDArray[np.float64]
 
@@ -74,22 +75,15 @@ def likely_speed_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: i
         return np.empty(0)
     rows = rows[:: rows.size // _MOST_SAMPLES + 1]
     deviation = noise.signals["speed"].marginal
-    speeds = problem.predicted(anchor.x)[rows]
-    codes = np.arange(1.0 / upper, 1.0 / (_FINEST * deviation), TURN / largest_speed(anchor))
+    predicted = problem.predicted(anchor.x)
+    speeds = predicted[rows]
+    codes = np.arange(1.0 / upper, 1.0 / (_FINEST * deviation), TURN / largest_speed(problem, predicted))
 
     def traces(some: Array) -> Array:
         scaled = some[:, None] * speeds
         return np.asarray((np.rint(scaled) - scaled) / some[:, None] / deviation)
 
     return _best(anchor, deviation, rows, traces, codes, count)
-
-
-def largest_speed(anchor: Fitted) -> float:
-    """Return the largest speed [rad/s] that a fit predicts, at least 1."""
-    problem = anchor.problem
-    predicted = problem.predicted(anchor.x)
-    speeds = [predicted[each.rows] for each in problem.series if each.signal == "speed"]
-    return max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
 
 
 def _best(

@@ -4,8 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.nearest import best_of, nearest_of, share_explained
+from gap_diagnosis.investigation import Investigation
+from gap_diagnosis.nearest import best_of, share_explained
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
@@ -104,7 +106,7 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
         f"None of the known effects explains the gap: {why}"
         + (f" ({depends})." if depends else ".")
         + _stretches_in_words(diagnosis)
-        + _nearest_in_words(diagnosis)
+        + _nearest_in_words(diagnosis.investigation, nearest)
     )
 
 
@@ -119,16 +121,14 @@ def _stretches_in_words(diagnosis: Diagnosis) -> str:
     return f" In stretches {why}, {100.0 * share:.0f} % of the thrust is lost."
 
 
-def _nearest_in_words(diagnosis: Diagnosis) -> str:
+def _nearest_in_words(found: Investigation | None, nearest: Candidate | None) -> str:
     """Return what comes nearest, and how much of the cost beyond the noise it takes off."""
-    found = diagnosis.investigation
-    leading = nearest_of(found) if found is not None else None
-    if found is None or leading is None or not leading.suspects or leading.evidence <= 0.0:
+    if found is None or nearest is None or not nearest.suspects or nearest.evidence <= 0.0:
         return ""
-    share = share_explained(leading, found.none)
-    sizes = leading.fitted.problem.sizes(leading.fitted.x)
+    share = share_explained(nearest, found.none)
+    sizes = nearest.fitted.problem.sizes(nearest.fitted.x)
     named = " with ".join(
-        f"{s.key} ({', '.join(f'{n} {v:.3g}' for n, v in sizes[s.effect].items())})" for s in leading.suspects
+        f"{s.key} ({', '.join(f'{n} {v:.3g}' for n, v in sizes[s.effect].items())})" for s in nearest.suspects
     )
     part = f"{100 * share:.0f}" if share < 0.995 else "more than 99"
     return f" Nearest comes {named}, which takes off {part} % of what lies beyond the noise; it is not claimed."

@@ -96,7 +96,7 @@ def fit(
     rows_known = int(np.sum(problem.known & counts))
     damping, moved = 1e-6, movable(problem)
     for _ in range(iterations):
-        moving, gradient = _inside(problem, x, jacobian * moved, white)
+        moving, gradient = _unheld(problem, x, jacobian * moved, white)
         information = _information(moving, problem.nuisances)
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE_AT_JUMPS if problem.jumps else _DONE, _SLACK * (cost - rows_known))
@@ -140,7 +140,7 @@ def fit(
     )
 
 
-def _inside(problem: Problem, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
+def _unheld(problem: Problem, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
     """Return Jacobian and pull of the unknowns that can follow it: none at an end of its range moves outwards."""
     gradient = _pull(jacobian, white, x, problem.nuisances)
     held = (gradient != 0.0) & (problem.bounded(x + 1e-9 * np.sign(gradient)) == x)

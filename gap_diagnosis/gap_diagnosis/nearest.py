@@ -6,7 +6,7 @@ from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.investigation import Investigation
 
-__all__ = ["best_of", "nearest_of", "share_explained"]
+__all__ = ["best_of", "share_explained"]
 
 
 def best_of(diagnosis: Diagnosis) -> Candidate | None:
@@ -16,12 +16,12 @@ def best_of(diagnosis: Diagnosis) -> Candidate | None:
     if diagnosis.verdict.verdict in ("no_gap", "parameters"):
         return diagnosis.investigation.none
     if diagnosis.verdict.verdict == "unknown":
-        return nearest_of(diagnosis.investigation)
+        return _nearest(diagnosis.investigation)
     chosen = diagnosis.verdict.chosen or (diagnosis.posterior.leading if diagnosis.posterior else None)
     return chosen or diagnosis.investigation.none
 
 
-def nearest_of(found: Investigation) -> Candidate:
+def _nearest(found: Investigation) -> Candidate:
     """Return the effects that are the most probable with something unknown beside them; none where none was weighed."""
     most, nearest = -np.inf, found.none
     for candidate in found.candidates:

@@ -136,7 +136,7 @@ def _explained_by_shape(candidate: Candidate, alone: Mapping[str, float]) -> flo
     """
     exact = {s.key for s in candidate.suspects if all(slot.lower == slot.upper for slot in s.slots)}
     if exact:
-        return candidate.evidence - max(alone.get(key, 0.0) for key in exact) if len(candidate.named) > 1 else 0.0
+        return candidate.evidence - max(alone.get(key, 0.0) for key in exact)
     return max(alone.get(key, 0.0) for key in candidate.named)
 
 

@@ -11,11 +11,12 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.converter_steps import SPACING, TURN, largest_speed, likely_speed_steps, likely_steps
+from gap_diagnosis.converter_steps import SPACING, TURN, likely_speed_steps, likely_steps
 from gap_diagnosis.fitting import Fitted, fit, projector
 from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.prediction import acts_in_plant
 from gap_diagnosis.problem import Problem
+from gap_diagnosis.sensitivities import largest_speed
 from gap_diagnosis.suspects import JAGGED, LIMIT, ROUNDED, SEARCHED, Suspect
 
 __all__ = ["STRETCHED", "Screened", "Trials", "rated", "refined", "tried"]
@@ -225,7 +226,7 @@ def _searched(view: _View, reference: float, screened: Screened, rounds: range =
     if suspect.effect == SEARCHED:
         spacing = SPACING * float(best[0]) * suspect.slots[0].width
     elif suspect.effect in _STEPS_OF:
-        spacing = TURN * float(best[0]) * suspect.slots[0].width / largest_speed(view.anchor)
+        spacing = TURN * float(best[0]) * suspect.slots[0].width / largest_speed(view.problem, view.prediction)
     else:
         trials = np.sort(np.log(suspect.grid[:, 0]))
         place = min(max(int(np.searchsorted(trials, np.log(best[0]))), 1), trials.size - 1)

@@ -9,7 +9,7 @@ from gap_diagnosis.prediction import Simulated, acts_in_plant
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import ROUNDED, SEARCHED
 
-__all__ = ["movable", "sensitivities_of"]
+__all__ = ["largest_speed", "movable", "sensitivities_of"]
 
 Array = NDArray[np.float64]
 _CODES = 0.01
@@ -74,11 +74,15 @@ def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Simula
     """Return the change of all rows (R,) for a unit of a tachometer's step, while most codes stay the same."""
     width = problem.slots[k - problem.nuisances].width
     here = problem.predicted(x, happened=happened)
-    speeds = [here[each.rows] for each in problem.series if each.signal == "speed"]
-    largest = max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
     moved = x.copy()
-    moved[k] -= _TURN * x[k] ** 2 * width / largest
+    moved[k] -= _TURN * x[k] ** 2 * width / largest_speed(problem, here)
     return np.asarray((problem.predicted(moved, happened=happened) - here) / (moved[k] - x[k]))
+
+
+def largest_speed(problem: Problem, predicted: Array) -> float:
+    """Return the largest speed [rad/s] among predictions (R,), at least 1."""
+    speeds = [predicted[each.rows] for each in problem.series if each.signal == "speed"]
+    return max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
 
 
 def _moves_plant(problem: Problem, k: int) -> bool:
