@@ -25,6 +25,7 @@ KNOWN_VEHICLE = {
     "rov/battery": "sensor_msgs/msg/BatteryState",
     "rov/operator": "geometry_msgs/msg/TwistStamped",
     "rov/wrench": "geometry_msgs/msg/WrenchStamped",
+    "rov/thruster_failure": "thruster_msgs/msg/ThrusterFailure",
 }
 
 

@@ -54,7 +54,7 @@ UNITS: dict[str, dict[str, str]] = {
     "thruster_msgs/msg/ThrusterEstimate": {
         "n": "rad/s", "v": "m/s", "ambient": "m/s", **_ESTIMATE_COVARIANCE, "status": "1",
     },
-    "thruster_msgs/msg/ThrusterFailure": {"thruster": "1", "kind": "1"},
+    "thruster_msgs/msg/ThrusterFailure": {"thruster": "1", "kind": "1", "effectiveness": "1", "stuck_thrust": "N"},
     "thruster_msgs/msg/ThrusterState": {
         "n": "rad/s", "sign_source": "1", "supply_voltage": "V", "current": "A",
     },
