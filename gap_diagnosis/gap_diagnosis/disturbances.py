@@ -163,7 +163,7 @@ def linearised(fitted: Fitted, happened: Simulated, dt: float) -> Linear:
 
     def at(states: Sequence[Array], throttle: Array) -> list[Array]:
         n, v, ambient = states
-        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, p, e)
+        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, 1.0, p, e)
         return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
 
     columns = []

@@ -65,7 +65,7 @@ def plant_period(state, throttle, step, first, history, gate, p, e, dense):  # t
     back = ring - 1
     for i in range(first, first + throttle.size + 1):
         past = history[i % ring] if i >= back else 0.0
-        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, p, e)
+        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, 1.0, p, e)
         dense[0, i], dense[1, i], dense[2, i], dense[3, i], dense[4, i] = now[3], now[4], now[5], now[6], now[7]
         if i < first + throttle.size:
             history[(i + back) % ring] = state.ambient

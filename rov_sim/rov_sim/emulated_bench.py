@@ -96,7 +96,7 @@ def _advanced(state, u, step, count, first, history, p, e):  # type: ignore[no-u
     force = 0.0
     for i in range(first, first + count + 1):
         past = history[i % (back + 1)] if i >= back else 0.0
-        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, 1.0, p, e)[3:]
+        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, 1.0, 1.0, p, e)[3:]
         at_an_end = i == first or i == first + count
         force += (0.5 if at_an_end else 1.0) * step * now[3]
         if i < first + count:

@@ -13,7 +13,7 @@ from thruster_model.effects.stages import LIBRARY, NEUTRAL, NO_EFFECTS, EffectVa
 from thruster_model.flow_tank import PlantState, plant_step, simulate
 from thruster_model.models import MODELS
 from thruster_model.parameter_set_io import load_parameter_set
-from thruster_model.pipeline import pipeline
+from thruster_model.pipeline import drawn, pipeline
 
 IN_PLANT = {name: effect for name, effect in LIBRARY.items() if effect.hooks}
 OUTPUTS = ("n_dot", "v_dot", "u_dot", "speed", "axial", "water", "thrust", "torque")
@@ -22,7 +22,7 @@ FULL = 737.2 * (5.0 - 0.86)
 
 
 def outputs(p, effects, n=100.0, v=0.1, ambient=0.12, u=3.0, heat=0.0, past=0.0, gate=1.0):
-    return dict(zip(OUTPUTS, pipeline(n, v, ambient, u, heat, past, gate, p, effects), strict=True))
+    return dict(zip(OUTPUTS, pipeline(n, v, ambient, u, heat, past, gate, 1.0, p, effects), strict=True))
 
 
 def test_each_file_is_the_effect_of_its_name():
@@ -233,3 +233,21 @@ def test_the_kernel_and_python_agree_on_all_effects_at_once_and_states_broadcast
 def test_sizes_may_be_arrays_in_python():
     e = EffectValues(thrust_loss_share=np.array([0.0, 0.5]))
     assert outputs(HQ, e)["thrust"] == pytest.approx(outputs(HQ, NO_EFFECTS)["thrust"] * np.array([1.0, 0.5]))
+
+
+@pytest.mark.parametrize("model", ["simplified", "hl", "hq", "kim_chung", "two_state", "yoerger", "static_dead_band"])
+def test_a_supply_at_half_its_voltage_halves_the_drive(model):
+    p = load_parameter_set(model).coefficients
+    halved = pipeline(90.0, 0.1, 0.12, 3.0, 0.0, 0.0, 1.0, 0.5, p, NO_EFFECTS)
+    slower = p._replace(c_u1=0.5 * p.c_u1, c_u2=0.5 * p.c_u2)
+    assert halved == pytest.approx(pipeline(90.0, 0.1, 0.12, 3.0, 0.0, 0.0, 1.0, 1.0, slower, NO_EFFECTS), rel=1e-14)
+
+
+@pytest.mark.parametrize(("n", "u"), [(100.0, 3.0), (-150.0, -5.0), (40.0, -2.0)])
+def test_a_supply_that_only_one_thruster_draws_from_sags_as_its_own_would(n, u):
+    other = {"thermal_fade": {"share": 0.4}, "dead_zone_shift": {"voltage": 0.1}}
+    own = pipeline(n, 0.1, 0.12, u, 0.5, 0.0, 1.0, 1.0, HQ, effect_values({**other, "supply_sag": {"share": 0.3}}))
+    e = effect_values(other)
+    supply = 1.0 - 0.3 * drawn(n, u, 0.5, HQ, e)
+    assert supply < 1.0
+    assert pipeline(n, 0.1, 0.12, u, 0.5, 0.0, 1.0, supply, HQ, e) == pytest.approx(own, rel=1e-14)

@@ -65,7 +65,7 @@ def plant_step(state, u_commanded, dt, past, gate, p, e):  # type: ignore[no-unt
 
 @inlined
 def _rates(n, v, ambient, u, heat, past, gate, p, e):  # type: ignore[no-untyped-def]
-    return pipeline(n, v, ambient, u, heat, past, gate, p, e)[:3]
+    return pipeline(n, v, ambient, u, heat, past, gate, 1.0, p, e)[:3]
 
 
 @inlined
@@ -101,7 +101,7 @@ def run_plant(state, u_commanded, dt, substeps, p, e, gates, out):  # type: igno
     for k in range(u_commanded.size + 1):
         gate = gates[min(k, gates.size - 1)] if gates.size > 0 else 1.0
         past = history[count % (back + 1)] if count >= back else 0.0
-        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, p, e)
+        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, 1.0, p, e)
         out[0, k], out[1, k], out[2, k], out[4, k], out[5, k] = now[3], now[4], now[5], now[6], now[7]
         out[3, k] = state.u
         if k < u_commanded.size:

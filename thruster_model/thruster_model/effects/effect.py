@@ -10,7 +10,7 @@ Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
 
 STAGES: dict[str, tuple[str, ...]] = {
     "edges": ("edges", "n", "p", "e"),
-    "drive": ("drive", "n", "heat", "p", "e"),
+    "drive": ("drive", "n", "heat", "supply", "p", "e"),
     "inflow": ("ambient", "p", "e"),
     "approach": ("water", "p", "e"),
     "loads": ("loads", "n", "v", "ambient", "gate", "p", "e"),
@@ -25,7 +25,7 @@ STAGES: dict[str, tuple[str, ...]] = {
 """Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
 
 edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s]
-drive            gamma(u) [rad/s^2]; heat: of the motor, 0 to 1
+drive            gamma(u) [rad/s^2] at the nominal supply; heat: of the motor, 0 to 1; supply: its relative voltage
 inflow           ambient flow that reaches thruster and instrument [m/s]
 approach         the part of that flow which the propeller meets [m/s]; the instrument still measures all of it
 loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1

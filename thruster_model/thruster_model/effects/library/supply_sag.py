@@ -4,8 +4,8 @@ s is the share of the drive lost at full speed and throttle: gamma (1 - s |gamma
 never below zero, with gamma_full = gamma at +-5 V and n_full the speed without load, k_n n_full + k_2 n_full^2 =
 gamma_full times the gain of the drive; for k_2 = 0 and gain 1 that is gamma_full / k_n. R is one resistance: where the
 directions of the drive differ, the one that draws more is full.
-A rotor without inertia has no speed as a state, so it knows no sag. On a vehicle all thrusters share one supply; here
-each has its own.
+A rotor without inertia has no speed as a state, so it knows no sag. On a vehicle all thrusters share one supply: there
+`pipeline.drawn` is added up, and the supply that is left goes into `pipeline` as an argument.
 """
 
 import numpy as np
@@ -18,12 +18,17 @@ TINY = 1e-9
 
 
 @equation
-def drive(drive, n, heat, p, e):  # type: ignore[no-untyped-def]
-    """Return gamma(u) less what the supply sags; the full drive's reciprocals do not change within a run."""
+def drive(drive, n, heat, supply, p, e):  # type: ignore[no-untyped-def]
+    """Return gamma(u) less what the supply sags."""
+    return drive * np.maximum(1.0 - e.supply_sag_share * used_power_share(drive, n, p), 0.0)
+
+
+@equation
+def used_power_share(drive, n, p):  # type: ignore[no-untyped-def]
+    """Return |gamma||n| / (gamma_full n_full); the full drive's reciprocals do not change within a run."""
     forward = _per_full_power(p.c_u2 * (FULL_THROTTLE - p.delta_u2), p)
     backward = _per_full_power(p.c_u1 * (FULL_THROTTLE + p.delta_u1), p)
-    used = np.abs(drive * n) * np.minimum(forward, backward)
-    return drive * np.maximum(1.0 - e.supply_sag_share * used, 0.0)
+    return np.abs(drive * n) * np.minimum(forward, backward)
 
 
 @equation

@@ -14,7 +14,7 @@ SHORTEST = 1e-3
 
 
 @equation
-def drive(drive, n, heat, p, e):  # type: ignore[no-untyped-def]
+def drive(drive, n, heat, supply, p, e):  # type: ignore[no-untyped-def]
     """Return gamma(u) (1 - s h)."""
     return drive * (1.0 - e.thermal_fade_share * heat)
 

@@ -5,7 +5,7 @@ from thruster_model.effects.effect import Effect, EffectParameter
 
 
 @equation
-def drive(drive, n, heat, p, e):  # type: ignore[no-untyped-def]
+def drive(drive, n, heat, supply, p, e):  # type: ignore[no-untyped-def]
     """Return gamma(u) (1 - s)."""
     return drive * (1.0 - e.throttle_gain_share)
 
