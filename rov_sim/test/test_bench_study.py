@@ -10,12 +10,13 @@ import pytest
 from rov_sim.bench_study.experiment import SCORES
 from rov_sim.bench_study.plan_io import conditions_of, load_plant, plan_text
 from rov_sim.bench_study.plants import drawn_plant
-from rov_sim.bench_study.results_io import read_results, read_study
-from rov_sim.bench_study.running_io import StudyInterrupted, run_shard, run_shards
-from rov_sim.bench_study.store_io import Shard, Store, shards_of
+from rov_sim.bench_study.results_io import read_study, run_shard
 from rov_sim.cli_bench_study import main
 from rov_sim.closed_loop import Timing
 from rov_sim.rig_sensors import Rig
+from rov_sim.study.results_io import read_results
+from rov_sim.study.running_io import StudyInterrupted, run_shards
+from rov_sim.study.store_io import Shard, Store, shards_of
 from thruster_model.errors import ParameterSetError
 from thruster_model.parameter_set_io import load_parameter_set
 
@@ -29,8 +30,8 @@ def plan(**changes) -> str:  # type: ignore[no-untyped-def]
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory) -> Store:  # type: ignore[no-untyped-def]
-    store = Store(tmp_path_factory.mktemp("study") / "a", plan())
-    run_shards(store, shards_of(STRATEGIES, REFERENCES, 30))
+    store = Store(tmp_path_factory.mktemp("study") / "a", plan(), SCORES)
+    run_shards(store, shards_of(STRATEGIES, REFERENCES, 30), run_shard)
     return store
 
 
@@ -39,7 +40,7 @@ def texts(store: Store) -> dict[str, str]:
 
 
 def test_an_interrupted_study_resumes_with_what_is_missing_and_ends_the_same(finished: Store, tmp_path: Path) -> None:
-    store, shards = Store(tmp_path / "b", plan()), shards_of(STRATEGIES, REFERENCES, 30)
+    store, shards = Store(tmp_path / "b", plan(), SCORES), shards_of(STRATEGIES, REFERENCES, 30)
     assert len(shards) == 4
 
     class Stop(Exception):
@@ -50,16 +51,16 @@ def test_an_interrupted_study_resumes_with_what_is_missing_and_ends_the_same(fin
             raise Stop
 
     with pytest.raises(Stop):
-        run_shards(store, shards, progress=interrupt)
+        run_shards(store, shards, run_shard, progress=interrupt)
     assert len(texts(store)) == 2
-    assert run_shards(Store(tmp_path / "b", plan()), shards) == 2
+    assert run_shards(Store(tmp_path / "b", plan(), SCORES), shards, run_shard) == 2
     assert texts(store) == texts(finished)
-    assert run_shards(store, shards) == 0
+    assert run_shards(store, shards, run_shard) == 0
 
 
 def test_processes_compute_what_one_process_computes(finished: Store, tmp_path: Path) -> None:
-    store = Store(tmp_path / "b", plan())
-    run_shards(store, shards_of(("lookup",), REFERENCES, 30), processes=2)
+    store = Store(tmp_path / "b", plan(), SCORES)
+    run_shards(store, shards_of(("lookup",), REFERENCES, 30), run_shard, processes=2)
     for name, text in texts(store).items():
         assert texts(finished)[name] == text
 
@@ -67,16 +68,16 @@ def test_processes_compute_what_one_process_computes(finished: Store, tmp_path: 
 def test_a_worker_that_dies_loses_nothing_that_was_finished(tmp_path: Path, monkeypatch) -> None:  # type: ignore[no-untyped-def]
     from concurrent.futures.process import BrokenProcessPool
 
-    from rov_sim.bench_study import running_io
+    from rov_sim.study import running_io
 
-    def dying(text: str, shards: list[Shard], processes: int):  # type: ignore[no-untyped-def]
-        yield shards[0], run_shard(text, shards[0])
+    def dying(run, text: str, shards: list[Shard], processes: int):  # type: ignore[no-untyped-def]
+        yield shards[0], run(text, shards[0])
         raise StudyInterrupted("a worker process died") from BrokenProcessPool()
 
     monkeypatch.setattr(running_io, "_in_processes", dying)
-    store, shards = Store(tmp_path / "b", plan()), shards_of(("lookup",), REFERENCES, 60)
+    store, shards = Store(tmp_path / "b", plan(), SCORES), shards_of(("lookup",), REFERENCES, 60)
     with pytest.raises(StudyInterrupted):
-        run_shards(store, shards, processes=2)
+        run_shards(store, shards, run_shard, processes=2)
     assert [store.has(shard) for shard in shards] == [True, False, False]
 
 
@@ -85,8 +86,8 @@ def test_a_cluster_computes_what_one_process_computes(finished: Store, tmp_path:
     with distributed.LocalCluster(
         n_workers=1, threads_per_worker=1, processes=True, dashboard_address=None, host="127.0.0.1"
     ) as cluster:
-        store = Store(tmp_path / "b", plan())
-        run_shards(store, shards_of(("lookup",), REFERENCES, 30), scheduler=cluster.scheduler_address)
+        store = Store(tmp_path / "b", plan(), SCORES)
+        run_shards(store, shards_of(("lookup",), REFERENCES, 30), run_shard, scheduler=cluster.scheduler_address)
     for name, text in texts(store).items():
         assert texts(finished)[name] == text
 
@@ -114,14 +115,14 @@ def test_strategies_with_one_seed_meet_the_same_thruster_and_another_seed_anothe
 
 def test_another_plan_does_not_enter_a_study_s_folder(finished: Store, tmp_path: Path) -> None:
     with pytest.raises(FileExistsError, match="found a study of another plan"):
-        Store(finished.folder, plan(seed=2))
+        Store(finished.folder, plan(seed=2), SCORES)
     (tmp_path / "notes.txt").write_text("mine")
     with pytest.raises(FileExistsError, match="found other files"):
-        Store(tmp_path, plan())
+        Store(tmp_path, plan(), SCORES)
 
 
 def test_a_shard_that_was_damaged_is_refused(finished: Store, tmp_path: Path) -> None:
-    store, shard = Store(tmp_path / "b", plan()), Shard("lookup", "sine", 0, 25)
+    store, shard = Store(tmp_path / "b", plan(), SCORES), Shard("lookup", "sine", 0, 25)
     store.save(shard, {name: [1.0] for name in SCORES})
     with pytest.raises(ValueError, match="expected 25 values of each score"):
         store.load(shard)

@@ -19,10 +19,10 @@ from rov_sim.bench_study.real_runs import (
     recovered_map,
 )
 from rov_sim.bench_study.real_runs_io import read_real_runs
-from rov_sim.bench_study.results import Results
-from rov_sim.bench_study.statistics import mean_interval, rank_correlation, ratio_interval
 from rov_sim.closed_loop import LoopRun, Plant, Timing, simulate_loop
 from rov_sim.rig_sensors import Rig
+from rov_sim.study.results import Results
+from rov_sim.study.statistics import mean_interval, rank_correlation, ratio_interval
 from thruster_control.references import REFERENCES
 from thruster_model.effects.active import NOTHING
 from thruster_model.parameter_set_io import load_parameter_set

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rov_sim.bench_study.results import BASELINE, Results
-from rov_sim.bench_study.statistics import Interval, mean_interval
+from rov_sim.study.results import BASELINE, Results
+from rov_sim.study.statistics import Interval, mean_interval
 
 __all__ = ["CLAIMS", "Claim", "judged"]
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from rov_sim.bench_study.experiment import Conditions, Experiment, run_experiment, score
 from rov_sim.bench_study.fitted_map import FittedMap
 from rov_sim.bench_study.real_runs import RealRun, RecoveredMap, real_score
-from rov_sim.bench_study.statistics import RankCorrelation, rank_correlation
 from rov_sim.closed_loop import Timing
+from rov_sim.study.statistics import RankCorrelation, rank_correlation
 
 __all__ = ["VARIANTS", "Prediction", "compared", "predicted_scores", "predictions", "variant"]
 

@@ -7,8 +7,8 @@ import numpy as np
 from rov_sim.bench_study.claims import judged
 from rov_sim.bench_study.experiment import Conditions, Experiment, run_experiment
 from rov_sim.bench_study.real_runs import RealRun, real_score
-from rov_sim.bench_study.results import BASELINE, Results
 from rov_sim.closed_loop import LoopRun
+from rov_sim.study.results import BASELINE, Results
 from run_bag.report import Axis, Bars, Cell, Column, Panel, Report, Series, bars, time_series
 from thruster_control.strategies import STRATEGIES
 

@@ -1,18 +1,16 @@
-"""Results from the shards of a study, and as a table in CSV."""
+"""The shards of a bench study: how one is computed, and finished ones read from their folder."""
 
-import csv
-import io
-from collections.abc import Sequence
+from math import isfinite
 from pathlib import Path
 
-import numpy as np
-
 from rov_sim.bench_study.controllers import EXTRA, THESIS
-from rov_sim.bench_study.experiment import KINDS, SCORES
-from rov_sim.bench_study.results import Results, merged
-from rov_sim.bench_study.store_io import Shard, Store
+from rov_sim.bench_study.experiment import KINDS, SCORES, Experiment, run_experiment, score
+from rov_sim.bench_study.plan_io import conditions_of
+from rov_sim.study.results import Results
+from rov_sim.study.results_io import finished_shards, read_results
+from rov_sim.study.store_io import Scores, Shard, Store
 
-__all__ = ["UNITS", "read_results", "read_study", "write_table"]
+__all__ = ["UNITS", "read_study", "run_shard"]
 
 UNITS = {
     "rmse": "N", "rmse_true": "N", "largest": "N", "overshoot": "1", "settling": "s", "chatter": "V", "n_hat": "rad/s",
@@ -20,9 +18,15 @@ UNITS = {
 }  # fmt: skip
 
 
-def read_results(store: Store, shards: Sequence[Shard]) -> Results:
-    """Return the results of finished shards."""
-    return merged((shard.strategy, shard.reference, store.load(shard)) for shard in shards)
+def run_shard(plan: str, shard: Shard) -> Scores:
+    """Return the scores of a shard; a pure function of its arguments."""
+    given = conditions_of(plan)
+    found: Scores = {name: [] for name in SCORES}
+    for seed in range(shard.first, shard.last):
+        experiment = Experiment(shard.strategy, shard.reference, seed)
+        for name, value in score(run_experiment(experiment, given), shard.reference).items():
+            found[name].append(value if isfinite(value) else None)
+    return found
 
 
 def read_study(folder: Path) -> tuple[str, Results]:
@@ -31,34 +35,5 @@ def read_study(folder: Path) -> tuple[str, Results]:
     Raises:
         ValueError: no study, or strategies with other seeds than the rest.
     """
-    file = folder / "plan.json"
-    if not file.exists():
-        raise ValueError(f"{folder}: expected the folder of a study (plan.json); found none")
-    plan = file.read_text("utf-8")
-    shards = []
-    for path in sorted((folder / "shards").glob("*.json")):
-        strategy, reference, seeds, _ = path.name.split(".")
-        first, last = map(int, seeds.split("-"))
-        shards.append(Shard(strategy, reference, first, last))
-    strategies, references = (*THESIS, *EXTRA), tuple(KINDS)
-    shards.sort(key=lambda s: (strategies.index(s.strategy), references.index(s.reference), s.first))
-    covered: dict[tuple[str, str], list[tuple[int, int]]] = {}
-    for shard in shards:
-        covered.setdefault((shard.strategy, shard.reference), []).append((shard.first, shard.last))
-    if not covered or len({tuple(blocks) for blocks in covered.values()}) != 1:
-        raise ValueError(f"{folder}: expected the same seeds of every strategy and set point; resume the study first")
-    return plan, read_results(Store(folder, plan), shards)
-
-
-def write_table(study: Results, file: Path) -> None:
-    """Write a line for each strategy, set point and seed."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["strategy", "reference", "seed", *(f"{name} [{UNITS[name]}]" for name in SCORES)])
-    for (strategy, reference), scores in study.scores.items():
-        for seed in range(study.seeds):
-            cells = [scores[name][seed] for name in SCORES]
-            writer.writerow([strategy, reference, seed, *("" if np.isnan(x) else f"{x:.6g}" for x in cells)])
-    partial = file.with_name(f".{file.name}")
-    partial.write_text(text.getvalue(), "utf-8")
-    partial.replace(file)
+    plan, shards = finished_shards(folder, (*THESIS, *EXTRA), tuple(KINDS))
+    return plan, read_results(Store(folder, plan, SCORES), shards)

@@ -7,7 +7,7 @@ import numpy as np
 from rov_sim.bench_study.claims import judged
 from rov_sim.bench_study.prediction import Prediction
 from rov_sim.bench_study.real_runs import MeasuredDisturbances, RealRun, RecoveredMap, real_score
-from rov_sim.bench_study.results import BASELINE, Results
+from rov_sim.study.results import BASELINE, Results
 
 __all__ = ["claim_tables", "disturbance_lines", "error_table", "prediction_table", "real_table", "run_table"]
 

@@ -1,4 +1,4 @@
-"""The scores of a study, by strategy and set point, and the tables that the thesis draws from them."""
+"""The scores of a study, by strategy and what it was tried on, and the comparisons that the thesis draws from them."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.bench_study.statistics import Interval, mean_interval, ratio_interval
+from rov_sim.study.statistics import Interval, mean_interval, ratio_interval
 
 __all__ = ["BASELINE", "Results", "merged"]
 
@@ -17,10 +17,10 @@ BASELINE = "lookup"
 
 @dataclass(frozen=True, kw_only=True)
 class Results:
-    """Scores by (strategy, set point) and name of the score, (seeds,) each, NaN where there is none.
+    """Scores by (strategy, reference) and name of the score, (seeds,) each, NaN where there is none.
 
     Attributes:
-        scores: of `experiment.SCORES`; the k-th entry of all belongs to one seed, that is to one thruster.
+        scores: by name; the k-th entry of all belongs to one seed, that is to one drawn plant.
         seed: of the intervals.
     """
 
@@ -39,8 +39,8 @@ class Results:
 
     @property
     def seeds(self) -> int:
-        """How many thrusters were drawn."""
-        return min(values["rmse"].size for values in self.scores.values())
+        """How many plants were drawn."""
+        return min(x.size for values in self.scores.values() for x in values.values())
 
     def of(self, strategy: str, reference: str, name: str) -> Array:
         """Return one score over the seeds."""
@@ -51,11 +51,11 @@ class Results:
         return mean_interval(self.of(strategy, reference, name), self._rng())
 
     def normalised(self, strategy: str, reference: str, name: str = "rmse", by: str = BASELINE) -> Interval:
-        """Return mean(score) over that of the strategy `by` on the same set point and thrusters (Fig. 5.5)."""
+        """Return mean(score) over that of the strategy `by` on the same reference and plants (Fig. 5.5)."""
         return ratio_interval(self.of(strategy, reference, name), self.of(by, reference, name), self._rng())
 
     def difference(self, one: str, other: str, reference: str, name: str = "rmse") -> Interval:
-        """Return the mean of one strategy's score less another's, thruster by thruster."""
+        """Return the mean of one strategy's score less another's, plant by plant."""
         return mean_interval(self.of(one, reference, name) - self.of(other, reference, name), self._rng())
 
     def _rng(self) -> np.random.Generator:
@@ -63,7 +63,7 @@ class Results:
 
 
 def merged(parts: Iterable[tuple[str, str, Mapping[str, Sequence[float | None]]]], seed: int = 0) -> Results:
-    """Return the results of (strategy, set point, scores) in the order of their seeds."""
+    """Return the results of (strategy, reference, scores) in the order of their seeds."""
     collected: dict[tuple[str, str], dict[str, list[float]]] = {}
     for strategy, reference, scores in parts:
         here = collected.setdefault((strategy, reference), {name: [] for name in scores})

@@ -1,7 +1,7 @@
 """Results of a study on disk: one file per shard, written whole, so that nothing that was finished is lost.
 
 DIR/plan.json      the plan; a folder with another plan is refused
-DIR/shards/S.json  scores of one strategy and set point, a block of seeds
+DIR/shards/S.json  scores of one strategy on one reference (a set point, or a case of settings), a block of seeds
 """
 
 import json
@@ -9,8 +9,6 @@ import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
-
-from rov_sim.bench_study.experiment import SCORES
 
 __all__ = ["BLOCK", "Scores", "Shard", "Store", "shards_of"]
 
@@ -21,7 +19,7 @@ Scores = dict[str, list[float | None]]
 
 
 class Shard(NamedTuple):
-    """A strategy, a set point, and seeds first <= seed < last."""
+    """A strategy, what it is tried on, and seeds first <= seed < last; names without a dot."""
 
     strategy: str
     reference: str
@@ -42,14 +40,14 @@ def shards_of(strategies: Iterable[str], references: Iterable[str], seeds: int) 
 
 
 class Store:
-    """The folder of one study.
+    """The folder of one study: `plan`, its text; `names`, of the scores that each seed has.
 
     Raises:
         FileExistsError: there is something else, or a study with another plan.
     """
 
-    def __init__(self, folder: Path, plan: str) -> None:
-        self.folder, self.plan = folder, plan
+    def __init__(self, folder: Path, plan: str, names: Iterable[str]) -> None:
+        self.folder, self.plan, self.names = folder, plan, frozenset(names)
         file = folder / "plan.json"
         if folder.exists() and not folder.is_dir():
             raise FileExistsError(f"{folder}: expected a folder; found a file")
@@ -78,7 +76,7 @@ class Store:
         """
         file = self.folder / "shards" / shard.file
         found = json.loads(file.read_text("utf-8"))
-        if set(found) != set(SCORES) or {len(v) for v in found.values()} != {shard.last - shard.first}:
+        if set(found) != self.names or {len(v) for v in found.values()} != {shard.last - shard.first}:
             raise ValueError(f"{file}: expected {shard.last - shard.first} values of each score; found something else")
         return dict(found)
 

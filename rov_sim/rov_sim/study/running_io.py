@@ -3,32 +3,20 @@
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
-from math import isfinite
 from multiprocessing import get_context
 from urllib.parse import urlsplit
 
-from rov_sim.bench_study.experiment import SCORES, Experiment, run_experiment, score
-from rov_sim.bench_study.plan_io import conditions_of
-from rov_sim.bench_study.store_io import Scores, Shard, Store
+from rov_sim.study.store_io import Scores, Shard, Store
 
-__all__ = ["StudyInterrupted", "checked_address", "run_shard", "run_shards"]
+__all__ = ["RunShard", "StudyInterrupted", "checked_address", "run_shards"]
 
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
+RunShard = Callable[[str, Shard], Scores]
+"""Scores of a shard from the plan's text: a pure function at the top of its module, as workers import it by name."""
 
 
 class StudyInterrupted(RuntimeError):
     """Workers died; what was finished is kept."""
-
-
-def run_shard(plan: str, shard: Shard) -> Scores:
-    """Return the scores of a shard; a pure function of its arguments."""
-    given = conditions_of(plan)
-    found: Scores = {name: [] for name in SCORES}
-    for seed in range(shard.first, shard.last):
-        experiment = Experiment(shard.strategy, shard.reference, seed)
-        for name, value in score(run_experiment(experiment, given), shard.reference).items():
-            found[name].append(value if isfinite(value) else None)
-    return found
 
 
 def checked_address(address: str) -> str:
@@ -46,12 +34,20 @@ def checked_address(address: str) -> str:
 def run_shards(
     store: Store,
     shards: Sequence[Shard],
+    run: RunShard,
     *,
     processes: int = 1,
     scheduler: str | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> int:
     """Run the shards that the store has not; return how many that were. Each is saved as soon as it is finished.
+
+    Args:
+        store: where results are kept, with the plan's text.
+        shards: of the study.
+        run: what computes one.
+        processes: on this machine; scheduler: address of a dask scheduler in their place.
+        progress: told how many of how many are finished.
 
     Raises:
         StudyInterrupted: workers died more often than they are started again.
@@ -60,21 +56,21 @@ def run_shards(
     missing = [shard for shard in shards if not store.has(shard)]
     progress(len(shards) - len(missing), len(shards))
     if scheduler is not None:
-        results = _on_cluster(store.plan, missing, scheduler)
+        results = _on_cluster(run, store.plan, missing, scheduler)
     elif processes > 1:
-        results = _in_processes(store.plan, missing, processes)
+        results = _in_processes(run, store.plan, missing, processes)
     else:
-        results = ((shard, run_shard(store.plan, shard)) for shard in missing)
+        results = ((shard, run(store.plan, shard)) for shard in missing)
     for done, (shard, scores) in enumerate(results, start=len(shards) - len(missing) + 1):
         store.save(shard, scores)
         progress(done, len(shards))
     return len(missing)
 
 
-def _in_processes(plan: str, shards: Sequence[Shard], processes: int) -> Iterator[tuple[Shard, Scores]]:
+def _in_processes(run: RunShard, plan: str, shards: Sequence[Shard], processes: int) -> Iterator[tuple[Shard, Scores]]:
     # spawned, not forked: compiled code and threads of the parent are not inherited
     with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        futures = {pool.submit(run_shard, plan, shard): shard for shard in shards}
+        futures = {pool.submit(run, plan, shard): shard for shard in shards}
         try:
             for future in as_completed(futures):
                 yield futures[future], future.result()
@@ -85,13 +81,13 @@ def _in_processes(plan: str, shards: Sequence[Shard], processes: int) -> Iterato
             raise
 
 
-def _on_cluster(plan: str, shards: Sequence[Shard], address: str) -> Iterator[tuple[Shard, Scores]]:
+def _on_cluster(run: RunShard, plan: str, shards: Sequence[Shard], address: str) -> Iterator[tuple[Shard, Scores]]:
     # an optional requirement, which takes a second to import
     from distributed import Client, KilledWorker
     from distributed import as_completed as finished
 
     with Client(checked_address(address), timeout=10) as client:
-        futures = {client.submit(run_shard, plan, shard, pure=False): shard for shard in shards}
+        futures = {client.submit(run, plan, shard, pure=False): shard for shard in shards}
         try:
             for future in finished(list(futures)):
                 yield futures[future], future.result()
