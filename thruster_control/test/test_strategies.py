@@ -15,9 +15,9 @@ from thruster_model.parameter_set_io import load_parameter_set
 HQ = load_parameter_set("hq").coefficients
 
 
-def test_the_names_are_the_thesis_strategies_and_two_baselines() -> None:
+def test_the_names_are_the_thesis_strategies_and_three_baselines() -> None:
     observed = {f"{model}-{observer}" for model in ("hl", "hq") for observer in ("ekf", "nlo", "kfnlo")}
-    assert set(STRATEGIES) == {"lookup", "simplified", "steady-flow", "pi-thrust"} | observed
+    assert set(STRATEGIES) == {"lookup", "simplified", "dead-zone", "steady-flow", "pi-thrust"} | observed
     assert all(name == each.name for name, each in STRATEGIES.items())
 
 
@@ -26,6 +26,7 @@ def test_the_names_are_the_thesis_strategies_and_two_baselines() -> None:
     [
         ("lookup", TableLaw, "simplified", "none"),
         ("simplified", SimplifiedLaw, "simplified", "speed-ekf"),
+        ("dead-zone", SimplifiedLaw, "simplified", "speed-ekf"),
         ("steady-flow", SteadyFlowLaw, "kim_chung", "speed-ekf"),
         ("hl-nlo", FlowLaw, "hl", "nlo"),
         ("hq-kfnlo", FlowLaw, "hq", "kfnlo"),

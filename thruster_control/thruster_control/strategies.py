@@ -1,8 +1,8 @@
 """The control strategies by name: law, parameter set and observer of each.
 
 Those that the thesis compares (section 5.1): an open-loop table, the simplified model, and HL or HQ with each of three
-observers; in addition Kim and Chung's steady flow and a PI loop on thrust. An observer is named only: it lives in
-another package. `speed-ekf` estimates n alone; `ekf`, `nlo` and `kfnlo` estimate n, v and U.
+observers; in addition section 3.3's own law on the measured speed (its `speed-ekf` is to be told a tachometer without
+noise), Kim and Chung's steady flow and a PI loop on thrust. An observer is named only: it lives in another package. `speed-ekf` estimates n alone; `ekf`, `nlo` and `kfnlo` estimate n, v and U.
 """
 
 from collections.abc import Mapping
@@ -10,7 +10,16 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import Any, Literal, get_args
 
-from thruster_control.settings import NO_TABLE, FlowLaw, SimplifiedLaw, SteadyFlowLaw, TableLaw, ThrustLaw, checked
+from thruster_control.settings import (
+    NO_TABLE,
+    FlowLaw,
+    Gains,
+    SimplifiedLaw,
+    SteadyFlowLaw,
+    TableLaw,
+    ThrustLaw,
+    checked,
+)
 from thruster_control.steady_table import lookup_of_set
 from thruster_model.equations.classes import SteadyFlowCoefficients
 from thruster_model.equations.thruster import ThrusterCoefficients
@@ -61,6 +70,13 @@ _ALL = (
         name="simplified",
         title="Speed loop with the simplified model",
         law=SimplifiedLaw(),
+        parameter_set="simplified",
+        observer="speed-ekf",
+    ),
+    Strategy(
+        name="dead-zone",
+        title="Dead-zone compensation (3.12), (3.13) with the measured speed",
+        law=SimplifiedLaw(gains=Gains(k_I=0.0, on_estimate=1)),
         parameter_set="simplified",
         observer="speed-ekf",
     ),

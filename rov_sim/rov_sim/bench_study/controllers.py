@@ -28,7 +28,7 @@ __all__ = ["BELIEFS", "EXTRA", "FORMS", "THESIS", "InputMap", "controller", "rea
 
 THESIS = ("lookup", "simplified", "hl-ekf", "hl-nlo", "hl-kfnlo", "hq-ekf", "hq-nlo", "hq-kfnlo")
 """The thesis' eight strategies."""
-EXTRA = tuple(name for name in STRATEGIES if name not in THESIS)
+EXTRA = ("steady-flow", "pi-thrust")
 FORMS = ("bench", "proper", "gated")
 BELIEFS = ("bench", "published")
 _SIMPLIFIED_THRUST = 9.734848e-4  # N s^2, the map used on the bench by the table and the simplified model
@@ -51,7 +51,7 @@ def simplified_as_run(bench: Any) -> Any:
 
 def parameter_sets(beliefs: str) -> dict[str, str]:
     """Return the parameter set of each strategy's controller by name of the strategy."""
-    sets = {name: each.parameter_set for name, each in STRATEGIES.items()}
+    sets = {name: each.parameter_set for name, each in STRATEGIES.items() if name in (*THESIS, *EXTRA)}
     if beliefs == "bench":
         for name in sets:
             if name in ("lookup", "simplified", "pi-thrust") or name.startswith("hl-"):
