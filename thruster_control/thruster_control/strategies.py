@@ -2,7 +2,8 @@
 
 Those that the thesis compares (section 5.1): an open-loop table, the simplified model, and HL or HQ with each of three
 observers; in addition section 3.3's own law on the measured speed (its `speed-ekf` is to be told a tachometer without
-noise), Kim and Chung's steady flow and a PI loop on thrust. An observer is named only: it lives in another package. `speed-ekf` estimates n alone; `ekf`, `nlo` and `kfnlo` estimate n, v and U.
+noise), Kim and Chung's steady flow and a PI loop on thrust. An observer is named only: it lives in another package.
+`speed-ekf` estimates n alone; `ekf`, `nlo` and `kfnlo` estimate n, v and U.
 """
 
 from collections.abc import Mapping
