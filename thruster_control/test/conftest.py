@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from thruster_control.inner_loop import AT_REST, Memory, compiled_step
 from thruster_model import flow_tank
 from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.equations.vehicle_inflow import thruster_configuration
 from thruster_model.flow_tank import PlantState
 
 Array = NDArray[np.float64]
@@ -62,3 +63,28 @@ def run_loop(
 @pytest.fixture(scope="session")
 def closed_loop() -> Callable[..., Run]:
     return run_loop
+
+
+def _axis(yaw_deg: float, pitch_deg: float) -> tuple[float, float, float]:
+    y, p = np.deg2rad([yaw_deg, pitch_deg])
+    return float(np.cos(y) * np.cos(p)), float(np.sin(y) * np.cos(p)), float(np.sin(p))
+
+
+@pytest.fixture(scope="session")
+def ngs() -> Array:
+    """K_t of the six-thruster vehicle, as its builders configured it in 2019."""
+    positions = [
+        (0.24892, -0.219202, -0.019812), (0.24892, 0.219202, -0.019812), (-0.20828, 0.2413, -0.019812),
+        (-0.20828, -0.2413, -0.019812), (0.0, -0.1651, -0.05715), (0.0, 0.1651, -0.05715),
+    ]  # fmt: skip
+    angles = [(30, -30), (-30, -30), (30, -30), (-30, -30), (90, -85), (-90, -85)]
+    return thruster_configuration(positions, [_axis(*each) for each in angles])
+
+
+@pytest.fixture(scope="session")
+def heavy() -> Array:
+    """K_t of the BlueROV2 Heavy: four horizontal thrusters, four that push up."""
+    corners = [(1, 1), (1, -1), (-1, 1), (-1, -1)]
+    positions = [(0.156 * x, 0.111 * y, 0.085) for x, y in corners] + [(0.12 * x, 0.218 * y, 0.0) for x, y in corners]
+    axes = [(1, -1, 0), (1, 1, 0), (-1, -1, 0), (-1, 1, 0)] + 4 * [(0, 0, -1)]
+    return thruster_configuration(positions, axes)
