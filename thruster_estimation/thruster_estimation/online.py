@@ -11,19 +11,18 @@ The first instant, and each that does not lie after the former one, begins anew 
 
 from collections.abc import Sequence
 from itertools import pairwise
-from math import isfinite, isinf, nan, sqrt
+from math import isinf, nan, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thruster_estimation.belief import Belief, Innovation, covariance_of, initial_belief
+from thruster_estimation.first_belief import measured_belief
 from thruster_estimation.offline import compiled_step
 from thruster_estimation.settings import BENCH, SpeedEkfSettings
 
 __all__ = ["START", "Measured", "Track", "advance", "covariance_matrix", "first_belief", "mean_throttle", "states"]
-
-_LARGEST_FLOW = 0.5  # m/s
 
 
 class Measured(NamedTuple):
@@ -53,10 +52,7 @@ def first_belief(n: float, U: float, u: float, unsigned: bool, form: int) -> Bel
     """
     if form == BENCH:
         return initial_belief(deviation_n=sqrt(3.0), deviation_v=sqrt(0.005), deviation_U=sqrt(0.005))
-    speed = n if isfinite(n) else 0.0
-    ambient = float(np.clip(U, -_LARGEST_FLOW, _LARGEST_FLOW)) if isfinite(U) else 0.0
-    turned = -speed if unsigned and u < 0.0 else speed
-    return initial_belief(turned, 0.0, ambient, deviation_n=20.0, deviation_v=0.1, deviation_U=0.1)
+    return measured_belief(float(n), float(U), float(u), unsigned)  # type: ignore[no-any-return]
 
 
 def advance(track: Track, measured: Measured, u: float, settings: Any, p: Any) -> Track:
