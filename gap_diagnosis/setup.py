@@ -22,6 +22,7 @@ setup(
             "diagnosis_table = gap_diagnosis.cli_diagnosis_table:main",
             "steady_states = gap_diagnosis.cli_steady_states:main",
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
+            "scoreboard = gap_diagnosis.scoreboard.cli_scoreboard:main",
             "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]
     },

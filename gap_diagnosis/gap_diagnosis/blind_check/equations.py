@@ -133,6 +133,7 @@ class Surroundings(NamedTuple):
     sway: float  # [m/s] of the tank's water
     stalled: float  # 1 while the wake is stalled, else 0
     push: float  # [rad/s^2] disturbance of the rotor
+    stirred: float  # [m/s^2] disturbance of the ambient flow
     time: float  # [s] since the start of the run
 
 
@@ -216,5 +217,5 @@ def rates(n, v, ambient, u, s, p, e, o):  # type: ignore[no-untyped-def]
     force = (force - e.entrained_water * n_dot) * (1.0 - e.water_unloaded)
     v_dot = (-p.k_v * v - p.k_Uv * abs(v) * (v - p.k_w * met) + p.k_Tv * force) / (1.0 + e.flow_lag)
     u_dot = -p.k_U * ambient - p.k_UU * ambient * abs(ambient) + p.k_TU * force
-    u_dot += e.tank_recirculation * p.k_U * s.past
+    u_dot += e.tank_recirculation * p.k_U * s.past + s.stirred
     return n_dot, v_dot, u_dot, water, force, moment

@@ -13,7 +13,7 @@ from gap_diagnosis.blind_check.integrator import CHANNELS, GATE_PERIOD, SUBSTEPS
 from gap_diagnosis.blind_check.recording import Colour, Recorded, clean_channels, log
 from gap_diagnosis.blind_check.signals import PERIOD
 
-__all__ = ["NOISE", "GeneratedRun", "Truth", "generate", "thruster_of"]
+__all__ = ["NOISE", "GeneratedRun", "Truth", "generate", "known_sizes", "outside_sizes", "thruster_of"]
 
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
@@ -91,18 +91,18 @@ def _run(truth: Truth, name: str, values: Array, closed_loop: bool, rng: np.rand
     # drawn in this order always, so that an effect changes nothing else in a case
     noise = {channel: std * rng.standard_normal(count) for channel, std in NOISE.items()}
     gates = _gates(rng, count) if "ventilation" in truth.effects else np.ones(round(count * PERIOD / GATE_PERIOD) + 2)
-    push = np.zeros(count + 1)
+    push = np.zeros((2, count + 1))
     if truth.colour is not None:
         for channel, std in NOISE.items():
             noise[channel] += std * truth.colour.outputs * truth.colour.wander(count, PERIOD, rng)
-        push = truth.colour.rotor * truth.colour.wander(count + 1, PERIOD, rng)
+        push[0] = truth.colour.rotor * truth.colour.wander(count + 1, PERIOD, rng)
     commands = np.zeros(count) if closed_loop else values.copy()
     out = np.empty((len(CHANNELS), count))
     flow = np.empty(count * SUBSTEPS)
     integrate(
         thruster_of(truth.model, truth.parameters),
-        _known(truth.effects),
-        _outside(truth.outside),
+        known_sizes(truth.effects),
+        outside_sizes(truth.outside),
         PERIOD,
         commands,
         values if closed_loop else np.empty(0),
@@ -123,12 +123,13 @@ def _run(truth: Truth, name: str, values: Array, closed_loop: bool, rng: np.rand
     return GeneratedRun(name=name, recorded=recorded, clean=written, states=states)
 
 
-def _known(effects: Sizes) -> Known:
+def known_sizes(effects: Sizes) -> Known:
     """Return the sizes of the effects in the plant; those of sensors and log are passed over."""
     return Known(**_fields(effects, EFFECTS, Known._fields))
 
 
-def _outside(effects: Sizes) -> Outside:
+def outside_sizes(effects: Sizes) -> Outside:
+    """Return the sizes of effects that no library knows, in the plant."""
     return Outside(**({"gain_step_time": math.inf} | _fields(effects, OUTSIDE, Outside._fields)))
 
 

@@ -64,14 +64,16 @@ def _moved(y, rate, target, a):  # type: ignore[no-untyped-def]
 
 @compiled
 def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, out):  # type: ignore[no-untyped-def]
-    """Simulate a run; fill `out` (rows `CHANNELS`, (10, N)) and `flow` (N SUBSTEPS): U on the fine grid.
+    """Simulate a run; fill `out` (rows `CHANNELS`, (10, N)) and `flow`: U on the fine grid, whose size tells the steps.
 
     p, e, o: `Thruster`, `Known`, `Outside`. commands: throttle (N,) [V], filled here in closed loop, that is where
     desired: speeds (N,) [rad/s] are given; gains: (forward, proportional, integral, limit) of that loop.
-    gates: every `GATE_PERIOD`; push: disturbance of the rotor (N + 1,) [rad/s^2]; noise: of the tachometer (N,).
+    gates: every `GATE_PERIOD`; push: disturbances of rotor [rad/s^2] and ambient flow [m/s^2], (2, N + 1); noise: of
+    the tachometer (N,).
     """
     count = commands.size
-    h = dt / SUBSTEPS
+    substeps = flow.size // count
+    h = dt / substeps
     n = v = ambient = u = heat = sway = sway_rate = stall_left = 0.0
     ramped = lagged = play = ring = ring_rate = tach = integral = 0.0
     load_f = load_f_rate = creep = creep_slow = 0.0
@@ -87,7 +89,14 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
     for k in range(count):
         at = k * dt
         s = Surroundings(
-            heat, 0.0, gates[int(at / GATE_PERIOD + 1e-6)], sway, 1.0 if stall_left > 0.0 else 0.0, push[k], at
+            heat,
+            0.0,
+            gates[int(at / GATE_PERIOD + 1e-6)],
+            sway,
+            1.0 if stall_left > 0.0 else 0.0,
+            push[0, k],
+            push[1, k],
+            at,
         )
         _, _, _, water, force, moment = rates(n, v, ambient, u, s, p, e, o)
         if k == 0:
@@ -106,13 +115,13 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
                 integral += gains[2] * error * dt
         play = min(max(play, commands[k] - 0.5 * o.throttle_backlash), commands[k] + 0.5 * o.throttle_backlash)
         reached[k] = _converted(play, e, o)
-        for j in range(SUBSTEPS):
-            i = k * SUBSTEPS + j
+        for j in range(substeps):
+            i = k * substeps + j
             # the command over this step, averaged where it changes within
             first = i - e.command_delay / h
-            old = math.floor(first / SUBSTEPS + 1e-9)
-            new = math.floor((first + 1.0) / SUBSTEPS - 1e-9)
-            share = first + 1.0 - new * SUBSTEPS if new > old else 1.0
+            old = math.floor(first / substeps + 1e-9)
+            new = math.floor((first + 1.0) / substeps - 1e-9)
+            share = first + 1.0 - new * substeps if new > old else 1.0
             command = share * (reached[new] if new >= 0 else 0.0)
             if share < 1.0:
                 command += (1.0 - share) * (reached[old] if old >= 0 else 0.0)
@@ -125,14 +134,15 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
             u += min(max(target - u, -p.u_dot_max * h), p.u_dot_max * h)
             time = i * h
             flow[i] = ambient + e.ambient_current + sway
-            along = push[k] + (push[k + 1] - push[k]) * j / SUBSTEPS
+            along = push[0, k] + (push[0, k + 1] - push[0, k]) * j / substeps
+            stirred = push[1, k] + (push[1, k + 1] - push[1, k]) * j / substeps
             gate = gates[int(time / GATE_PERIOD + 1e-6)]
             past = flow[i - back] - e.ambient_current if i >= back else 0.0
-            s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, time)
+            s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, stirred, time)
             n1, v1, a1, _, force, _ = rates(n, v, ambient, before, s, p, e, o)
             heat = abs(u) / 5.0 + (heat - abs(u) / 5.0) * keep_heat
             past = flow[i + 1 - back] - e.ambient_current if i + 1 >= back else 0.0
-            s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, time + h)
+            s = Surroundings(heat, past, gate, sway, 1.0 if stall_left > 0.0 else 0.0, along, stirred, time + h)
             ahead = n + h * n1
             crosses = ahead * n < 0.0 and dry_friction(0.0, e, o) > 0.0
             n2, v2, a2, _, force2, _ = rates(0.0 if crosses else ahead, v + h * v1, ambient + h * a1, u, s, p, e, o)

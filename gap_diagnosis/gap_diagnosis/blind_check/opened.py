@@ -7,7 +7,7 @@ from typing import Any
 from gap_diagnosis.blind_check.judging import FOREIGN, true_names
 from gap_diagnosis.blind_check.shrink import Channels, actual_shrink
 
-__all__ = ["Opened"]
+__all__ = ["Opened", "scored_part"]
 
 _DIGITS = 9
 _NEGLIGIBLE = 1e-7  # probability of a candidate
@@ -46,7 +46,7 @@ class Opened:
         predicted = diagnosis.get("predictions") or {}
         shrink = actual_shrink(clean, predicted.get("retuned", {}), predicted.get("with_effect", {}))
         told = {name: value for name, value in key.items() if name not in _UNTOLD}
-        return cls(key=told, diagnosis=_scored(diagnosis), shrink=_rounded(shrink), seal=seal)
+        return cls(key=told, diagnosis=scored_part(diagnosis), shrink=_rounded(shrink), seal=seal)
 
     @property
     def single(self) -> str | None:
@@ -55,7 +55,8 @@ class Opened:
         return names[0] if len(names) == 1 and self.key["kind"] not in FOREIGN else None
 
 
-def _scored(diagnosis: Mapping[str, Any]) -> dict[str, Any]:
+def scored_part(diagnosis: Mapping[str, Any]) -> dict[str, Any]:
+    """Return what is scored of diagnosis.json, numbers to nine digits."""
     found: dict[str, Any] = {}
     for name, parts in _SCORED.items():
         if name not in diagnosis:

@@ -10,9 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.blind_check.integrator import SUBSTEPS
-
-__all__ = ["FLOW_SPIKE", "Colour", "Recorded", "clean_channels", "log"]
+__all__ = ["FLOW_SPIKE", "Colour", "Recorded", "clean_channels", "log", "stamps_of"]
 
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
@@ -72,7 +70,7 @@ def clean_channels(true: Mapping[str, Array], effects: Sizes, outside: Sizes, pe
     flow = true["ambient"]
     late = _size(effects, "flow_delay", "time")
     if late > 0.0:
-        fine = period / SUBSTEPS * np.arange(true["ambient_fine"].size)
+        fine = period * count / true["ambient_fine"].size * np.arange(true["ambient_fine"].size)
         flow = np.interp(at - late, fine, true["ambient_fine"])
     bend = _size(outside, "flow_compression", "curvature")
     if bend > 0.0:
@@ -102,7 +100,7 @@ def log(
         noisy["ambient"] = noisy["ambient"] + np.where(hit, FLOW_SPIKE * rng.standard_normal(at.size), 0.0)
     stamps, picked = {}, {}
     for topic in ("throttle", "speed", "flow", "load"):
-        stamps[topic] = _stamps(at, topic, effects, outside, rng)
+        stamps[topic] = stamps_of(at, topic, effects, outside, rng)
         picked[topic] = np.arange(at.size)
         if topic != "throttle" and "dropped_samples" in effects:
             kept = rng.random(at.size) >= effects["dropped_samples"]["share"]
@@ -116,7 +114,7 @@ def log(
     return recorded, {name: values[picked[_TOPIC[name]]] for name, values in clean.items()}
 
 
-def _stamps(at: Array, topic: str, effects: Sizes, outside: Sizes, rng: np.random.Generator) -> Array:
+def stamps_of(at: Array, topic: str, effects: Sizes, outside: Sizes, rng: np.random.Generator) -> Array:
     """Return the stamps [s] of a topic, in order."""
     stamps = at + float(effects.get("log_alignment", {}).get(topic, 0.0))
     if topic != "throttle":

@@ -1,0 +1,102 @@
+"""Command line: how often the diagnosis is right on generators that share no code.
+
+scoreboard run SET DIR        diagnose the cases of a set (smoke, quick, reported), those in DIR not again; the table
+scoreboard table DIR          the table of what DIR holds
+scoreboard compare DIR DIR    the table of the second one, and the cases that the two answer differently
+"""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.table import Table
+
+from gap_diagnosis.blind_check.replacing_io import replace_file
+from gap_diagnosis.scoreboard.figures import differences, table
+from gap_diagnosis.scoreboard.generators import GENERATORS
+from gap_diagnosis.scoreboard.plans import SETS, planned
+from gap_diagnosis.scoreboard.running_io import read_answers, run_cases
+from run_bag.command_line import user_arguments
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run, show or compare; return the exit status."""
+    given = _parser().parse_args(user_arguments(arguments))
+    console = Console(width=None if sys.stdout.isatty() else 200)
+    try:
+        return int(given.does(given, console))
+    except (OSError, ValueError) as error:
+        print(f"scoreboard: {error}", file=sys.stderr)
+        return 1
+
+
+def _parser() -> argparse.ArgumentParser:
+    formatter = argparse.RawDescriptionHelpFormatter
+    parser = argparse.ArgumentParser(prog="scoreboard", description=__doc__, formatter_class=formatter)
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+    run = commands.add_parser("run", help="diagnose the cases of a set")
+    run.add_argument("set", choices=list(SETS), help="which cases")
+    run.add_argument("folder", type=Path, metavar="DIR", help="for the answers; resumed if it is there")
+    run.add_argument("--generators", nargs="+", default=list(GENERATORS), choices=list(GENERATORS), metavar="NAME")
+    run.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
+    run.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the table")
+    run.set_defaults(does=_run)
+    show = commands.add_parser("table", help="the table of a folder")
+    show.add_argument("folder", type=Path, metavar="DIR")
+    show.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the table")
+    show.set_defaults(does=_show)
+    compare = commands.add_parser("compare", help="the cases that two folders answer differently")
+    compare.add_argument("before", type=Path, metavar="BEFORE")
+    compare.add_argument("folder", type=Path, metavar="AFTER")
+    compare.set_defaults(does=_compare, docs=None)
+    return parser
+
+
+def _run(given: argparse.Namespace, console: Console) -> int:
+    if given.processes < 1:
+        raise ValueError(f"--processes: expected 1 or more; found {given.processes}")
+    plans = planned(given.set, tuple(given.generators))
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=console) as progress:
+        task = progress.add_task("diagnosing", total=len(plans), completed=0)
+        held = {answer.case for answer in read_answers(given.folder)}
+        progress.advance(task, sum(each.name in held for each in plans))
+        run_cases(plans, given.folder, given.processes, lambda _: progress.advance(task))
+    return _show(given, console)
+
+
+def _show(given: argparse.Namespace, console: Console) -> int:
+    answers = read_answers(given.folder)
+    if not answers:
+        raise ValueError(f"{given.folder}: expected answers of `scoreboard run`; found none")
+    rows = table(answers)
+    _print(console, rows, f"{len(answers)} cases in {given.folder}")
+    if given.docs is not None:
+        lines = ["| " + " | ".join(row) + " |" for row in rows]
+        lines.insert(1, "|" + "---|" * len(rows[0]))
+        replace_file(given.docs, ("\n".join(lines) + "\n").encode())
+        print(f"written: {given.docs}")
+    return 0
+
+
+def _compare(given: argparse.Namespace, console: Console) -> int:
+    rows = differences(read_answers(given.before), read_answers(given.folder))
+    _show(given, console)
+    _print(console, rows, f"{len(rows) - 1} cases answered otherwise than in {given.before}")
+    return 0
+
+
+def _print(console: Console, rows: list[list[str]], title: str) -> None:
+    shown = Table(*rows[0], title=title)
+    for row in rows[1:]:
+        shown.add_row(*row)
+    console.print(shown)
+
+
+if __name__ == "__main__":
+    sys.exit(main())
