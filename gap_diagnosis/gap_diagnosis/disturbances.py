@@ -187,7 +187,7 @@ def linearised(fitted: Fitted, happened: Simulated, dt: float) -> Linear:
         """Return by how much a rate, linear in its last argument before the coefficients, moves for a unit of it."""
         return np.asarray(rate(*arguments, one, p)) - np.asarray(rate(*arguments, zero, p)) + zero
 
-    by_moment = np.asarray(rotor_rate(n, one, zero, p)) - np.asarray(rotor_rate(n, zero, zero, p)) + zero
+    by_moment = np.asarray(rotor_rate(n, one, zero, 1.0, p)) - np.asarray(rotor_rate(n, zero, zero, 1.0, p)) + zero
     by_force = np.stack((zero, slope(axial_rate, v, ambient), slope(ambient_acceleration, ambient)), axis=1)
     return Linear(
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,

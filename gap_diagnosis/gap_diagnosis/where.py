@@ -60,7 +60,7 @@ def block_checks(fitted: Fitted, noise: NoiseModel) -> list[BlockCheck]:
             sums.setdefault((block, name, inputs), []).append(error[np.isfinite(error)])
 
         if "speed" in measured:
-            by_speed = loads(on_grid("speed"), happened.outputs["axial"], happened.throttle, coefficients)
+            by_speed = loads(on_grid("speed"), happened.outputs["axial"], happened.throttle, 1.0, coefficients)
             for name, predicted in zip(("thrust", "torque"), by_speed, strict=True):
                 if name in measured:
                     compare("thrust", name, "measured rotor speed", np.broadcast_to(predicted, grid.shape))

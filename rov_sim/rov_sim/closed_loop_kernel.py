@@ -69,7 +69,7 @@ def plant_period(state, throttle, step, first, history, gate, p, e, dense):  # t
         dense[0, i], dense[1, i], dense[2, i], dense[3, i], dense[4, i] = now[3], now[4], now[5], now[6], now[7]
         if i < first + throttle.size:
             history[(i + back) % ring] = state.ambient
-            state = plant_step(state, throttle[i - first], step, past, gate, p, e)
+            state = plant_step(state, throttle[i - first], step, past, gate, 1.0, p, e)
     return state
 
 

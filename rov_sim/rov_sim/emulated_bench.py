@@ -101,7 +101,7 @@ def _advanced(state, u, step, count, first, history, p, e):  # type: ignore[no-u
         force += (0.5 if at_an_end else 1.0) * step * now[3]
         if i < first + count:
             history[(i + back) % (back + 1)] = state.ambient
-            state = plant_step(state, u, step, past, 1.0, p, e)
+            state = plant_step(state, u, step, past, 1.0, 1.0, p, e)
     return state, (force if count > 0 else 0.0), now[0], now[1], now[2], now[3], now[4]
 
 

@@ -139,6 +139,19 @@ def test_the_lookup_table_takes_states_for_ticks(running: Callable[..., Scene]) 
     assert scene.throttles(1) == [law("lookup", 5.0, math.nan, math.nan, math.nan)]
 
 
+@pytest.mark.parametrize(("volts", "supply"), [(12.6, 0.9), (math.nan, 1.0)])
+def test_the_force_table_is_looked_up_at_the_measured_supply_voltage(
+    running: Callable[..., Scene], volts: float, supply: float
+) -> None:
+    scene = running(strategy="force-table")
+    scene.set_point(0, 20.0)
+    scene.send("state", 0, n=math.nan, supply_voltage=volts)
+    ready = load_strategy("force-table")
+    arguments = (math.nan, math.nan, math.nan, True, 0.04, ready.settings, ready.coefficients, math.nan, 0.0, supply)
+    assert scene.throttles(1) == [float(compiled_step(AT_REST, 20.0, *arguments)[1].u)]
+    assert scene.throttles(1)[0] > 2.5
+
+
 def test_the_steady_flow_law_takes_the_measured_ambient_flow(running: Callable[..., Scene]) -> None:
     scene = running(strategy="steady-flow")
     scene.set_point(0, 5.0)

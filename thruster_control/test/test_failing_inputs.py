@@ -9,6 +9,7 @@ from thruster_control.inner_loop import AT_REST, Memory, Status, inner_loop_step
 from thruster_control.settings import (
     BENCH_GAINS,
     FlowLaw,
+    ForceTableLaw,
     Gains,
     Limits,
     SimplifiedLaw,
@@ -19,7 +20,7 @@ from thruster_control.settings import (
 )  # fmt: skip
 from thruster_model.parameter_set_io import load_parameter_set
 
-P = {name: load_parameter_set(name).coefficients for name in ("simplified", "hl", "hq", "kim_chung")}
+P = {name: load_parameter_set(name).coefficients for name in ("simplified", "hl", "hq", "kim_chung", "force_table")}
 TABLE = np.array(
     [[-3.0, -2.0, -0.8, 0.9, 2.0, 3.0], [-12.0, -4.0, 0.0, 0.0, 5.0, 13.0], [-110.0, -60.0, 0.0, 0.0, 62.0, 112.0]]
 )
@@ -32,6 +33,7 @@ LAWS = {
     "printed": (FlowLaw(BENCH_GAINS, as_printed=1), P["hq"]),
     "steady flow": (SteadyFlowLaw(), P["kim_chung"]),
     "thrust": (ThrustLaw(), P["hl"]),
+    "force table": (ForceTableLaw(), P["force_table"]),
 }
 DT = 0.04
 RUNNING = Memory(0.5, 70.0, 20.0, 2.0, 1.0, 0.0, 0.1, 0.12)

@@ -85,7 +85,7 @@ def _to_zero(memory, rate, age, status, v, ambient, n_d, dt, settings):  # type:
 
 
 @equation
-def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=0.0):  # type: ignore[no-untyped-def]
+def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=0.0, supply=1.0):  # type: ignore[no-untyped-def]
     """Return (memory, output) after a control period.
 
     Args:
@@ -100,6 +100,7 @@ def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=
         p: coefficients, `ParameterSet.coefficients`; `SteadyFlowLaw` needs a steady-flow set.
         T: measured thrust [N], fed back by `ThrustLaw`.
         age: how old the estimates are [s].
+        supply: voltage of the supply over the nominal one, for `ForceTableLaw`.
 
     NaN means unknown in each of them. Floats throughout: integers make kernels compile anew.
     """
@@ -122,7 +123,7 @@ def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=
     start = limits.idle_thrust if memory.side != 0.0 else 2.0 * limits.idle_thrust
     if abs(T_d) <= start:
         return _to_zero(memory, rate, unseen, _IDLE, flow, ambient, 0.0, dt, settings)
-    wanted = demand(memory, T_d, n, flow, ambient, T, feedback, dt, settings, p)
+    wanted = demand(memory, T_d, n, flow, ambient, T, supply, feedback, dt, settings, p)
     if not (math.isfinite(wanted.u) and math.isfinite(wanted.n_d_rate)):
         return _to_zero(memory, run_down, unseen, _RUN_DOWN, flow, ambient, np.nan, dt, settings)
     u = ramp_limited(memory.u, min(max(wanted.u, -limits.u_max), limits.u_max), rate, dt)
@@ -136,6 +137,6 @@ def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=
 
 
 @compiled
-def compiled_step(memory, T_d, n, v, U, valid, dt, settings, p, T, age):  # type: ignore[no-untyped-def]
-    """Return (memory, output) of `inner_loop_step`, compiled; the same arguments, all given."""
-    return inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T, age)
+def compiled_step(memory, T_d, n, v, U, valid, dt, settings, p, T, age, supply=1.0):  # type: ignore[no-untyped-def]
+    """Return (memory, output) of `inner_loop_step`, compiled; the same arguments, all given but the last."""
+    return inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T, age, supply)

@@ -1,7 +1,8 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
-A strategy without observer takes the `state` in the place of the estimate: as a clock alone, its measurements are not
-used. What is stamped when and waits for what: `thruster_runtime.triggered_join`.
+A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply
+voltage (the nominal one where that is not measured). What is stamped when and waits for what:
+`thruster_runtime.triggered_join`.
 """
 
 import sys
@@ -42,6 +43,11 @@ def _known(value: float | None) -> float:
     return nan if value is None else value
 
 
+def _relative(volts: float, nominal: float) -> float:
+    """Return the supply over the nominal one; 1 where either is unknown."""
+    return volts / nominal if volts > 0.0 and nominal > 0.0 else 1.0
+
+
 class InnerLoopNode(Node):
     """Subscribes `estimate` or `state`, `thrust_setpoint` and what the law measures; publishes `throttle`."""
 
@@ -56,9 +62,10 @@ class InnerLoopNode(Node):
         self._setpoint_timeout, self._measured_timeout = (
             round(values[name] * 1e9) for name in ("setpoint_timeout", "measured_timeout")
         )
+        self._nominal_supply = getattr(self._p, "nominal_supply", nan)
         self._track = START
         # Once beside the track: the first message shall not wait for a compiler.
-        advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0), self._period, self._settings, self._p)
+        advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0, 1.0), self._period, self._settings, self._p)
 
         prefix = f"thruster_{values['thruster']}"
         inputs = {"setpoint": Input(timeout=self._setpoint_timeout, wait=values["wait_for_setpoint"])}
@@ -94,17 +101,17 @@ class InnerLoopNode(Node):
         self._take("load", load.stamp, load.wrench_force_x)
 
     def _on_state(self, state: Any) -> None:
-        self._take("trigger", state.stamp, (state.frame_id, _UNKNOWN))
+        self._take("trigger", state.stamp, (state.frame_id, _UNKNOWN, state.supply_voltage))
 
     def _on_estimate(self, estimate: Any) -> None:
-        self._take("trigger", estimate.stamp, (estimate.frame_id, estimate))
+        self._take("trigger", estimate.stamp, (estimate.frame_id, estimate, nan))
 
     def _take(self, name: str, stamp: int, kept: Any) -> None:
         for due in self._join.put(name, stamp, kept):
             self._control(due)
 
     def _control(self, due: Due) -> None:
-        frame_id, estimate = due.message
+        frame_id, estimate, volts = due.message
         # in simulated time the clock may come after the estimate; none is younger than now
         age = max(0.0, (self.get_clock().now().nanoseconds - due.stamp) / 1e9)
         inputs = Inputs(
@@ -116,6 +123,7 @@ class InnerLoopNode(Node):
             valid=estimate.status != ThrusterEstimate.STATUS_INVALID,
             T=self._measured(due, "load") if "load" in due.inputs else nan,
             age=age,
+            supply=_relative(volts, self._nominal_supply),
         )
         track = START if due.former is None else self._track
         self._track, out = advance(track, inputs, self._period, self._settings, self._p)

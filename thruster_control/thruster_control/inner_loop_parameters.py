@@ -15,7 +15,6 @@ from thruster_runtime.parameters import Parameter
 __all__ = ["PARAMETERS", "chosen_strategy"]
 
 _LIMITS = {
-    "u_max": ("V", "largest throttle"),
     "u_dot_max": ("V/s", "largest rate of the throttle; the parameter set's counts where it is smaller"),
     "oldest_estimate": ("s", "age beyond which an estimate is not used"),
     "longest_hold": ("s", "how long the throttle follows the set point without a usable estimate"),
@@ -25,7 +24,7 @@ _LIMITS = {
     "bleed": ("s", "time constant with which the integral is emptied while the propeller idles"),
     "longest_period": ("s", "a longer period is a gap, over which nothing is integrated"),
 }
-_ABOVE_ZERO = ("u_max", "u_dot_max", "run_down", "bleed", "longest_period")
+_ABOVE_ZERO = ("u_dot_max", "run_down", "bleed", "longest_period")
 _GAINS = {
     "k_P": ("1/s, pi-thrust: rad/s^2 per N", "proportional gain"),
     "k_I": ("1/s^2, pi-thrust: rad/s^3 per N", "integral gain"),
@@ -59,6 +58,10 @@ PARAMETERS = (
         name="measured_timeout", default=0.1, unit="s", lower=0.0, above=True, upper=3600.0,
         description="silence after which a measured flow or load is neither waited for nor used",
     ),
+    Parameter(
+        name="u_max", default=nan, unit="V", lower=0.0, above=True, unset=True,
+        description="largest throttle; NaN: the strategy's own",
+    ),
     *(
         Parameter(
             name=name, default=getattr(Limits(), name), unit=unit, description=words, above=name in _ABOVE_ZERO,
@@ -82,7 +85,7 @@ PARAMETERS = (
 def chosen_strategy(values: Mapping[str, Any]) -> tuple[Ready | None, list[str]]:
     """Return the strategy that the values of `PARAMETERS` ask for, or None and a sentence for each contradiction."""
     changes: dict[str, Any] = {name: values[name] for name in _LIMITS}
-    changes |= {name: values[name] for name in _GAINS if not isnan(values[name])}
+    changes |= {name: values[name] for name in ("u_max", *_GAINS) if not isnan(values[name])}
     if values["rate_form"]:
         changes["rate_form"] = int(_FORMS[values["rate_form"]])
     chosen = strategy(values["strategy"])

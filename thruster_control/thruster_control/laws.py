@@ -9,6 +9,9 @@ PI on thrust:  alpha = share (k_n n_d + k_Q Q(n_d, 0)) - k_P (T - T_d) - k_I sig
 n_d by (3.6). T is the load cell's where there is one, else the map's T(n, v) at the estimates: such a loop holds the
 estimated thrust, and no error of the map is seen by it.
 
+A maker's table of force is looked up backwards at the present supply voltage: the command nearest the stop that gives
+T_d, without any estimate.
+
 Where the law has no usable estimate (`feedback` false), what is left is the feed-forward with the last flow, and the
 integral as it stands.
 
@@ -19,12 +22,22 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numpy as np
 from numba.extending import overload
 
-from thruster_control.settings import FlowLaw, RateForm, SimplifiedLaw, SteadyFlowLaw, TableLaw, ThrustLaw
+from thruster_control.settings import (
+    FlowLaw,
+    ForceTableLaw,
+    RateForm,
+    SimplifiedLaw,
+    SteadyFlowLaw,
+    TableLaw,
+    ThrustLaw,
+)
 from thruster_control.wanted_speed import side_for_thrust, speed_on_side
 from thruster_model.compilation import equation
 from thruster_model.equations.classes import axial_flow
+from thruster_model.equations.force_map import drive_for_force, static_speed
 from thruster_model.equations.inflow import steady_axial_flow
 from thruster_model.equations.inversion import speed_for_thrust_as_printed
 from thruster_model.equations.thruster import input_map, input_map_inverse, rotor_acceleration, thrust, torque
@@ -83,14 +96,14 @@ def _speed_demand(memory, n_d, side, v, n, feedback, dt, gains, p):  # type: ign
 
 
 @equation
-def _simplified(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _simplified(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     side = side_for_thrust(T_d, 0.0, 0.0, 0.0, 0.0, p)
     n_d = speed_on_side(T_d, 0.0, 0.0, side, p)
     return _speed_demand(memory, n_d, side, 0.0, n, feedback, dt, settings.gains, p)
 
 
 @equation
-def _output_feedback(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _output_feedback(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     if settings.as_printed != 0:
         side = side_for_thrust(T_d, 0.0, 0.0, 0.0, 0.0, p)
         n_d = speed_for_thrust_as_printed(T_d, v, p.c_T2, p.c_nv_T, p.c_v_T)
@@ -101,7 +114,7 @@ def _output_feedback(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # typ
 
 
 @equation
-def _steady_flow(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _steady_flow(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     v_0 = steady_axial_flow(0.0, U, p.k_s, p.k_r, p.inflow_angle)
     side = side_for_thrust(T_d, v_0, p.k_r, memory.side, settings.limits.hysteresis, p)
     n_d = speed_on_side(T_d, v_0, p.k_r, side, p)
@@ -120,7 +133,7 @@ def _fed_back_thrust(n, v, U, T, p):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _thrust_loop(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _thrust_loop(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     side = side_for_thrust(T_d, 0.0, 0.0, 0.0, 0.0, p)
     n_d = speed_on_side(T_d, 0.0, 0.0, side, p)
     error = _fed_back_thrust(n, v, U, T, p) - T_d if feedback else 0.0
@@ -147,7 +160,7 @@ def _looked_up(x, over, wanted, side, table):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _table(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _table(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     side = side_for_thrust(T_d, 0.0, 0.0, 0.0, 0.0, p)
     if settings.by_thrust != 0:
         n_d = _looked_up(T_d, 1, 2, side, settings.table)
@@ -156,6 +169,13 @@ def _table(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[
         n_d = speed_on_side(T_d, 0.0, 0.0, side, p)
         u = _looked_up(n_d, 2, 0, side, settings.table)
     return Demand(u, input_map(u, p), n_d, 0.0, side, 0.0)
+
+
+@equation
+def _force_table(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+    volts = supply * p.nominal_supply
+    drive = drive_for_force(T_d / p.thrust_scale, volts, p)
+    return Demand(input_map_inverse(drive, p), drive, static_speed(drive, volts, p), 0.0, np.sign(T_d), 0.0)
 
 
 @equation
@@ -185,6 +205,7 @@ def _needs_thrust(n, v, U, T, valid, p):  # type: ignore[no-untyped-def]
 
 _LAWS: dict[type, tuple[Equation, Equation]] = {
     TableLaw: (_table, _needs_nothing),
+    ForceTableLaw: (_force_table, _needs_nothing),
     SimplifiedLaw: (_simplified, _needs_speed),
     FlowLaw: (_output_feedback, _needs_flow),
     SteadyFlowLaw: (_steady_flow, _needs_ambient),
@@ -192,9 +213,9 @@ _LAWS: dict[type, tuple[Equation, Equation]] = {
 }
 
 
-def demand(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
-    """Return the `Demand` of the law of `settings` for T_d [N], which is not zero."""
-    return _LAWS[type(settings)][0](memory, T_d, n, v, U, T, feedback, dt, settings, p)
+def demand(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+    """Return the `Demand` of the law of `settings` for T_d [N], which is not zero; `supply`: relative voltage."""
+    return _LAWS[type(settings)][0](memory, T_d, n, v, U, T, supply, feedback, dt, settings, p)
 
 
 def usable(n, v, U, T, valid, settings, p):  # type: ignore[no-untyped-def]
@@ -203,10 +224,10 @@ def usable(n, v, U, T, valid, settings, p):  # type: ignore[no-untyped-def]
 
 
 @overload(demand, inline="always")
-def _compile_demand(memory, T_d, n, v, U, T, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
+def _compile_demand(memory, T_d, n, v, U, T, supply, feedback, dt, settings, p):  # type: ignore[no-untyped-def]
     chosen = _LAWS[settings.instance_class][0]
-    return lambda memory, T_d, n, v, U, T, feedback, dt, settings, p: chosen(
-        memory, T_d, n, v, U, T, feedback, dt, settings, p
+    return lambda memory, T_d, n, v, U, T, supply, feedback, dt, settings, p: chosen(
+        memory, T_d, n, v, U, T, supply, feedback, dt, settings, p
     )
 
 

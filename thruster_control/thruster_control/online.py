@@ -11,7 +11,7 @@ class Inputs(NamedTuple):
     """What is known at an instant [ns]; NaN: not.
 
     T_d: wanted thrust [N]; n [rad/s], v, U [m/s]: estimates, usable where `valid`, `age` [s] old; T: measured
-    thrust [N].
+    thrust [N]; supply: its voltage over the nominal one.
     """
 
     stamp: int
@@ -22,6 +22,7 @@ class Inputs(NamedTuple):
     valid: bool
     T: float
     age: float
+    supply: float = 1.0
 
 
 class Track(NamedTuple):
@@ -46,6 +47,17 @@ def advance(track: Track, inputs: Inputs, period: float, settings: Any, p: Any) 
         if dt <= 0.0:
             memory, dt = AT_REST, float(period)
     memory, out = compiled_step(
-        memory, inputs.T_d, inputs.n, inputs.v, inputs.U, inputs.valid, dt, settings, p, inputs.T, inputs.age
+        memory,
+        inputs.T_d,
+        inputs.n,
+        inputs.v,
+        inputs.U,
+        inputs.valid,
+        dt,
+        settings,
+        p,
+        inputs.T,
+        inputs.age,
+        inputs.supply,
     )
     return Track(Memory(*memory), inputs.stamp), Output(*out)

@@ -13,10 +13,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from thruster_model.command_scale import FULL_THROTTLE
+
 __all__ = [
     "BENCH_GAINS",
     "NO_TABLE",
     "FlowLaw",
+    "ForceTableLaw",
     "Gains",
     "Limits",
     "RateForm",
@@ -96,6 +99,12 @@ class TableLaw(NamedTuple):
     table: NDArray[np.float64]
     limits: Limits = Limits()
     by_thrust: int = 1
+
+
+class ForceTableLaw(NamedTuple):
+    """Open loop: throttle from the parameter set's table of force, at the supply voltage of the moment."""
+
+    limits: Limits = Limits(u_max=FULL_THROTTLE)
 
 
 class SimplifiedLaw(NamedTuple):

@@ -14,6 +14,7 @@ from typing import Any, Literal, get_args
 from thruster_control.settings import (
     NO_TABLE,
     FlowLaw,
+    ForceTableLaw,
     Gains,
     SimplifiedLaw,
     SteadyFlowLaw,
@@ -22,7 +23,7 @@ from thruster_control.settings import (
     checked,
 )
 from thruster_control.steady_table import lookup_of_set
-from thruster_model.equations.classes import SteadyFlowCoefficients
+from thruster_model.equations.classes import ForceTableCoefficients, SteadyFlowCoefficients
 from thruster_model.equations.thruster import ThrusterCoefficients
 
 __all__ = ["STRATEGIES", "Observer", "Strategy", "settings_for", "strategy"]
@@ -96,6 +97,13 @@ _ALL = (
         parameter_set="simplified",
         observer="speed-ekf",
     ),
+    Strategy(
+        name="force-table",
+        title="Maker's table of force, looked up at the supply voltage of the moment, open loop",
+        law=ForceTableLaw(),
+        parameter_set="force_table",
+        observer="none",
+    ),
 )
 STRATEGIES: Mapping[str, Strategy] = MappingProxyType({each.name: each for each in _ALL})
 
@@ -123,6 +131,8 @@ def settings_for(chosen: Strategy, p: ThrusterCoefficients) -> Any:
         raise ValueError(f"{chosen.name}: expected a set of the thesis' common form; found {type(p).__name__}")
     if isinstance(law, ThrustLaw) and not (steady or type(p) is ThrusterCoefficients):
         raise ValueError(f"{chosen.name}: expected a set with a thrust map; found {type(p).__name__}")
+    if isinstance(law, ForceTableLaw) and not isinstance(p, ForceTableCoefficients):
+        raise ValueError(f"{chosen.name}: expected a set with a table of force; found {type(p).__name__}")
     if isinstance(law, TableLaw) and law.table.size == 0:
         law = law._replace(table=lookup_of_set(p, u_max=law.limits.u_max))
     return checked(law)

@@ -51,7 +51,19 @@ def test_the_neutral_size_of_an_effect_in_the_plant_lies_in_its_range(effect):
 
 
 @pytest.mark.parametrize(
-    "model", ["simplified", "hl", "hq", "kim_chung", "two_state", "first_order", "yoerger", "static_dead_band", "table"]
+    "model",
+    [
+        "simplified",
+        "hl",
+        "hq",
+        "kim_chung",
+        "two_state",
+        "first_order",
+        "yoerger",
+        "static_dead_band",
+        "table",
+        "force_table",
+    ],
 )
 def test_at_neutral_a_run_is_the_same_bit_for_bit(model):
     p = load_parameter_set(model).coefficients
@@ -220,7 +232,7 @@ def test_the_kernel_and_python_agree_on_all_effects_at_once_and_states_broadcast
     assert 0.0 not in e
     state = PlantState(100.0, -0.05, 0.1, 2.0, 0.3)
     run = simulate(HQ, [2.2], 1e-3, initial=state, effects=e, gates=[0.0])
-    n, v, ambient = plant_step(state, 2.2, 1e-3, 0.0, 0.0, HQ, e)[:3]
+    n, v, ambient = plant_step(state, 2.2, 1e-3, 0.0, 0.0, 1.0, HQ, e)[:3]
     measured = ambient + e.ambient_current_speed
     assert [run.n[1], run.v[1], run.ambient[1]] == pytest.approx([n, v, measured], rel=1e-12)
     speeds = np.array([-120.0, 5.0, 120.0])

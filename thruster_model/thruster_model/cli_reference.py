@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from run_bag.command_line import user_arguments
 from thruster_model.equations.classes import (
     AmbientInflowCoefficients,
+    ForceTableCoefficients,
     StaticCoefficients,
     SteadyFlowCoefficients,
     TableCoefficients,
@@ -18,6 +19,7 @@ from thruster_model.parameter_set_io import available_sets, load_parameter_set
 _STATES = {  # where axial flow or rotor speed follow at once, they are no states
     SteadyFlowCoefficients: "n [rad/s], U [m/s]",
     AmbientInflowCoefficients: "n [rad/s], U [m/s]",
+    ForceTableCoefficients: "n [rad/s]",
     StaticCoefficients: "none",
     TableCoefficients: "none",
 }

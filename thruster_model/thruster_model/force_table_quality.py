@@ -4,10 +4,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from thruster_model.force_table import ForceTable
 
-__all__ = ["Drop", "LeftOut", "drops", "left_out", "monotone"]
+__all__ = ["Drop", "LeftOut", "drops", "falls", "left_out", "monotone"]
 
 
 class Drop(NamedTuple):
@@ -36,17 +37,28 @@ def drops(table: ForceTable) -> tuple[Drop, ...]:
     return tuple(Drop(*map(float, (V[m], c[k], c[k + 1], F[m, k], F[m, k + 1]))) for m, k in found)
 
 
+def falls(table: ForceTable) -> bool:
+    """Return whether force or speed falls anywhere though the command rises."""
+    return any(np.any(np.diff(rows, axis=1) < 0.0) for rows in (table.force, table.speed) if rows is not None)
+
+
 def monotone(table: ForceTable) -> ForceTable:
-    """Return the nearest table (least squares, each voltage and direction by itself) whose force never falls."""
+    """Return the nearest table (least squares, each voltage and direction alone) whose force and speed never fall."""
+    stop = int(np.flatnonzero(table.command == table.stop)[0])
+    rising = {name: _rising(getattr(table, name), stop) for name in ("force", "speed") if name in table.quantities}
+    return replace(table, **rising, source=f"{table.source}; made monotone by isotonic regression")  # type: ignore[arg-type]
+
+
+def _rising(values: NDArray[np.float64], stop: int) -> NDArray[np.float64]:
     from sklearn.isotonic import isotonic_regression  # a second to import
 
-    force, stop = table.force.copy(), int(np.flatnonzero(table.command == table.stop)[0])
-    for row in force:
+    made = values.copy()
+    for row in made:
         if stop + 1 < row.size:
             row[stop + 1 :] = isotonic_regression(row[stop + 1 :], y_min=0.0)
         if stop > 0:
             row[:stop] = isotonic_regression(row[:stop], y_max=0.0)
-    return replace(table, force=force, source=f"{table.source}; made monotone by isotonic regression")
+    return made
 
 
 def left_out(table: ForceTable) -> tuple[LeftOut, ...]:

@@ -1,12 +1,13 @@
 """What a thruster model is: its parameters, their units and ranges, and their place in the common form."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
 from thruster_model.equations.thruster import ThrusterCoefficients
+from thruster_model.force_curves import ForceCurves
 
 __all__ = ["Model", "ParameterDefinition", "Role"]
 
@@ -49,6 +50,8 @@ class Model:
         slots: coefficients that a parameter sets, where they are not the one of its own name.
         constants: coefficients that the model fixes.
         knots: throttle levels [V] of a table's nodes; the parameters are then named by `node_name`.
+        needs_curves: whether a set of this model brings a maker's table, whose curves are bound to it (`with_curves`).
+        curves: those of the set.
     """
 
     name: str
@@ -61,6 +64,13 @@ class Model:
     slots: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     constants: Mapping[str, float] = field(default_factory=dict)
     knots: tuple[float, ...] = ()
+    needs_curves: bool = False
+    curves: ForceCurves | None = None
+
+    def with_curves(self, curves: ForceCurves) -> "Model":
+        """Return the model of one set's table; a speed that was not measured is no signal."""
+        signals = tuple(name for name in self.signals if name != "speed" or curves.speed_measured)
+        return replace(self, curves=curves, signals=signals)
 
     @property
     def parameter_names(self) -> tuple[str, ...]:
@@ -92,7 +102,12 @@ class Model:
         for name in self.parameter_names:
             for slot in self.slots.get(name, (name,)):
                 filled[slot] = float(values[name])
-        return self.kind(**filled)
+        if not self.needs_curves:
+            return self.kind(**filled)
+        if self.curves is None:
+            raise ValueError(f"model '{self.name}': expected the curves of a parameter set's table; found none")
+        slopes = {side: filled[side] * self.curves.gain for side in ("c_u1", "c_u2")}
+        return self.kind(**{**filled, **slopes}, supplies=self.curves.supplies, curves=self.curves.curves)
 
 
 NODE_KINDS = ("speed", "thrust", "torque")

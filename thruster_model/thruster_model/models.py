@@ -3,6 +3,7 @@
 from thruster_model.equations.classes import (
     AirfoilCoefficients,
     AmbientInflowCoefficients,
+    ForceTableCoefficients,
     RelativeFlowCoefficients,
     StaticCoefficients,
     SteadyFlowCoefficients,
@@ -16,6 +17,7 @@ from thruster_model.parameter_definitions import (
     DEAD_BAND_THRUST,
     DEAD_BAND_TORQUE,
     DRIVE,
+    FORCE_TABLE,
     FOUR_QUADRANT,
     HYDRODYNAMIC_MAPS,
     LAG,
@@ -163,6 +165,17 @@ _ALL = (
         signals=_LOADS,
         kind=TableCoefficients,
         knots=TABLE_KNOTS,
+    ),
+    Model(
+        name="force_table",
+        title="Maker's table of force over command and supply voltage, behind a first-order lag",
+        equations="dn/dt = rate (n_s(drive, V) - n), T = share F_s at (n, V)",
+        cannot="Measured at a standstill: no flow acts on the force, and no torque is known (it is given as zero).",
+        parameters=FORCE_TABLE,
+        signals=("speed", "thrust"),
+        kind=ForceTableCoefficients,
+        slots={"rate": ("k_n", "drive_gain"), "command_scale": ("c_u1", "c_u2")},
+        needs_curves=True,
     ),
 )
 MODELS: dict[str, Model] = {model.name: model for model in _ALL}

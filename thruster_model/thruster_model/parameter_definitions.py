@@ -9,6 +9,7 @@ __all__ = [
     "DEAD_BAND_THRUST",
     "DEAD_BAND_TORQUE",
     "DRIVE",
+    "FORCE_TABLE",
     "FOUR_QUADRANT",
     "HYDRODYNAMIC_MAPS",
     "LAG",
@@ -61,6 +62,14 @@ STATIC_DRIVE = (
     _positive("drive", "delta_u2", "V", "dead-zone edge of the throttle, forward", 0.9),
 )
 LAG = (_positive("rotor", "rate", "1/s", "rate at which the rotor speed follows its static value", 12.0),)
+FORCE_TABLE = (
+    _positive("drive", "command_scale", "1", "command beyond the dead zone as a share of the table's", 1.0),
+    _negative("drive", "delta_u1", "V", "dead-zone edge of the throttle, reverse", 0.9),
+    _positive("drive", "delta_u2", "V", "dead-zone edge of the throttle, forward", 0.9),
+    *LAG,
+    _positive("map", "thrust_scale", "1", "thrust as a share of the table's", 1.0),
+    _positive("given", "nominal_supply", "V", "supply voltage that counts as the nominal one", 16.0),
+)
 PLAIN_MAPS = (
     _positive("map", "c_T", "N s^2", "thrust per n|n|", 1e-3),
     _positive("map", "c_Q", "N m s^2", "torque per n|n|", 4e-6),

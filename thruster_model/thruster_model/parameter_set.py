@@ -3,11 +3,15 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from types import MappingProxyType
 
+from thruster_model.command_scale import VOLTS, CommandScale
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.errors import ParameterSetError
+from thruster_model.errors import ForceTableError, ParameterSetError
+from thruster_model.force_curves import ForceCurves
+from thruster_model.force_table import ForceTable
 from thruster_model.models import MODELS, Model, ParameterDefinition
 
 __all__ = ["Parameter", "ParameterSet"]
@@ -27,6 +31,8 @@ class Parameter:
 class ParameterSet:
     """All parameters of one model, checked when constructed; `effects` beyond the model may be switched on with it.
 
+    `command` says how the thruster's commands are written; `force_table` is the table of a model that needs one.
+
     Raises:
         ParameterSetError: unknown model; missing, unknown or inadmissible parameters; other units than the model's.
     """
@@ -37,6 +43,8 @@ class ParameterSet:
     parameters: Mapping[str, Parameter]
     origin: str = "parameter set"
     effects: ActiveEffects = NOTHING
+    command: CommandScale = VOLTS
+    force_table: ForceTable | None = None
 
     def __post_init__(self) -> None:
         problems = self._problems()
@@ -48,10 +56,11 @@ class ParameterSet:
     def _problems(self) -> list[str]:
         if self.model_name not in MODELS:
             return [f"key 'model': expected one of {', '.join(MODELS)}; found '{self.model_name}'"]
-        names = set(self.model.parameter_names)
+        model = MODELS[self.model_name]
+        names = set(model.parameter_names)
         problems = [
-            f"key 'parameters': '{name}' is missing; model '{self.model_name}' needs {self.model.definition(name).unit}"
-            for name in self.model.parameter_names
+            f"key 'parameters': '{name}' is missing; model '{self.model_name}' needs {model.definition(name).unit}"
+            for name in model.parameter_names
             if name not in self.parameters
         ]
         problems += [
@@ -60,13 +69,34 @@ class ParameterSet:
             if name not in names
         ]
         for name in names & set(self.parameters):
-            problems += _parameter_problems(name, self.parameters[name], self.model.definition(name))
-        return problems
+            problems += _parameter_problems(name, self.parameters[name], model.definition(name))
+        return problems + self._table_problems()
 
-    @property
+    def _table_problems(self) -> list[str]:
+        table, needed = self.force_table, MODELS[self.model_name].needs_curves
+        if needed and table is None:
+            return [f"key 'force_table': missing; model '{self.model_name}' needs one"]
+        if table is None:
+            return []
+        if not needed:
+            return [f"key 'force_table': model '{self.model_name}' takes none"]
+        try:
+            ForceCurves(table=table, scale=self.command)
+        except ForceTableError as error:
+            return [f"key 'force_table': {problem}" for problem in error.problems]
+        nominal, (low, high) = self.parameters.get("nominal_supply"), table.supply[[0, -1]]
+        if nominal is not None and not low <= nominal.value <= high:
+            measured = f"a supply that the table holds, {low:g} to {high:g} V"
+            return [f"key 'parameters.nominal_supply.value': expected {measured}; found {nominal.value!r}"]
+        return []
+
+    @cached_property
     def model(self) -> Model:
         """The model whose parameters these are."""
-        return MODELS[self.model_name]
+        model = MODELS[self.model_name]
+        if not (model.needs_curves and self.force_table is not None):
+            return model
+        return model.with_curves(ForceCurves(table=self.force_table, scale=self.command))
 
     @property
     def values(self) -> dict[str, float]:

@@ -5,8 +5,11 @@ name: ...
 source: ...
 parameters:
   k_n: {value: 13.66, unit: 1/s, source: "Table 4.1", standard_deviation: 0.2}
+command: {unit: µs, stop: 1500, per_volt: 80, lowest: 1100, highest: 1900}      optional: how commands are written
+force_table: {name: ..., command: ..., supply: ..., force: ...}     where the model needs it, as in `force_table_io`
 """
 
+import math
 import os
 from collections.abc import Mapping
 from importlib import resources
@@ -15,15 +18,19 @@ from typing import Any
 
 import yaml
 
+from thruster_model.command_scale import VOLTS, CommandScale
 from thruster_model.effects.active import ActiveEffects, problems_of
 from thruster_model.effects.stages import LIBRARY
-from thruster_model.errors import ParameterSetError
+from thruster_model.errors import ForceTableError, ParameterSetError
+from thruster_model.force_table import ForceTable
+from thruster_model.force_table_io import force_table_document, force_table_of, load_yaml
 from thruster_model.parameter_set import Parameter, ParameterSet
 
 __all__ = ["available_sets", "dump_parameter_set", "load_parameter_set", "parse_parameter_set", "write_parameter_set"]
 
 _TOP_KEYS = {"model", "name", "source", "parameters"}
-_OPTIONAL_KEYS = {"effects"}
+_OPTIONAL_KEYS = {"effects", "command", "force_table"}
+_COMMAND_KEYS = ("unit", "stop", "per_volt", "lowest", "highest")
 _PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
 
 
@@ -52,7 +59,7 @@ def load_parameter_set(name_or_path: str | Path) -> ParameterSet:
 def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
     """Return the parameter set that a YAML text describes; `origin` names it in errors."""
     try:
-        document = yaml.safe_load(text)
+        document = load_yaml(text)
     except yaml.YAMLError as error:
         raise ParameterSetError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
     if not isinstance(document, Mapping):
@@ -73,6 +80,8 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
             parameters[str(name)] = parameter
     sizes, wrong = _parse_effects(document.get("effects", {}))
     problems += wrong
+    command = _parse_command(document.get("command"), problems)
+    table = _parse_table(document.get("force_table"), problems)
     if problems:
         raise ParameterSetError(origin, problems)
     return ParameterSet(
@@ -82,7 +91,41 @@ def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
         parameters=parameters,
         origin=origin,
         effects=ActiveEffects(sizes=sizes),
+        command=command,
+        force_table=table,
     )
+
+
+def _parse_command(entry: Any, problems: list[str]) -> CommandScale:
+    if entry is None:
+        return VOLTS
+    if not isinstance(entry, Mapping) or not set(entry) >= set(_COMMAND_KEYS[:3]) or set(entry) - set(_COMMAND_KEYS):
+        found = ", ".join(map(str, entry)) if isinstance(entry, Mapping) else repr(entry)
+        expected = "unit, stop and per_volt, lowest and highest if there are any"
+        problems.append(f"key 'command': expected {expected}; found {found}")
+        return VOLTS
+    numbers = {k: _number(v) for k, v in entry.items() if k != "unit"}
+    wrong = [f"key 'command.{k}': expected a number; found {entry[k]!r}" for k, v in numbers.items() if v is None]
+    if not wrong:
+        try:
+            return CommandScale(unit=str(entry["unit"]), **{k: v for k, v in numbers.items() if v is not None})
+        except ValueError as error:
+            wrong = [f"key 'command': {problem}" for problem in str(error).split("\n")]
+    problems += wrong
+    return VOLTS
+
+
+def _parse_table(entry: Any, problems: list[str]) -> ForceTable | None:
+    if entry is None:
+        return None
+    if not isinstance(entry, Mapping):
+        problems.append(f"key 'force_table': expected a mapping; found {type(entry).__name__}")
+        return None
+    try:
+        return force_table_of(entry, origin="force_table")
+    except ForceTableError as error:
+        problems += [f"key 'force_table': {problem}" for problem in error.problems]
+        return None
 
 
 def _parse_parameter(name: str, entry: Any) -> tuple[Parameter | None, list[str]]:
@@ -167,7 +210,14 @@ def dump_parameter_set(parameter_set: ParameterSet) -> str:
             }
             for effect, sizes in parameter_set.effects.sizes.items()
         }
-    return yaml.safe_dump(document, sort_keys=False, width=1000, allow_unicode=True)
+    if parameter_set.command != VOLTS:
+        command = {k: getattr(parameter_set.command, k) for k in _COMMAND_KEYS}
+        document["command"] = {k: v for k, v in command.items() if isinstance(v, str) or math.isfinite(v)}
+    text = yaml.safe_dump(document, sort_keys=False, width=1000, allow_unicode=True)
+    if parameter_set.force_table is not None:
+        rows = {"force_table": force_table_document(parameter_set.force_table)}
+        text += yaml.safe_dump(rows, sort_keys=False, width=120, allow_unicode=True, default_flow_style=None)
+    return text
 
 
 def write_parameter_set(parameter_set: ParameterSet, path: Path) -> None:

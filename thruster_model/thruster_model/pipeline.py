@@ -3,7 +3,7 @@
 from thruster_model.compilation import equation, inlined
 from thruster_model.effects.library.supply_sag import used_power_share
 from thruster_model.effects.stages import NO_EFFECTS, stage
-from thruster_model.equations.classes import axial_flow, axial_rate, loads, rotor_rate, rotor_speed
+from thruster_model.equations.classes import axial_flow, axial_rate, loads, powered, rotor_rate, rotor_speed
 from thruster_model.equations.dead_zone import dead_zone
 from thruster_model.equations.thruster import ambient_acceleration
 
@@ -44,16 +44,16 @@ def pipeline(n, v, ambient, u, heat, past, gate, supply, p, e):  # type: ignore[
     """Return (dn/dt, dv/dt, dU/dt, rotor speed, axial flow, ambient flow, thrust, torque), SI units.
 
     n, v, ambient: states; u: acting throttle [V]; heat, past, gate: see `effects.effect.STAGES`; supply: its voltage
-    over the nominal one, by which gamma is multiplied; p: coefficients of any class; e: `EffectValues` or `NO_EFFECTS`.
-    States that are algebraic in the class of `p` do not move.
+    over the nominal one, by which gamma is multiplied where the class has no table over it; p: coefficients of any
+    class; e: `EffectValues` or `NO_EFFECTS`. States that are algebraic in the class of `p` do not move.
     """
-    drive = supply * _driven(n, u, heat, supply, p, e)
+    drive = powered(_driven(n, u, heat, supply, p, e), supply, p)
     speed = rotor_speed(n, drive, u, p)
     water = _inflow(ambient, p, e)
     met = _approach(water, p, e)
     axial = axial_flow(speed, v, met, p)
-    force, moment = _loads(loads(speed, axial, u, p), speed, axial, met, gate, p, e)
-    n_dot = _rotor(rotor_rate(n, moment, drive, p), n, drive, p, e)
+    force, moment = _loads(loads(speed, axial, u, supply, p), speed, axial, met, gate, p, e)
+    n_dot = _rotor(rotor_rate(n, moment, drive, supply, p), n, drive, p, e)
     force = _thrust_dynamics(force, n_dot, p, e)
     v_dot = _axial(axial_rate(v, met, force, p), v, met, force, p, e)
     u_dot = _ambient(ambient_acceleration(ambient, force, p), ambient, past, force, p, e)

@@ -1,4 +1,4 @@
-"""Classes of thrusters: which equation each uses for its loads, its rotor and its axial flow.
+"""Classes of thrusters: which equation each uses for supply, loads, rotor and axial flow.
 
 All classes share the pipeline of `thruster_model.pipeline`. Where they differ, the class of the coefficients decides,
 when a kernel is compiled: a class that is not used costs nothing.
@@ -12,6 +12,7 @@ from numba.extending import overload
 
 from thruster_model.compilation import equation
 from thruster_model.equations.airfoil import airfoil_loads
+from thruster_model.equations.force_map import force_at_speed, static_speed
 from thruster_model.equations.four_quadrant import four_quadrant_load
 from thruster_model.equations.inflow import relative_axial_acceleration, steady_axial_flow
 from thruster_model.equations.thruster import (
@@ -25,6 +26,7 @@ from thruster_model.equations.thruster import (
 __all__ = [
     "AirfoilCoefficients",
     "AmbientInflowCoefficients",
+    "ForceTableCoefficients",
     "RelativeFlowCoefficients",
     "StaticCoefficients",
     "SteadyFlowCoefficients",
@@ -32,6 +34,7 @@ __all__ = [
     "axial_flow",
     "axial_rate",
     "loads",
+    "powered",
     "rotor_rate",
     "rotor_speed",
 ]
@@ -60,23 +63,38 @@ AmbientInflowCoefficients = _class(
 StaticCoefficients = _class("StaticCoefficients")
 # `table` (4, K): throttle [V] ascending, rotor speed [rad/s], thrust [N], torque [N m]; columns are its nodes
 TableCoefficients = _class("TableCoefficients", "table")
+# a maker's table over command and supply voltage, behind a lag: `force_map`
+ForceTableCoefficients = _class("ForceTableCoefficients", "nominal_supply", "thrust_scale", "supplies", "curves")
 
 
-# ---- loads: (T [N], Q [N m]) over rotor speed, axial flow and acting throttle
+# ---- the drive as the supply leaves it; supply: its voltage over the nominal one
 
 
 @equation
-def _map_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+def _times_supply(drive, supply, p):  # type: ignore[no-untyped-def]
+    return supply * drive
+
+
+@equation
+def _as_commanded(drive, supply, p):  # type: ignore[no-untyped-def]
+    return drive
+
+
+# ---- loads: (T [N], Q [N m]) over rotor speed, axial flow, acting throttle and relative supply
+
+
+@equation
+def _map_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
     return thrust(n, v, p), torque(n, v, p)
 
 
 @equation
-def _airfoil_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+def _airfoil_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
     return airfoil_loads(n, v, p.radius, p.pitch, p.lift, p.drag, p.density)
 
 
 @equation
-def _four_quadrant_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+def _four_quadrant_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
     force = four_quadrant_load(n, v, p.radius, p.a1_T, p.b1_T, p.a3_T, p.b3_T)
     return force, four_quadrant_load(n, v, p.radius, p.a1_Q, p.b1_Q, p.a3_Q, p.b3_Q)
 
@@ -92,10 +110,16 @@ def _node_below(u, p):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _table_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+def _table_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
     k, share = _node_below(u, p)
     force = p.table[2, k] + share * (p.table[2, k + 1] - p.table[2, k])
     return force, p.table[3, k] + share * (p.table[3, k + 1] - p.table[3, k])
+
+
+@equation
+def _force_table_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
+    force = p.thrust_scale * force_at_speed(n, supply * p.nominal_supply, p)
+    return force, 0.0 * force
 
 
 # ---- rotor speed [rad/s] over the state n and the acting throttle, and the rate of that state
@@ -118,8 +142,18 @@ def _table_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _no_rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
+def _no_rotor_rate(n, moment, drive, supply, p):  # type: ignore[no-untyped-def]
     return 0.0 * n
+
+
+@equation
+def _turned(n, moment, drive, supply, p):  # type: ignore[no-untyped-def]
+    return rotor_acceleration(n, moment, drive, p)
+
+
+@equation
+def _to_static_speed(n, moment, drive, supply, p):  # type: ignore[no-untyped-def]
+    return p.drive_gain * static_speed(drive, supply * p.nominal_supply, p) - p.k_n * n
 
 
 # ---- axial flow [m/s] over rotor speed, the state v and the ambient flow, and the rate of that state
@@ -151,13 +185,14 @@ def _no_axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
 
 
 _THESIS: dict[str, Equation] = {
+    "powered": _times_supply,
     "loads": _map_loads,
     "speed": _state_speed,
-    "rotor_rate": rotor_acceleration,
+    "rotor_rate": _turned,
     "flow": _state_flow,
     "axial_rate": axial_acceleration,
 }
-_STATIC = {"rotor_rate": _no_rotor_rate, "axial_rate": _no_axial_rate}
+_STATIC: dict[str, Equation] = {"rotor_rate": _no_rotor_rate, "axial_rate": _no_axial_rate}
 _EQUATIONS: dict[type, dict[str, Equation]] = {
     ThrusterCoefficients: _THESIS,
     SteadyFlowCoefficients: {**_THESIS, "flow": _steady_flow, "axial_rate": _no_axial_rate},
@@ -171,12 +206,24 @@ _EQUATIONS: dict[type, dict[str, Equation]] = {
     },
     StaticCoefficients: {**_THESIS, **_STATIC, "speed": _static_speed},
     TableCoefficients: {**_THESIS, **_STATIC, "loads": _table_loads, "speed": _table_speed},
+    ForceTableCoefficients: {
+        **_THESIS,
+        "powered": _as_commanded,
+        "loads": _force_table_loads,
+        "rotor_rate": _to_static_speed,
+        "axial_rate": _no_axial_rate,
+    },
 }
 
 
-def loads(n, v, u, p):  # type: ignore[no-untyped-def]
-    """Return (T [N], Q [N m]) of the class of `p`."""
-    return _EQUATIONS[type(p)]["loads"](n, v, u, p)
+def powered(drive, supply, p):  # type: ignore[no-untyped-def]
+    """Return what is left of the drive at a relative supply voltage; a table over the supply takes it from there."""
+    return _EQUATIONS[type(p)]["powered"](drive, supply, p)
+
+
+def loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
+    """Return (T [N], Q [N m]) of the class of `p`; `supply`: relative voltage."""
+    return _EQUATIONS[type(p)]["loads"](n, v, u, supply, p)
 
 
 def rotor_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
@@ -184,9 +231,9 @@ def rotor_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
     return _EQUATIONS[type(p)]["speed"](n, drive, u, p)
 
 
-def rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
-    """Return dn/dt [rad/s^2] of the class of `p`."""
-    return _EQUATIONS[type(p)]["rotor_rate"](n, moment, drive, p)
+def rotor_rate(n, moment, drive, supply, p):  # type: ignore[no-untyped-def]
+    """Return dn/dt [rad/s^2] of the class of `p`; `supply`: relative voltage."""
+    return _EQUATIONS[type(p)]["rotor_rate"](n, moment, drive, supply, p)
 
 
 def axial_flow(n, v, ambient, p):  # type: ignore[no-untyped-def]
@@ -200,9 +247,15 @@ def axial_rate(v, ambient, force, p):  # type: ignore[no-untyped-def]
 
 
 @overload(loads, inline="always")
-def _compile_loads(n, v, u, p):  # type: ignore[no-untyped-def]
+def _compile_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
     chosen = _EQUATIONS[p.instance_class]["loads"]
-    return lambda n, v, u, p: chosen(n, v, u, p)
+    return lambda n, v, u, supply, p: chosen(n, v, u, supply, p)
+
+
+@overload(powered, inline="always")
+def _compile_powered(drive, supply, p):  # type: ignore[no-untyped-def]
+    chosen = _EQUATIONS[p.instance_class]["powered"]
+    return lambda drive, supply, p: chosen(drive, supply, p)
 
 
 @overload(rotor_speed, inline="always")
@@ -212,9 +265,9 @@ def _compile_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
 
 
 @overload(rotor_rate, inline="always")
-def _compile_rotor_rate(n, moment, drive, p):  # type: ignore[no-untyped-def]
+def _compile_rotor_rate(n, moment, drive, supply, p):  # type: ignore[no-untyped-def]
     chosen = _EQUATIONS[p.instance_class]["rotor_rate"]
-    return lambda n, moment, drive, p: chosen(n, moment, drive, p)
+    return lambda n, moment, drive, supply, p: chosen(n, moment, drive, supply, p)
 
 
 @overload(axial_flow, inline="always")

@@ -81,6 +81,7 @@ class Experiment:
         dt: period of the throttle samples and of the simulation [s].
         throttle: commanded throttle [V], shape (N,); the plant rests at its first sample.
         measurements: by signal name.
+        supply: voltage of the supply at the throttle's instants [V], shape (N,); None: not measured.
         throttle_shift_std: how far the throttle's clock may be off [s]; 0 where the throttle was recorded.
         notes: what was done to the data, one sentence each.
         warnings: what the reader of the recording had to leave out or could not trust, one sentence each.
@@ -93,6 +94,7 @@ class Experiment:
     throttle_shift_std: float = 0.0
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = ()
+    supply: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         unknown = set(self.measurements) - set(SIGNALS)

@@ -121,7 +121,16 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
         throttle_shift_std=_stated_deviation(run, "throttle"),
         notes=tuple(notes),
         warnings=(*run.warnings, *told),
+        supply=_supply(run, f"{prefix}/state.supply_voltage", grid),
     )
+
+
+def _supply(run: Run, name: str, grid: Array) -> Array | None:
+    """Return the measured supply voltage [V] on the grid; None where it was not measured."""
+    if name not in run:
+        return None
+    known = np.isfinite(run[name].values)
+    return np.interp(grid, run.time(name)[known], run[name].values[known]) if np.any(known) else None
 
 
 def _poor(prefix: str, measurement: Measurement, *, left_out: bool) -> str:

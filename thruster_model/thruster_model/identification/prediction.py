@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from thruster_model.compilation import compiled
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.flow_tank import simulate
+from thruster_model.flow_tank import NOMINAL_SUPPLY, simulate
 from thruster_model.identification.experiment import SIGNALS, Experiment
 
-__all__ = ["NO_SHIFTS", "Shifts", "predict", "seen"]
+__all__ = ["NO_SHIFTS", "Shifts", "predict", "relative_supply", "seen"]
 
 Array = NDArray[np.float64]
 
@@ -49,7 +49,14 @@ def predict(
     The plant starts at rest and does not depend on time, so a later throttle is the same as later outputs.
     """
     throttle = effects.command(experiment.throttle, experiment.dt)
-    trajectory = simulate(coefficients, throttle, experiment.dt, largest_step=experiment.dt, effects=effects.plant)
+    trajectory = simulate(
+        coefficients,
+        throttle,
+        experiment.dt,
+        largest_step=experiment.dt,
+        effects=effects.plant,
+        supply=relative_supply(experiment, coefficients),
+    )
     outputs = {name: getattr(trajectory, signal.plant_output) for name, signal in SIGNALS.items()}
     predictions = {}
     for name, measurement in experiment.measurements.items():
@@ -62,6 +69,12 @@ def predict(
             # By the predicted sign: that of a measured speed near zero is its noise's.
             predictions[name] += offset * (np.clip(predictions[name], -1.0, 1.0) if name == "speed" else 1.0)
     return predictions
+
+
+def relative_supply(experiment: Experiment, coefficients: ThrusterCoefficients) -> Array:
+    """Return the measured supply over the nominal one, for classes that know their nominal one; none otherwise."""
+    nominal = getattr(coefficients, "nominal_supply", None)
+    return NOMINAL_SUPPLY if experiment.supply is None or nominal is None else experiment.supply / nominal
 
 
 def seen(output: Array, dt: float, time: Array, width: float, readings: int = 0) -> Array:
