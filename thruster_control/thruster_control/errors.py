@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["SteadyStatesError", "ThrusterControlError"]
+__all__ = ["ScriptError", "SteadyStatesError", "ThrusterControlError"]
 
 
 class ThrusterControlError(Exception):
@@ -11,6 +11,15 @@ class ThrusterControlError(Exception):
 
 class SteadyStatesError(ThrusterControlError):
     """Steady states that give no table; `problems` holds one sentence for each thing that is wrong."""
+
+    def __init__(self, source: str, problems: Sequence[str]) -> None:
+        self.source = source
+        self.problems = tuple(problems)
+        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+
+class ScriptError(ThrusterControlError):
+    """A script of set points that cannot be used; `problems` holds one sentence for each thing that is wrong."""
 
     def __init__(self, source: str, problems: Sequence[str]) -> None:
         self.source = source

@@ -26,25 +26,26 @@ PidLaw          tau_i = proportional_i e_i + integral_i z_i (+ derivative_i time
 A position is not fed back, as in the thesis. Law and settings go together by class.
 """
 
-import math
 from collections.abc import Callable
 from typing import Any
 
 from numba.extending import overload
 
+from thruster_control.outer_loop.body_rates import body_acceleration, body_rates
 from thruster_control.outer_loop.model import add_inertia, model_terms
-from thruster_control.outer_loop.rotation import (
-    body_acceleration,
-    body_rates,
-    euler_rates,
-    from_euler,
-    relative,
-    to_euler,
-    turned,
-    wrapped,
-)
 from thruster_control.outer_loop.settings import EulerLaw, LinearLaw, PidLaw, QuaternionLaw
 from thruster_model.compilation import equation
+from thruster_model.equations.attitude import (
+    conjugate,
+    euler_from_quaternion,
+    euler_rate_matrix,
+    matrix_times,
+    normalised,
+    quaternion_from_euler,
+    quaternion_product,
+    rotated_back,
+    wrapped,
+)
 
 __all__ = ["desired_rates", "law_wrench", "quaternion_error"]
 
@@ -55,16 +56,15 @@ _SHORT = 1e-6  # N or N m: a shortfall below this is rounding
 @equation
 def quaternion_error(q, sp):  # type: ignore[no-untyped-def]
     """Return q_e = q_d* q as (w, x, y, z)."""
-    return relative(from_euler(sp.attitude[0], sp.attitude[1], sp.attitude[2]), q)
+    return normalised(quaternion_product(conjugate(quaternion_from_euler(sp.attitude)), q))
 
 
 @equation
 def desired_rates(q_e, nu_2, sp):  # type: ignore[no-untyped-def]
     """Return (nu_2d, a_2d) of the quaternion form, in body axes [rad/s, rad/s^2]."""
-    phi, theta = sp.attitude[0], sp.attitude[1]
-    omega = turned(q_e, body_rates(phi, theta, sp.attitude_rate))
     rate = sp.attitude_rate
-    a = turned(q_e, body_acceleration(phi, theta, rate, rate, sp.attitude_acceleration))
+    omega = rotated_back(q_e, body_rates(sp.attitude, rate))
+    a = rotated_back(q_e, body_acceleration(sp.attitude, rate, rate, sp.attitude_acceleration))
     x, y, z = nu_2[0] - omega[0], nu_2[1] - omega[1], nu_2[2] - omega[2]
     return omega, (
         a[0] - (y * omega[2] - z * omega[1]),
@@ -113,23 +113,27 @@ def _quaternion(q, nu, sp, dt, law, c, memory, wrench):  # type: ignore[no-untyp
 
 @equation
 def _euler(q, nu, sp, dt, law, c, memory, wrench):  # type: ignore[no-untyped-def]
-    phi, theta, psi = to_euler(q)
+    phi, theta, psi = euler_from_quaternion(q)
     bounded = min(max(theta, -law.steepest), law.steepest)
+    angles = (phi, bounded, psi)
     d_1, d_2, d_3 = wrapped(phi - sp.attitude[0]), wrapped(theta - sp.attitude[1]), wrapped(psi - sp.attitude[2])
-    turning = euler_rates(phi, bounded, (nu[3], nu[4], nu[5]))
-    omega_d = body_rates(phi, bounded, sp.attitude_rate)
-    a_d = body_acceleration(phi, bounded, turning, sp.attitude_rate, sp.attitude_acceleration)
-    s_1, c_1, c_2 = math.sin(phi), math.cos(phi), math.cos(bounded)
-    about = d_1 * math.sin(bounded) + d_3
-    k_1, k_2, k_3 = d_1, c_1 * d_2 + s_1 * about / c_2, -s_1 * d_2 + c_1 * about / c_2  # J_2^T Deta
+    J_2 = euler_rate_matrix(angles)
+    omega_d = body_rates(angles, sp.attitude_rate)
+    turning = matrix_times(J_2, (nu[3], nu[4], nu[5]))
+    a_d = body_acceleration(angles, turning, sp.attitude_rate, sp.attitude_acceleration)
+    k = (
+        law.k_I * (J_2[0][0] * d_1 + J_2[1][0] * d_2 + J_2[2][0] * d_3),
+        law.k_I * (J_2[0][1] * d_1 + J_2[1][1] * d_2 + J_2[2][1] * d_3),
+        law.k_I * (J_2[0][2] * d_1 + J_2[1][2] * d_2 + J_2[2][2] * d_3),
+    )
     model_terms(c, q, nu, wrench)
-    _feedback(c, law, nu, sp, omega_d, a_d, (law.k_I * k_1, law.k_I * k_2, law.k_I * k_3), memory, wrench)
+    _feedback(c, law, nu, sp, omega_d, a_d, k, memory, wrench)
     return bounded == theta
 
 
 @equation
 def _linear(q, nu, sp, dt, law, c, memory, wrench):  # type: ignore[no-untyped-def]
-    phi, theta, psi = to_euler(q)
+    phi, theta, psi = euler_from_quaternion(q)
     rate, a = sp.attitude_rate, sp.attitude_acceleration
     eta, eta_d, wanted = (phi, theta, psi), sp.attitude, memory.wanted
     for i in range(3):

@@ -7,8 +7,8 @@ The coefficients c are those of the vehicle's set: M_RB, M_A, D_L, D_Q (6, 6), w
 (2.18)  g = -[f_G + f_B; r_G x f_G + r_B x f_B],   f_G + f_B = (W - B) J_1^T e_z
 """
 
-from thruster_control.outer_loop.rotation import turned
 from thruster_model.compilation import equation
+from thruster_model.equations.attitude import rotated_back
 
 __all__ = ["add_inertia", "model_terms", "restoring_for"]
 
@@ -43,7 +43,7 @@ def model_terms(c, q, nu, out):  # type: ignore[no-untyped-def]
     out[3] = r * b[2] - s * b[1] + v * a[2] - w * a[1]
     out[4] = s * b[0] - p * b[2] + w * a[0] - u * a[2]
     out[5] = p * b[1] - r * b[0] + u * a[1] - v * a[0]
-    g = restoring_for(c, turned(q, (0.0, 0.0, 1.0)))
+    g = restoring_for(c, rotated_back(q, (0.0, 0.0, 1.0)))
     for i in range(6):
         out[i] += g[i]
         for j in range(6):
