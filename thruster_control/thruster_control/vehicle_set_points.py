@@ -57,7 +57,7 @@ def _problems(move: Move) -> list[str]:
     if not all(math.isfinite(size) for size in move.size.values()):
         found.append(f"size: expected finite numbers; found {', '.join(map(str, move.size.values()))}")
     lasts = move.shape in ("quintic", "sine")
-    if not (0.0 <= move.time < math.inf and (move.duration > 0.0 if lasts else move.duration >= 0.0) < math.inf):
+    if not (0.0 <= move.time < math.inf and 0.0 <= move.duration < math.inf) or (lasts and move.duration == 0.0):
         least = "above 0" if lasts else "of 0 or more"
         found.append(f"expected a time of 0 s or more and a duration {least} s; found {move.time} s, {move.duration} s")
     if move.shape == "sine" and not 0.0 < move.period < math.inf:
