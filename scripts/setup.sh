@@ -47,6 +47,18 @@ for manifest in */package.xml; do
     [ -e "$manifest" ] && packages+=("${manifest%/*}")
 done
 
+lacks_tf2_msgs() { # no wheel has it, and ROS's smallest installation lacks it too
+    local prefix
+    local -a prefixes
+    [ -n "$ros" ] || return 0
+    IFS=: read -r -a prefixes <<<"$ros:${AMENT_PREFIX_PATH-}"
+    for prefix in "${prefixes[@]}"; do
+        case $prefix in '' | "$root"/install*) continue ;; esac
+        [ ! -e "$prefix/share/tf2_msgs/package.xml" ] || return 1
+    done
+}
+if lacks_tf2_msgs; then packages+=(scripts/stand_in/tf2_msgs); fi
+
 python_inputs() { printf '%s\n' requirements/*.txt scripts/workspace/*.py; }
 build_inputs() { # what colcon copies or compiles; Python modules are linked
     find "${packages[@]}" -maxdepth 1 -type f \
@@ -140,7 +152,7 @@ build() { # called in a condition, where bash ignores `set -e`: each step that m
     local old
     for old in install/*/; do
         old=$(basename "$old")
-        case " ${packages[*]} " in *" $old "*) ;; *) rm -rf "install/$old" "build/$old" ;; esac
+        case " ${packages[*]##*/} " in *" $old "*) ;; *) rm -rf "install/$old" "build/$old" ;; esac
     done
     source_foreign "${ros:-$venv}/setup.bash"
     PATH=$venv/bin:$PATH VIRTUAL_ENV=$venv "$venv/bin/python" -c 'import sys; from colcon_core.command import main; sys.exit(main())' \
@@ -149,7 +161,7 @@ build() { # called in a condition, where bash ignores `set -e`: each step that m
     write_stamp "$build_stamp" "$build_key"
 }
 if [ $build_ready = no ] && [ ${#packages[@]} -gt 0 ]; then
-    say "packages: building ${packages[*]} with colcon"
+    say "packages: building ${packages[*]##*/} with colcon"
     (build) || die 'packages: the build failed; what each package said is in log/latest_build.'
 fi
 

@@ -32,7 +32,7 @@ ALLOWED["gap_diagnosis"] = set(ALLOWED) - {"thruster_msgs", "thruster_runtime"}
 
 MESSAGES = {
     "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs",
-    "sensor_msgs", "std_msgs", "thruster_msgs",
+    "sensor_msgs", "std_msgs", "tf2_msgs", "thruster_msgs", "visualization_msgs",
 }  # fmt: skip
 OUTSIDE_MATHS = MESSAGES | {
     "rclpy", "thruster_runtime", "serial", "yaml", "time", "datetime", "os", "pathlib", "shutil", "socket",
