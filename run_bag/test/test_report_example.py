@@ -14,7 +14,7 @@ def test_every_plot_draws_without_error_request_or_sideways_scroll_on_laptop_and
     tmp_path: Path,
 ) -> None:
     findings = check_report(example_report().write(tmp_path / "example.html"))
-    assert findings.plots == 7
+    assert findings.plots == 8
     assert findings.ok, findings
 
 
@@ -54,3 +54,11 @@ def test_the_legend_hides_a_series_in_every_plot_of_its_figure(tmp_path: Path) -
         before = driver.execute_script(count)
         driver.execute_script("document.querySelector('#figure-2 .key[data-group=\"as published\"]').click();")
         assert driver.execute_script(count) == before - 2
+
+
+def test_the_path_in_space_can_be_turned_by_mouse_and_is_passed_over_by_a_finger(tmp_path: Path) -> None:
+    path = example_report().write(tmp_path / "example.html")
+    find = "return [...document.querySelectorAll('.plot')].find((box) => box.querySelector('.gl-container canvas'))"
+    for size, mode in ((LAPTOP, "turntable"), (PHONE, False)):
+        with open_report(path, *size) as driver:
+            assert driver.execute_script(f"{find}._fullLayout.scene.dragmode;") == mode

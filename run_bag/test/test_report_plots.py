@@ -18,14 +18,18 @@ from run_bag.report import (
     Residual,
     Series,
     Span,
+    Track,
     bars,
     curves,
     heat_map,
+    needles,
     residuals,
+    space,
     time_series,
 )
 from run_bag.report.decimation import compact, keep_extremes
 from run_bag.report.legend import legend
+from run_bag.report.plots.plot import Plot
 from run_bag.report.theme import FITS, MEASURED, dark_partner
 
 SPEED = Axis(name="rotor speed", unit="rad/s", symbol="n")
@@ -93,6 +97,39 @@ def test_every_axis_names_its_unit(plot) -> None:  # type: ignore[no-untyped-def
 def test_an_axis_without_unit_is_refused() -> None:
     with pytest.raises(ReportError, match=r"expected a name and a unit"):
         Axis(name="thrust", unit="")
+
+
+def a_path(**options: object) -> Plot:
+    east, north, depth = (Axis(name=name, unit="m") for name in ("east", "north", "depth"))
+    path = Track(name="path", x=np.arange(5000.0), y=np.zeros(5000), z=np.sin(np.arange(5000.0)))
+    there = needles("forward", np.zeros((2, 3)), np.ones((2, 3)))
+    return space([path, there], x=east, y=north, z=depth, **options)  # type: ignore[arg-type]
+
+
+def test_axes_in_space_name_their_units_and_depth_grows_downwards_where_it_is_asked_for() -> None:
+    scene = a_path(z_down=True).figure.layout.scene
+    assert [axis.title.text for axis in (scene.xaxis, scene.yaxis, scene.zaxis)] == [
+        "east [m]",
+        "north [m]",
+        "depth [m]",
+    ]
+    assert scene.zaxis.autorange == "reversed" and scene.aspectmode == "data"
+    assert a_path().figure.layout.scene.zaxis.autorange is None
+
+
+def test_needles_are_pieces_with_gaps_and_a_long_path_keeps_its_extremes() -> None:
+    path, forward = a_path(max_points=600).figure.data
+    assert len(path.x) < 700 and max(path.z) == pytest.approx(np.sin(np.arange(5000.0)).max(), abs=1e-6)
+    assert list(forward.x[:2]) == [0.0, 1.0] and np.isnan(forward.x[2]) and len(forward.x) == 6
+
+
+def test_tracks_of_unequal_length_and_an_empty_space_are_refused() -> None:
+    with pytest.raises(ReportError, match=r"expected x, y and z of one shape"):
+        Track(name="a", x=[0.0], y=[0.0], z=[0.0, 1.0])
+    with pytest.raises(ReportError, match="expected start and end of one shape"):
+        needles("a", [0.0], [1.0])
+    with pytest.raises(ReportError, match="expected at least one track"):
+        space([], x=SPEED, y=SPEED, z=SPEED)
 
 
 def test_panels_share_one_time_axis_so_that_they_zoom_together() -> None:

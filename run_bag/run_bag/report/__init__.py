@@ -12,10 +12,13 @@ from .plots import (
     Residual,
     Series,
     Span,
+    Track,
     bars,
     curves,
     heat_map,
+    needles,
     residuals,
+    space,
     time_series,
 )
 from .table import Cell, Column
@@ -36,9 +39,12 @@ __all__ = [
     "Residual",
     "Series",
     "Span",
+    "Track",
     "bars",
     "curves",
     "heat_map",
+    "needles",
     "residuals",
+    "space",
     "time_series",
 ]

@@ -27,7 +27,7 @@ _FLAGS = (
 _UNDRAWN = """
 const marks = [".scatterlayer path.js-line", ".scatterlayer path.point", ".barlayer path",
   ".heatmaplayer image", ".contourlayer path", ".pielayer path", ".violinlayer path",
-  ".boxlayer path"].join(",");
+  ".boxlayer path", ".gl-container canvas"].join(",");
 return [...document.querySelectorAll(".plot")]
   .filter((box) => box.dataset.drawn !== "yes" || !box.querySelector(marks))
   .map((box) => box.id);

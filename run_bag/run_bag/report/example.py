@@ -3,7 +3,22 @@
 import numpy as np
 
 from . import Cell, Column, Report
-from .plots import Axis, Bars, Panel, Residual, Series, Span, bars, curves, heat_map, residuals, time_series
+from .plots import (
+    Axis,
+    Bars,
+    Panel,
+    Residual,
+    Series,
+    Span,
+    Track,
+    bars,
+    curves,
+    heat_map,
+    needles,
+    residuals,
+    space,
+    time_series,
+)
 
 SPEED = Axis(name="rotor speed", unit="rad/s", symbol="n")
 THRUST = Axis(name="thrust", unit="N", symbol="T")
@@ -241,6 +256,16 @@ def example_report() -> Report:
         heat_map(np.corrcoef(a.T), columns=names),
         caption="Correlation of the fitted parameters.",
         alt="k_w and k_Uv are almost perfectly anticorrelated; all others are moderate.",
+    )
+    turn = np.linspace(0.0, 4.0 * np.pi, 300)
+    path = np.stack([2.0 * np.sin(turn), 2.0 * np.cos(turn), 1.0 + 0.15 * turn], axis=1)
+    ahead = path + 0.5 * np.stack([np.cos(turn), -np.sin(turn), 0.0 * turn], axis=1)
+    east, north, depth = (Axis(name=name, unit="m") for name in ("east", "north", "depth"))
+    spiral = Track(name="path", x=path[:, 0], y=path[:, 1], z=path[:, 2])
+    report.figure(
+        space([spiral, needles("forward", path[::20], ahead[::20])], x=east, y=north, z=depth, z_down=True),
+        caption="Path of the vehicle, with its forward axis.",
+        alt="A spiral of 2 m radius that descends by almost 2 m in two turns to the right, the vehicle facing ahead.",
     )
     report.section("Take it with you")
     report.download("Fitted parameter set", "hq_fitted.yaml", YAML)

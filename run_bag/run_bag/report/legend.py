@@ -12,7 +12,11 @@ def legend(traces: Iterable[Mapping[str, Any]]) -> str:
     keys: dict[str, str] = {}
     for k, trace in enumerate(traces):
         name = trace.get("name")
-        if name and trace.get("showlegend") is not False and trace.get("type", "scatter") in ("scatter", "bar"):
+        if (
+            name
+            and trace.get("showlegend") is not False
+            and trace.get("type", "scatter") in ("scatter", "scatter3d", "bar")
+        ):
             group = str(trace.get("legendgroup") or name)
             if group not in keys:
                 keys[group] = _key(group, unescape(str(name)), trace, k)

@@ -72,6 +72,16 @@ def template(*, dark: bool) -> dict[str, Any]:
         "automargin": True,
         "minor": {"ticklen": 2, "tickcolor": line},
     }
+    flat = {
+        "gridcolor": grid,
+        "linecolor": line,
+        "zerolinecolor": line,
+        "showbackground": False,
+        "tickfont": {"color": muted, "size": 10},
+        "title": {"font": {"size": 11}},
+        "showspikes": False,
+        "nticks": 6,
+    }
     return {
         "layout": {
             "font": {
@@ -83,6 +93,7 @@ def template(*, dark: bool) -> dict[str, Any]:
             "colorway": [dark_partner(c) if dark else c for c in FITS],
             "xaxis": axis,
             "yaxis": axis,
+            "scene": dict.fromkeys(("xaxis", "yaxis", "zaxis"), flat),
             "hoverlabel": {
                 "bgcolor": "#22262c" if dark else "#ffffff",
                 "bordercolor": line,

@@ -36,6 +36,7 @@
     layout.margin = { l: heat || sideways ? 10 : narrow ? 46 : 62, r: narrow ? 8 : 14, t: 10, b: 46, ...own };
     layout.showlegend = false;
     layout.uirevision = "kept";
+    if (layout.scene && coarse) layout.scene.dragmode = false;
     layout.dragmode = coarse ? false : layout.dragmode || "zoom"; // a finger scrolls the page; a tap shows values
     if (narrow && layout.hovermode === "x unified") layout.hovermode = "closest";
     for (const name of Object.keys(layout)) {
@@ -63,7 +64,9 @@
         displaylogo: false, responsive: false, scrollZoom: false, doubleClick: "reset+autosize",
         displayModeBar: hovers && !coarse ? "hover" : false,
         // Named one by one: plotly's own choice includes a button that uploads the chart.
-        modeBarButtons: [["toImage"], ["zoom2d", "pan2d"], ["zoomIn2d", "zoomOut2d", "resetScale2d"]],
+        modeBarButtons: figure.layout.scene
+          ? [["toImage"], ["tableRotation", "orbitRotation", "zoom3d", "pan3d"], ["resetCameraDefault3d"]]
+          : [["toImage"], ["zoom2d", "pan2d"], ["zoomIn2d", "zoomOut2d", "resetScale2d"]],
         toImageButtonOptions: { format: "svg", filename: box.id },
       })).then(() => { box.dataset.drawn = "yes"; });
     } catch (error) {

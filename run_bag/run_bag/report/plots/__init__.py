@@ -7,6 +7,7 @@ from .heat_map import heat_map
 from .plot import Plot
 from .residuals import Residual, residuals
 from .series import Series
+from .space import Track, needles, space
 from .time_series import Panel, Span, time_series
 
 __all__ = [
@@ -19,9 +20,12 @@ __all__ = [
     "Residual",
     "Series",
     "Span",
+    "Track",
     "bars",
     "curves",
     "heat_map",
+    "needles",
     "residuals",
+    "space",
     "time_series",
 ]

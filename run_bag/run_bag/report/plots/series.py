@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -13,6 +13,22 @@ from ..theme import DASHES, FITS, MEASURED, REFERENCE, faint
 from .axis import plot_text
 
 Role = Literal["data", "fit", "reference"]
+
+
+class Coloured(Protocol):
+    """What takes its colour from its role and name."""
+
+    @property
+    def name(self) -> str:
+        """Shown in the legend."""
+
+    @property
+    def role(self) -> Role:
+        """As that of a `Series`."""
+
+    @property
+    def color(self) -> int | None:
+        """Index into the palette, None: the next one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +74,7 @@ class Series:
             raise ReportError(f"series {self.name!r}: {'; '.join(wrong)}")
 
 
-def colour_indices(series: Sequence[Series]) -> dict[str, int]:
+def colour_indices(series: Sequence[Coloured]) -> dict[str, int]:
     """Number the fits by first appearance, around the indices that were asked for."""
     fixed = {s.name: s.color for s in series if s.role == "fit" and s.color is not None}
     free = (i for i in range(len(series) + len(fixed) + 1) if i not in fixed.values())
@@ -68,7 +84,7 @@ def colour_indices(series: Sequence[Series]) -> dict[str, int]:
     return fixed
 
 
-def colour_of(series: Series, indices: dict[str, int]) -> str:
+def colour_of(series: Coloured, indices: dict[str, int]) -> str:
     """Return the colour of a series by its role."""
     if series.role != "fit":
         return MEASURED if series.role == "data" else REFERENCE
