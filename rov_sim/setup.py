@@ -25,6 +25,7 @@ setup(
             "emulated_bench = rov_sim.emulated_bench_node:main",
             "experiment_watch = rov_sim.experiment_watch_node:main",
             "score_experiment = rov_sim.cli_score_experiment:main",
+            "score_vehicle = rov_sim.vehicle.cli_score_vehicle:main",
         ]
     },
     zip_safe=True,

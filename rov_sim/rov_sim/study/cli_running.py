@@ -5,9 +5,7 @@ import sys
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 
-from rich.console import Console
-from rich.progress import Progress
-
+from rov_sim.study.cli_progress import shown_progress
 from rov_sim.study.running_io import RunShard, StudyInterrupted, checked_address, run_shards
 from rov_sim.study.store_io import Shard, Store
 from thruster_control.errors import ThrusterControlError
@@ -45,15 +43,7 @@ def problems(given: argparse.Namespace, least: Sequence[tuple[str, int]]) -> lis
 
 def run_with_progress(store: Store, shards: Sequence[Shard], run: RunShard, given: argparse.Namespace) -> None:
     """Run what is missing; show how far it is on standard error."""
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as bar:
-        task = bar.add_task("experiments")
-
-        def progress(done: int, total: int) -> None:
-            bar.update(task, completed=done, total=total)
-            if not console.is_terminal and (done == total or done % max(1, total // 10) == 0):
-                print(f"  {done} of {total} parts", file=sys.stderr, flush=True)
-
+    with shown_progress("experiments") as progress:
         run_shards(store, shards, run, processes=given.processes, scheduler=given.scheduler, progress=progress)
 
 

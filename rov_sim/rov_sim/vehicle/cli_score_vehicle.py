@@ -1,0 +1,82 @@
+"""Command line: score recorded runs of a vehicle as section 5.2 does, and write their report."""
+
+import argparse
+import json
+import shutil
+import sys
+import tempfile
+from collections.abc import Sequence
+from math import inf, isfinite
+from pathlib import Path
+
+from rov_sim.study.cli_progress import shown_progress
+from rov_sim.study.cli_running import version_here
+from rov_sim.vehicle.recording_io import read_vehicle
+from rov_sim.vehicle.run_report_io import Scored, build_report
+from rov_sim.vehicle.run_scores_io import as_mapping, score_run
+from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the scores and the report's path; return the exit status."""
+    parser = argparse.ArgumentParser(prog="score_vehicle", description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="the recordings")
+    parser.add_argument("--out", type=Path, help="new folder for report.html and scores.json (default: RUN_scores)")
+    parser.add_argument("--begin", type=float, default=0.0, help="scored from here on [s since the run's start]")
+    parser.add_argument("--end", type=float, default=inf, help="scored up to here [s since the run's start]")
+    given = parser.parse_args(user_arguments(arguments))
+    first = given.runs[0]
+    out = given.out or first.with_name(f"{first.name}_scores")
+    about = {"runs": [str(run) for run in given.runs], "begin": given.begin, "version": version_here()}
+    about |= {} if given.end == inf else {"end": given.end}
+    try:
+        if out.exists() and (not out.is_dir() or any(out.iterdir())):
+            raise FileExistsError(f"{out}: expected a new or empty folder; found something there")
+        scored: list[Scored] = []
+        with shown_progress("runs", "runs") as progress:
+            for run in given.runs:
+                recording = read_vehicle(run)
+                name = _name(recording.run.name, [other for other, _, _ in scored])
+                scored.append((name, recording, score_run(recording, begin=given.begin, end=given.end)))
+                progress(len(scored), len(given.runs))
+        _write(out, scored, about)
+    except (RunError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    for name, _, scores in scored:
+        for each in DEGREES_OF_FREEDOM:
+            one = scores.tracking.get(each.id)
+            if one is not None and isfinite(one.normalised):
+                share = f"{100.0 * one.normalised:.1f} % of the mean |set point|"
+                print(f"{name:<20} {each.words:<11} RMSE {one.rmse:.4g} {each.unit}, {share}")
+    print((out / "report.html").resolve())
+    return 0
+
+
+def _name(name: str, taken: Sequence[str]) -> str:
+    """Return a name that no other run has."""
+    return name if name not in taken else f"{name} ({len(taken) + 1})"
+
+
+def _write(out: Path, scored: Sequence[Scored], about: dict[str, object]) -> None:
+    """Write both files into a folder that gets its name when they are complete."""
+    report = build_report(scored, about)
+    content = {**about, "runs": [{"name": name, **as_mapping(scores)} for name, _, scores in scored]}
+    out.parent.mkdir(parents=True, exist_ok=True)
+    partial = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
+    try:
+        report.write(partial / "report.html")
+        (partial / "scores.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", "utf-8")
+        partial.chmod(0o755)
+        partial.replace(out)
+    except BaseException:
+        shutil.rmtree(partial, ignore_errors=True)
+        raise
+
+
+if __name__ == "__main__":
+    sys.exit(main())
