@@ -10,6 +10,7 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",
     packages=find_packages(exclude=["test"]),
+    package_data={name: ["vehicle/sensors/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),

@@ -1,0 +1,1 @@
+"""What the sensors of a vehicle tell of its true states, live and over whole trajectories."""

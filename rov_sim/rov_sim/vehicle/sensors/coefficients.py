@@ -1,0 +1,73 @@
+"""What a reading is made of beside the truth: the place of each sensor and its systematic errors, for kernels.
+
+Settings give the places; effects change any of it. At the values of `sensor_coefficients` the errors change nothing.
+"""
+
+from typing import NamedTuple
+
+from rov_sim.vehicle.sensors.settings import VehicleSensors
+from thruster_model.equations.attitude import quaternion_from_euler
+
+__all__ = ["Quaternion", "SensorCoefficients", "Vector", "sensor_coefficients"]
+
+Vector = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+class SensorCoefficients(NamedTuple):
+    """Places and systematic errors of a vehicle's sensors.
+
+    Attributes:
+        gravity: [m/s^2].
+        imu_position: of the IMU in body axes [m]; imu_rotation: of its axes, as a quaternion.
+        gyro_scale, gyro_bias: rates times the one plus the other [1, rad/s], in the axes of the IMU.
+        force_bias: of the specific force [m/s^2], in the axes of the IMU.
+        magnetic_yaw: error of the yaw at all thrusters' full current [rad].
+        velocity_position, velocity_rotation: of the velocity log, as for the IMU.
+        velocity_scale: velocities times this [1], in its axes; velocity_late: by which its stamps are late [s].
+        depth_position: of the depth sensor [m]; depth_bias: added to the depth [m].
+        signed: 1 where tachometers tell the direction, else 0.
+        nominal_voltage [V], current_at_full [A], idle_current [A]: of the battery.
+    """
+
+    gravity: float
+    imu_position: Vector
+    imu_rotation: Quaternion
+    gyro_scale: Vector
+    gyro_bias: Vector
+    force_bias: Vector
+    magnetic_yaw: float
+    velocity_position: Vector
+    velocity_rotation: Quaternion
+    velocity_scale: Vector
+    velocity_late: float
+    depth_position: Vector
+    depth_bias: float
+    signed: int
+    nominal_voltage: float
+    current_at_full: float
+    idle_current: float
+
+
+def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> SensorCoefficients:
+    """Return the coefficients of these sensors without any systematic error."""
+    nothing, whole = (0.0, 0.0, 0.0), (1.0, 1.0, 1.0)
+    return SensorCoefficients(
+        gravity=gravity,
+        imu_position=sensors.imu.position,
+        imu_rotation=quaternion_from_euler(*sensors.imu.rotation),
+        gyro_scale=whole,
+        gyro_bias=nothing,
+        force_bias=nothing,
+        magnetic_yaw=0.0,
+        velocity_position=sensors.velocity.position,
+        velocity_rotation=quaternion_from_euler(*sensors.velocity.rotation),
+        velocity_scale=whole,
+        velocity_late=0.0,
+        depth_position=sensors.depth.position,
+        depth_bias=0.0,
+        signed=int(sensors.signed),
+        nominal_voltage=sensors.nominal_voltage,
+        current_at_full=sensors.current_at_full,
+        idle_current=sensors.idle_current,
+    )

@@ -1,0 +1,127 @@
+"""Settings of a vehicle's sensors from YAML, each with value, unit and source, as in `vehicle_sensors.yaml`."""
+
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rov_sim.vehicle.sensors.settings import MOUNTED, QUANTITIES, Sensor, VehicleSensors
+
+__all__ = ["SensorSettingsError", "load_sensors", "parse_sensors"]
+
+_SHARED = {"rate": "Hz", "phase": "s", "delay": "s", "lost_share": "1", "lost_length": "1"}
+_PLACE = {"position": "m", "rotation": "rad"}
+_OWN = {
+    "tachometer": {"signed": "1"},
+    "battery": {"nominal_voltage": "V", "current_at_full": "A", "idle_current": "A"},
+}
+_PARTS = ("noise", "bias", "bias_deviation")
+_ENTRY = {"value", "unit", "source"}
+
+
+class SensorSettingsError(ValueError):
+    """Settings that cannot be used; `problems` holds one sentence for each thing that is wrong."""
+
+    def __init__(self, origin: str, problems: list[str]) -> None:
+        self.origin, self.problems = origin, tuple(problems)
+        super().__init__("\n".join(f"{origin}: {problem}" for problem in problems))
+
+
+def load_sensors(path: str | Path | None = None) -> VehicleSensors:
+    """Return the sensors of a YAML file; without one those that come with the package.
+
+    Raises:
+        SensorSettingsError: no such file, or its content is wrong.
+    """
+    if path is None:
+        file = resources.files("rov_sim") / "vehicle/sensors/vehicle_sensors.yaml"
+        return parse_sensors(file.read_text("utf-8"), origin="vehicle_sensors.yaml")
+    if not Path(path).is_file():
+        raise SensorSettingsError(str(path), ["expected a YAML file; found none"])
+    return parse_sensors(Path(path).read_text("utf-8"), origin=str(path))
+
+
+def parse_sensors(text: str, *, origin: str) -> VehicleSensors:
+    """Return the sensors that a YAML text describes; `origin` names it in errors."""
+    try:
+        document = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise SensorSettingsError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
+    if not isinstance(document, Mapping):
+        raise SensorSettingsError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    known = ", ".join(QUANTITIES)
+    problems = [f"key '{key}': expected one of {known}" for key in document if key not in QUANTITIES]
+    values: dict[str, dict[str, Any]] = {}
+    for name in QUANTITIES:
+        entries = document.get(name)
+        if not isinstance(entries, Mapping):
+            problems.append(f"key '{name}': expected the settings of this sensor; found {entries!r}")
+            continue
+        values[name], wrong = _parse_sensor(name, entries)
+        problems += wrong
+    if problems:
+        raise SensorSettingsError(origin, problems)
+    own = {key: values[name].pop(key) for name, keys in _OWN.items() for key in keys}
+    sensors: dict[str, Any] = {name: Sensor(**_columns(name, values[name])) for name in QUANTITIES}
+    try:
+        return VehicleSensors(**sensors, **own, origin=origin)
+    except ValueError as error:
+        raise SensorSettingsError(origin, str(error).split("\n")) from error
+
+
+def _units(name: str) -> dict[str, tuple[str, int]]:
+    """Return unit and number of values of each key of a sensor."""
+    units = {key: (unit, 1) for key, unit in (_SHARED | _OWN.get(name, {})).items()}
+    units |= {key: (_PLACE[key], 3) for key in MOUNTED.get(name, ())}
+    return units | {f"{q.name}_{part}": (q.unit, q.axes) for q in QUANTITIES[name] for part in _PARTS}
+
+
+def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any], list[str]]:
+    """Return values by key and what is wrong with them."""
+    units, values = _units(name), {}
+    problems = [f"key '{name}.{key}': missing" for key in units if key not in entries]
+    for key, entry in entries.items():
+        where = f"key '{name}.{key}"
+        if key not in units:
+            problems.append(f"{where}': unknown; known are {', '.join(units)}")
+            continue
+        if not isinstance(entry, Mapping) or set(entry) != _ENTRY:
+            problems.append(f"{where}': expected value, unit and source; found {entry!r}")
+            continue
+        unit, count = units[key]
+        if entry["unit"] != unit:
+            problems.append(f"{where}.unit': expected '{unit}'; found {entry['unit']!r}")
+        value = _value(entry["value"], count, truth=key == "signed")
+        if value is None:
+            expected = "true or false" if key == "signed" else ("a number" if count == 1 else f"a number or {count}")
+            problems.append(f"{where}.value': expected {expected}; found {entry['value']!r}")
+        values[str(key)] = value
+    return values, problems
+
+
+def _value(value: Any, count: int, *, truth: bool) -> Any:
+    """Return a truth value, a float, or a tuple of `count` floats where there are several; None where it is neither."""
+    if truth:
+        return value if isinstance(value, bool) else None
+    given = value if isinstance(value, list) else [value] * count
+    try:
+        numbers = tuple(float(x) for x in given if not isinstance(x, bool))
+    except (TypeError, ValueError):
+        return None
+    if len(numbers) != count:
+        return None
+    return numbers[0] if count == 1 else numbers
+
+
+def _columns(name: str, values: dict[str, Any]) -> dict[str, Any]:
+    """Return the arguments of `Sensor`: the parts of all quantities in a row."""
+    columns = dict(values)
+    for part in _PARTS:
+        row: tuple[float, ...] = ()
+        for q in QUANTITIES[name]:
+            value = columns.pop(f"{q.name}_{part}")
+            row += (value,) if q.axes == 1 else value
+        columns[part] = row
+    return columns
