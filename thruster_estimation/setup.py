@@ -13,12 +13,13 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
-        (f"share/{name}/config", ["config/observer.yaml"]),
+        (f"share/{name}/config", ["config/navigation.yaml", "config/observer.yaml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "filterpy", "scipy"]},
     entry_points={
         "console_scripts": [
+            "navigation = thruster_estimation.navigation_node:main",
             "observer = thruster_estimation.observer_node:main",
             "replay = thruster_estimation.cli_replay:main",
         ]

@@ -11,16 +11,10 @@ import numpy as np
 from thruster_estimation.navigation_belief import ERRORS
 from thruster_estimation.navigation_propagation import axes
 from thruster_model.compilation import equation
-from thruster_model.equations.attitude import conjugate, quaternion_product, rotated, rotated_back
+from thruster_model.equations.attitude import conjugate, cross, quaternion_product, rotated, rotated_back
 from thruster_model.equations.rotation_vector import rotation_vector
 
-__all__ = ["attitude_rows", "cross", "depth_row", "largest_share", "taken_in", "velocity_rows"]
-
-
-@equation
-def cross(a, b):  # type: ignore[no-untyped-def]
-    """Return a x b."""
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+__all__ = ["attitude_rows", "depth_row", "largest_share", "taken_in", "velocity_rows"]
 
 
 @equation

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 
 from thruster_estimation.navigation import begun, navigation_step
 from thruster_estimation.navigation_belief import ERRORS, Heard, NavigationBelief, NavigationSettings
-from thruster_estimation.navigation_measurements import cross
 from thruster_estimation.navigation_propagation import axes
 from thruster_model.compilation import compiled, equation
-from thruster_model.equations.attitude import rotated, rotated_back
+from thruster_model.equations.attitude import cross, rotated, rotated_back
 
 __all__ = [
     "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_navigation", "compiled_output", "navigate",

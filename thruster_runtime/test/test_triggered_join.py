@@ -108,3 +108,26 @@ def test_a_trigger_that_is_an_input_and_a_name_that_is_neither_are_refused() -> 
         TriggeredJoin("state", {"state": FLOW})
     with pytest.raises(KeyError, match="expected one of state, flow, throttle; found 'load'"):
         joined().put("load", 0, "")
+
+
+def test_of_a_slower_input_the_newest_that_is_due_is_waited_for() -> None:
+    join = joined(depth=Input(timeout=1000, every=100))
+    assert [len(join.put("state", stamp, "")) for stamp in (25, 50, 75)] == [1, 1, 1], "none is due yet"
+    assert join.put("state", 100, "") == ()
+    (due,) = join.put("depth", 100, "d100")
+    assert due.inputs["depth"] == ((100, "d100"),)
+    assert [len(join.put("state", stamp, "")) for stamp in (125, 150, 175)] == [1, 1, 1]
+    assert join.put("state", 200, "") == ()
+    assert len(join.put("depth", 200, "d200")) == 1
+    assert join.missing["depth"] == 0
+
+
+def test_a_slower_input_that_comes_late_by_its_delay_holds_nothing_up() -> None:
+    join = joined(depth=Input(timeout=1000, every=130))
+    released = [len(join.put("state", stamp, "")) for stamp in (25, 50, 75, 100, 125)]
+    assert released == [1, 1, 1, 1, 1]
+    join.put("depth", 100, "d100")
+    assert [len(join.put("state", stamp, "")) for stamp in (150, 175, 200, 225)] == [1, 1, 1, 1]
+    assert join.put("state", 250, "") == (), "what was measured at 200 is due at 230"
+    (due,) = join.put("depth", 200, "d200")
+    assert due.inputs["depth"][-1] == (200, "d200")

@@ -2,9 +2,10 @@
 
 A node that turns every `state` into one `estimate` needs the flow of the same instant and the throttle that acted
 until then. Both usually come, in any order; either may be lost, late, or slower than the state. So a trigger stamped
-t waits for an input until one stamped t or later has come (`former`: stamped with the former trigger or later), but
-no longer than until the next trigger, and not at all for an input that has been silent for longer than its time-out.
-In lockstep that is a join by stamp; when something fails it is an answer in time, and what failed is counted.
+t waits for an input until one stamped t or later has come (`former`: stamped with the former trigger or later; `every`:
+the newest that a slower one can have told by then), but no longer than until the next trigger, and not at all for an
+input that has been silent for longer than its time-out. In lockstep that is a join by stamp; when something fails it
+is an answer in time, and what failed is counted.
 
 A trigger stamped before the former one is a source that started again: what is stamped later is dropped.
 """
@@ -30,11 +31,14 @@ class Input:
         timeout: silence after which it is not waited for any more [ns].
         wait: whether it is waited for at all; else the newest there is.
         former: what acted until the trigger: enough is one stamped with the former trigger.
+        every: of an input slower than the trigger: its period and its delay together [ns]; enough is one stamped later
+            than that before the trigger. Its stamps and the trigger's count from the same start.
     """
 
     timeout: int
     wait: bool = True
     former: bool = False
+    every: int = 0
 
 
 class Due(NamedTuple):
@@ -142,9 +146,11 @@ class TriggeredJoin:
         """Return the inputs that a trigger waits for: written for speed, as every message asks."""
         lacking: tuple[str, ...] = ()
         for name, how, kept in self._awaited:
-            required = self._former if how.former else stamp
-            if required is None or (kept and kept[-1][0] >= required):
+            required = self._former if how.former else stamp - how.every
+            if required is None or (kept and kept[-1][0] >= required + (how.every > 0)):
                 continue
+            if how.every and not kept and required < 0:
+                continue  # the first one is not due yet
             last = kept[-1][0] if kept else self._first
             if last is None or required - last <= how.timeout:
                 lacking += (name,)
@@ -155,7 +161,8 @@ class TriggeredJoin:
         stamp, message = self._pending
         for name in lacking:
             self._missing[name] += 1
-            self._given_up[name] = (self._former if self.inputs[name].former else stamp) or 0
+            how = self.inputs[name]
+            self._given_up[name] = (self._former if how.former else stamp - how.every) or 0
         found = {name: self._upto(kept, stamp) for name, kept in self._kept.items()}
         due = Due(stamp, self._former, message, found, lacking)
         self._pending, self._former = None, stamp

@@ -55,13 +55,13 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
     return SensorCoefficients(
         gravity=gravity,
         imu_position=sensors.imu.position,
-        imu_rotation=quaternion_from_euler(*sensors.imu.rotation),
+        imu_rotation=_turn(sensors.imu.rotation),
         gyro_scale=whole,
         gyro_bias=nothing,
         force_bias=nothing,
         magnetic_yaw=0.0,
         velocity_position=sensors.velocity.position,
-        velocity_rotation=quaternion_from_euler(*sensors.velocity.rotation),
+        velocity_rotation=_turn(sensors.velocity.rotation),
         velocity_scale=whole,
         velocity_late=0.0,
         depth_position=sensors.depth.position,
@@ -71,3 +71,8 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         current_at_full=sensors.current_at_full,
         idle_current=sensors.idle_current,
     )
+
+
+def _turn(angles: Vector) -> Quaternion:
+    w, x, y, z = quaternion_from_euler(angles)
+    return float(w), float(x), float(y), float(z)

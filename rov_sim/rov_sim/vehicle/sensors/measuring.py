@@ -20,7 +20,7 @@ from math import cos, sin
 from typing import NamedTuple
 
 from thruster_model.compilation import equation
-from thruster_model.equations.attitude import quaternion_product, rotated, rotated_back
+from thruster_model.equations.attitude import cross, quaternion_product, rotated, rotated_back
 from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
@@ -61,11 +61,6 @@ class BatteryReading(NamedTuple):
 
 
 @equation
-def _cross(a, b):  # type: ignore[no-untyped-def]
-    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
-
-
-@equation
 def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: ignore[no-untyped-def]
     """Return the `ImuReading`.
 
@@ -83,7 +78,7 @@ def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: igno
     told = quaternion_product((cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)), q)
     told = quaternion_product(quaternion_product(told, c.imu_rotation), rotation((e[0], e[1], e[2])))
     r = c.imu_position
-    coriolis, euler, centripetal = _cross(omega, nu), _cross(turning, r), _cross(omega, _cross(omega, r))
+    coriolis, euler, centripetal = cross(omega, nu), cross(turning, r), cross(omega, cross(omega, r))
     g = rotated_back(q, (0.0, 0.0, c.gravity))
     force = (
         acceleration[0] + coriolis[0] + euler[0] + centripetal[0] - g[0],
@@ -110,7 +105,7 @@ def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: igno
 def velocity_measured(velocity, c, e):  # type: ignore[no-untyped-def]
     """Return the `VelocityReading` of nu (6,) [m/s, rad/s] with errors e (3,) [m/s]."""
     r, omega = c.velocity_position, (velocity[3], velocity[4], velocity[5])
-    lever = _cross(omega, r)
+    lever = cross(omega, r)
     here = rotated_back(c.velocity_rotation, (velocity[0] + lever[0], velocity[1] + lever[1], velocity[2] + lever[2]))
     return VelocityReading(
         c.velocity_scale[0] * here[0] + e[0], c.velocity_scale[1] * here[1] + e[1], c.velocity_scale[2] * here[2] + e[2]
