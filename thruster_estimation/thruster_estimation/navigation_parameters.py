@@ -66,7 +66,7 @@ def _rate(sensor: str, period: float) -> list[Parameter]:
 NAVIGATION_PARAMETERS = (
     Parameter(
         name="period", default=0.04, unit="s", lower=0.0, above=True, upper=10.0,
-        description="between two estimates: each is stamped with the first instant of the IMU at or after its multiples",
+        description="between estimates: one at the IMU's first instant at or after each multiple",
     ),
     Parameter(
         name="rep103", default=False,
