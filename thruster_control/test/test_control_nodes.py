@@ -255,7 +255,7 @@ def test_the_last_word_of_the_inner_loop_is_no_throttle(running: Callable[..., S
         ({"parameter_set": "none"}, "parameter none: expected a YAML file or one of the known sets"),
         ({"parameter_set": "kim_chung"}, "hl-ekf: expected a set of the thesis' common form"),
         ({"strategy": "lookup", "k_P": 3.0}, "k_P: expected a number of TableLaw; it has none such"),
-        ({"u_max": 0.0}, r"u_max \[V\]: expected a finite number above 0; found 0.0"),
+        ({"u_max": 0.0}, r"u_max \[V\]: expected a finite number above 0, or NaN for none; found 0.0"),
         ({"load_cell": True}, "load_cell: expected the strategy pi-thrust; found hl-ekf"),
         ({"rate_form": "bench", "rate_time": 0.0}, "rate_time: expected more than 0 s with the bench's form"),
     ],
