@@ -20,6 +20,7 @@ setup(
         "console_scripts": [
             "import_bench = run_bag.importers.cli_bench:main",
             "import_csv = run_bag.importers.cli_csv:main",
+            "import_pool = run_bag.importers.cli_pool:main",
             "info = run_bag.cli_info:main",
             "play = run_bag.live.player_node:main",
             "recorder = run_bag.live.recorder_node:main",

@@ -13,10 +13,11 @@ from thruster_model.parameter_set_io import load_parameter_set
 
 SET = load_parameter_set("force_table")
 P = SET.coefficients
+LIMITS = ForceTableLaw().limits
 assert SET.force_table is not None
 
 
-def throttle(T_d: float, supply: float, p=P, limits: Limits = ForceTableLaw().limits) -> float:  # type: ignore[no-untyped-def]
+def throttle(T_d: float, supply: float, p=P, limits: Limits = LIMITS) -> float:  # type: ignore[no-untyped-def]
     """The law's throttle [V] a second after it was asked."""
     law, none = ForceTableLaw(limits), math.nan
     return float(inner_loop_step(AT_REST, T_d, none, none, none, False, 1.0, law, p, none, 0.0, supply)[1].u)
