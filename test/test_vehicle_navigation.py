@@ -1,10 +1,23 @@
-"""The navigation believes in the sensors that are simulated by default."""
+"""The navigation believes in the sensors that are simulated by default, and makes odometry of their messages."""
 
+import os
+from types import SimpleNamespace
+
+import numpy as np
 import pytest
-from rov_sim.vehicle.sensors.believed import navigation_settings
-from rov_sim.vehicle.sensors.settings_io import load_sensors
+import rclpy
+from nav_msgs.msg import Odometry
+from rclpy.context import Context
+from rclpy.node import Node
 
+from rov_sim.vehicle.sensor_messages import SensorPublishers
+from rov_sim.vehicle.sensors.believed import navigation_settings
+from rov_sim.vehicle.sensors.live import Sensors
+from rov_sim.vehicle.sensors.settings_io import load_sensors
+from thruster_estimation.navigation_node import NavigationNode
 from thruster_estimation.navigation_parameters import NAVIGATION_PARAMETERS, chosen_settings
+from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.qos import RELIABLE
 
 
 def test_the_nodes_defaults_are_the_places_and_noise_of_the_simulated_sensors() -> None:
@@ -21,3 +34,40 @@ def test_the_nodes_defaults_wait_for_readings_at_the_simulated_rates() -> None:
     for name in ("velocity", "depth"):
         sensor = getattr(sensors, name)
         assert defaults[f"{name}_every"] == pytest.approx(1.0 / sensor.rate + sensor.delay)
+
+
+def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest() -> None:
+    """Tick by tick as a plant does it: four readings of the IMU, whatever else is due, one estimate."""
+    tick, sensors = 10_000_000, load_sensors()
+    rest = SimpleNamespace(
+        position=np.array([0.0, 0.0, 5.0]), attitude=np.array([1.0, 0.0, 0.0, 0.0]), velocity=np.zeros(6),
+        acceleration=np.zeros(6), n=np.zeros(1), supply=1.0, current=0.0,
+    )  # fmt: skip
+    context = Context()
+    rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
+    plant, navigation = Node("plant", context=context), NavigationNode(context=context)
+    executor = make_executor("events", context=context)
+    try:
+        publishers, subject = SensorPublishers(plant, sensors, 1), Sensors(sensors, 4, 1)
+        found: list[Odometry] = []
+        plant.create_subscription(Odometry, "rov/odometry", found.append, RELIABLE)
+        executor.add_node(plant)
+        executor.add_node(navigation)
+        heard = [p.publisher for (name, _), p in publishers.publishers.items() if name in ("imu", "velocity", "depth")]
+        ends = [*heard, *(p for p in navigation.publishers if p.topic_name.endswith("odometry"))]
+        assert spin_until(executor, lambda: all(p.get_subscription_count() for p in ends), 10.0)
+        for k in range(1, 401):
+            publishers.publish(subject.read(k * tick, rest))
+            if k % 4 == 0:
+                assert spin_until(executor, lambda k=k: len(found) == k // 4, 5.0)  # type: ignore[misc]
+                assert found[-1].header.stamp.nanosec + found[-1].header.stamp.sec * 10**9 == k * tick
+        last = found[-1]
+        assert last.pose.pose.position.z == pytest.approx(5.0, abs=0.02)
+        assert abs(last.twist.twist.linear.x) < 0.02 and abs(last.twist.twist.linear.z) < 0.02
+    finally:
+        for node in (plant, navigation):
+            executor.remove_node(node)
+        executor.shutdown()
+        plant.destroy_node()
+        navigation.destroy_node()
+        rclpy.try_shutdown(context=context)
