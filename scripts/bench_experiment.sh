@@ -25,16 +25,9 @@ references=(step triangle sine)
 others=(steady-flow pi-thrust)
 start_delay=1 # s of 0 N before the run
 
-refuse() {
-    printf 'bench_experiment: %s\n' "$1" >&2
-    exit 2
-}
-one_of() { # WORD CHOICE...
-    local word=$1 choice
-    shift
-    for choice in "$@"; do [ "$choice" != "$word" ] || return 0; done
-    return 1
-}
+. "$root/scripts/workspace/processes.sh"
+# The throttle goes to zero first, the recorder sees it, time stands still last.
+stopping_order=(watch inner_loop driver reference observer recorder bench)
 
 reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
 seed=0 noise=true out='' all=false firmware=false built=''
@@ -78,19 +71,8 @@ if [ -z "${BENCH_EXPERIMENT_READY-}" ]; then
     "$root/scripts/setup.sh"
     . "$root/scripts/env.sh"
 fi
-if [ -z "$out" ]; then
-    mkdir -p "$root/runs"
-    out=$(mktemp -d "$root/runs/bench-experiment-$(date +%Y%m%d-%H%M%S)-XXXX")
-else
-    mkdir -p "$(dirname "$out")"
-    mkdir "$out"
-fi
-out=$(cd "$out" && pwd -P)
-export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((RANDOM % 101 + 1))}
-# After a node that was killed, shared memory would leave locks behind that delay the next graph.
-export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}
-# Linear algebra of three states gains nothing from threads, which take the other nodes' time.
-export OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1
+new_folder bench-experiment
+own_graph
 
 if $firmware; then
     built=$out/firmware
@@ -99,56 +81,6 @@ if $firmware; then
         refuse "--firmware: it could not be built ($out/firmware.txt); Debian: gcc-avr avr-libc libsimavr-dev libelf-dev"
     }
 fi
-
-# ---- processes: each in a group of its own, as `ros2 run` does not hand signals on
-
-names=() groups=()
-start() { # NAME COMMAND...
-    local name=$1
-    shift
-    setsid "$@" >"$folder/log/$name.txt" 2>&1 &
-    names+=("$name")
-    groups+=($!)
-}
-# The process itself too: its group is not there in the first instant.
-alive() { kill -0 "$1" 2>/dev/null || kill -0 -- "-$1" 2>/dev/null; }
-stop() { # NAME: end its group, within 12 s
-    local i k
-    for i in "${!names[@]}"; do
-        [ "${names[i]}" = "$1" ] || continue
-        kill -TERM -- "-${groups[i]}" 2>/dev/null || kill -TERM "${groups[i]}" 2>/dev/null || true
-        for ((k = 0; k < 100; k++)); do
-            alive "${groups[i]}" || break
-            sleep 0.1
-        done
-        if alive "${groups[i]}"; then
-            printf '[experiment] %s did not stop in 10 s, it is killed\n' "$1" >&2
-            kill -KILL -- "-${groups[i]}" 2>/dev/null || true
-        fi
-        wait "${groups[i]}" 2>/dev/null || true
-        unset "names[$i]" "groups[$i]"
-    done
-}
-stop_all() { # the throttle goes to zero first, the recorder sees it, time stands still last
-    trap '' INT TERM
-    local name
-    for name in watch inner_loop driver reference observer recorder bench; do stop "$name"; done
-    trap 'exit 130' INT
-    trap 'exit 143' TERM
-}
-trap stop_all EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
-check_alive() {
-    local i
-    for i in "${!names[@]}"; do
-        alive "${groups[i]}" || {
-            printf '[experiment] %s has ended: ' "${names[i]}" >&2
-            tail -n 3 "$folder/log/${names[i]}.txt" >&2
-            return 1
-        }
-    done
-}
 
 # ---- one experiment
 
@@ -193,16 +125,9 @@ run_one() { # REFERENCE STRATEGY FOLDER
     start driver ros2 run bench_driver driver --ros-args "${time[@]}" -p "port:='$device'" -p "protocol:=$protocol" \
         -p "lockstep:=$lockstep"
 
-    local i watch=''
-    for i in "${!names[@]}"; do [ "${names[i]}" != watch ] || watch=${groups[i]}; done
-    # The watch has deadlines of its own; here others that end are noticed.
-    while alive "$watch"; do
-        check_alive || { alive "$watch" || break; return 1; }
-        sleep 0.3
-    done
     local status=0
-    wait "$watch" || status=$?
-    stop_all
+    watched watch || status=$?
+    end_all
     if [ $status -ne 0 ]; then
         cat "$folder/log/watch.txt" >&2
         printf '[experiment] %s, %s: failed; logs in %s\n' "$strategy" "$reference" "$folder/log" >&2
@@ -219,7 +144,7 @@ fi
 failed=0
 for strategy in "${strategies[@]}"; do
     for reference in "${references[@]}"; do
-        run_one "$reference" "$strategy" "$out/$strategy-$reference" || { failed=$((failed + 1)); stop_all; }
+        run_one "$reference" "$strategy" "$out/$strategy-$reference" || { failed=$((failed + 1)); end_all; }
     done
 done
 [ $failed -eq 0 ] || { printf '[experiment] %d of 24 experiments failed\n' "$failed" >&2; exit 1; }

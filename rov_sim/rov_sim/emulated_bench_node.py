@@ -12,13 +12,11 @@ import math
 import sys
 import time
 from collections.abc import Callable
-from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
-from rosgraph_msgs.msg import Clock as ClockMessage
 from std_msgs.msg import Header
 
 from bench_driver.errors import EmulatorFailed
@@ -27,14 +25,14 @@ from rov_sim.emulated_bench_io import EmulatedBench
 from rov_sim.emulated_bench_parameters import settings_of
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrusterTruth, ThrustSetpoint
 from thruster_runtime.diagnostics import Diagnostics
+from thruster_runtime.lockstep import Lockstep, known_participants
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import refused
-from thruster_runtime.records import RecordPublisher, format_of, listen
+from thruster_runtime.records import RecordPublisher
 
 __all__ = ["EmulatedBenchNode", "main"]
 
 DRIVER = "thruster_0/throttle_sent"
-_CLOCK = format_of(ClockMessage)
 _TYPES = {
     "throttle_sent": Throttle, "throttle": Throttle, "estimate": ThrusterEstimate, "state": ThrusterState,
     "flow": FlowVelocity, "thrust_setpoint": ThrustSetpoint, "recorded": Header,
@@ -54,28 +52,17 @@ class EmulatedBenchNode(Node):
             self.bench = EmulatedBench(self._given.device, self._given.bench)
         except (EmulatorFailed, OSError) as error:
             raise refused(self, [f"device: {error}"]) from error
-        self._monotonic, self._lockstep = monotonic, self._given.lockstep
+        self._monotonic = monotonic
         self._period = round(1e9 * self._given.device.period)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
         self._diagnostics = Diagnostics(self, hardware_id=self.bench.port, clock=wall)
         self._truth = RecordPublisher(self, ThrusterTruth, "thruster_0/truth")
         self._load = RecordPublisher(self, WrenchStamped, "daq/thruster_0/load")
-        self._tick = 0  # [ns]; 0: time has not begun
-        self._seen: dict[str, int] = {}
         self._expecting = False
         self._since = self._monotonic()
-        self._ready_since = math.inf
-        if self._lockstep:
-            self._clock_topic = RecordPublisher(self, ClockMessage, "/clock")
-            self._participants = tuple(dict.fromkeys((DRIVER, *self._given.participants)))
-            for name in self._participants:
-                kind = _TYPES.get(name.rpartition("/")[2])
-                if kind is None:
-                    known = ", ".join(_TYPES)
-                    self.bench.close()
-                    raise refused(self, [f"participants: expected topics that end in one of {known}; found {name!r}"])
-                listen(self, kind, name, partial(self._on_done, name))
-        self.create_timer(_POLL[self._lockstep], self._step if self._lockstep else self._catch_up, clock=wall)
+        self._time = self._in_lockstep() if self._given.lockstep else None
+        poll = self._catch_up if self._time is None else self._time.look
+        self.create_timer(_POLL[self._given.lockstep], poll, clock=wall)
         self.create_timer(0.1, self._report, clock=wall)
         self.get_logger().info(f"port: {self.bench.port}")
         if self._given.left_out:
@@ -88,48 +75,33 @@ class EmulatedBenchNode(Node):
 
     # In lockstep
 
+    def _in_lockstep(self) -> Lockstep:
+        given = self._given
+        kinds, problems = known_participants((DRIVER, *given.participants), _TYPES)
+        if problems:
+            self.bench.close()
+            raise refused(self, problems)
+        return Lockstep(
+            self, period=self._period, pass_until=self._pass_until, participants=kinds, wires=given.wires,
+            settle=given.settle, timeout=given.timeout, heard=self._on_done, also=self._bytes_missing,
+            monotonic=self._monotonic,
+        )  # fmt: skip
+
     def _on_done(self, name: str, record: Any) -> None:
-        self._seen[name] = record.stamp
-        if name == DRIVER and record.stamp == self._tick:
+        if name == DRIVER and self._time is not None and record.stamp == self._time.now:
             self._expecting = math.isfinite(record.sent)
-        self._step()
+
+    def _bytes_missing(self) -> list[str]:
+        return ["the bytes that the driver has sent"] if self._expecting and not self.bench.heard() else []
 
     def waiting_for(self) -> list[str]:
-        """Return what the next period waits for, in words."""
-        if self._tick == 0:
-            missing = [f"a publisher and a subscription of {name}" for name in self._wires_missing()]
-            return missing or ["the graph to settle"]
-        late = [name for name in self._participants if self._seen.get(name, -1) < self._tick]
-        if not late and self._expecting and not self.bench.heard():
-            late = ["the bytes that the driver has sent"]
-        return late
+        """Return what the next period waits for in lockstep, in words."""
+        return [] if self._time is None else self._time.waiting_for()
 
-    def _wires_missing(self) -> list[str]:
-        clock = [] if self._clock_topic.get_subscription_count() else ["/clock"]
-        wires = [name for name in self._given.wires if not self._is_wired(name)]
-        absent = [name for name in self._participants if not self.count_publishers(name)]
-        return list(dict.fromkeys([*clock, *wires, *absent]))
-
-    def _is_wired(self, name: str) -> bool:
-        own = int(name in self._participants)
-        return bool(self.count_publishers(name) and self.count_subscribers(name) > own)
-
-    def _step(self) -> None:
-        if self._tick == 0:
-            now = self._monotonic()
-            if self._wires_missing():
-                self._ready_since = math.inf
-                return
-            self._ready_since = min(self._ready_since, now)
-            if now - self._ready_since < self._given.settle:
-                return
-        elif self.waiting_for():
-            return
+    def _pass_until(self, stamp: int) -> None:
         self.bench.advance(1e-9 * self._period)
-        self._tick += self._period
-        self._expecting, self._since = False, self._monotonic()
-        self._tell(self._tick)
-        self._clock_topic.publish(_CLOCK.record(clock=self._tick))
+        self._expecting = False
+        self._tell(stamp)
 
     # In real time
 
@@ -151,11 +123,9 @@ class EmulatedBenchNode(Node):
 
     def _report(self) -> None:
         values = {"port": self.bench.port, "time [s]": f"{self.bench.plant.time:.3f}"}
-        waited = self._monotonic() - self._since
-        if self._lockstep and waited > self._given.timeout:
-            missing = "; ".join(self.waiting_for()) or "nothing"
-            self._diagnostics.report("error", f"time stands still, waiting for {missing}", values)
-        elif self._lockstep and self._tick == 0:
+        if self._time is not None and (trouble := self._time.standstill()):
+            self._diagnostics.report("error", trouble, values)
+        elif self._time is not None and self._time.now == 0:
             self._diagnostics.report("ok", "time has not begun", values)
         else:
             self._diagnostics.report("ok", "time passes", values)
