@@ -38,10 +38,8 @@ def imu_of(reading: Reading, sensors: VehicleSensors, stamp: int) -> Any:
     """Return the record of a reading of the IMU, stamped `stamp` [ns]."""
     w, x, y, z, *rest = reading.values
     noise = sensors.imu.noise
-    covariances = [_diagonal(*noise[i : i + 3]) for i in (0, 3, 6)]
-    return _IMU.record(
-        stamp, "imu_frd", x, y, z, w, covariances[0], *rest[:3], covariances[1], *rest[3:], covariances[2]
-    )
+    turn, rate, force = (_diagonal(*noise[i : i + 3]) for i in (0, 3, 6))
+    return _IMU.record(stamp, "imu_frd", x, y, z, w, turn, *rest[:3], rate, *rest[3:], force)
 
 
 def velocity_of(reading: Reading, sensors: VehicleSensors, stamp: int) -> Any:
@@ -64,7 +62,7 @@ def state_of(reading: Reading, sensors: VehicleSensors, stamp: int) -> Any:
 
 
 def battery_of(reading: Reading, sensors: VehicleSensors, stamp: int) -> BatteryState:
-    """Return the message of a reading of the battery, stamped `stamp` [ns]; it has sequences, which records have not."""
+    """Return the message of a reading of the battery, stamped `stamp` [ns]; records hold no sequences as it has."""
     voltage, current = reading.values
     message = BatteryState(
         voltage=voltage, current=-current, temperature=nan, charge=nan, capacity=nan, percentage=nan, present=True,
