@@ -15,7 +15,7 @@ from scipy.signal import find_peaks
 from gap_diagnosis.disturbances import linearised
 from gap_diagnosis.fitting import Fitted, projector
 from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.prediction import Simulated, nearest
+from gap_diagnosis.prediction import Happened, nearest
 from gap_diagnosis.sensitivities import largest_speed
 from thruster_model.compilation import compiled
 
@@ -120,7 +120,7 @@ class _Run:
         gains: by signal, deviations of the noise for each unit of the rotor's speed [s/rad] at these samples.
     """
 
-    def __init__(self, anchor: Fitted, noise: NoiseModel, index: int, happened: Simulated) -> None:
+    def __init__(self, anchor: Fitted, noise: NoiseModel, index: int, happened: Happened) -> None:
         problem = anchor.problem
         recording = problem.recordings[index]
         linear = linearised(anchor, happened, recording.experiment.dt)

@@ -16,7 +16,7 @@ from scipy.signal import lfilter
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.lines import Line, lines_of
 from gap_diagnosis.noise import NoiseModel, Series
-from gap_diagnosis.prediction import Simulated, nearest
+from gap_diagnosis.prediction import Happened, nearest
 
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
@@ -153,7 +153,7 @@ def chosen_greedily(gram: Array, slope: Array, power: Array, most: int) -> tuple
     return chosen, gains, evidence
 
 
-def _features(fitted: Fitted, everything: Sequence[Simulated]) -> tuple[list[str], list[tuple[str, Array]]]:
+def _features(fitted: Fitted, everything: Sequence[Happened]) -> tuple[list[str], list[tuple[str, Array]]]:
     """Return names, and for each signal the basis at its samples in all recordings (M, K), columns of unit size."""
     problem = fitted.problem
     sizes = problem.sizes(fitted.x)

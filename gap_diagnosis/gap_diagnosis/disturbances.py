@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.discrepancy import MOST_FEATURES, basis_of, chosen_greedily
 from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.prediction import Simulated, nearest
+from gap_diagnosis.prediction import Happened, nearest
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import NO_EFFECTS, effect_values
 from thruster_model.equations.classes import axial_rate, rotor_rate
@@ -83,7 +83,7 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     return evidence
 
 
-def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Simulated) -> Iterator[tuple[str, Any]]:
+def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Happened) -> Iterator[tuple[str, Any]]:
     """Yield (block, answers of all readings (R, K)) of one recording; rows of others are zero."""
     problem = fitted.problem
     recording = problem.recordings[index]
@@ -152,7 +152,7 @@ def _shifted(values: Array, dt: float, by: float) -> Array:
     return seen(values, dt, dt * np.arange(values.size, dtype=np.float64) - by, 0.0) - values
 
 
-def linearised(fitted: Fitted, happened: Simulated, dt: float) -> Linear:
+def linearised(fitted: Fitted, happened: Happened, dt: float) -> Linear:
     """Return the model of a fit, linearised along what happened in one recording, every `dt` [s]."""
     problem = fitted.problem
     p = problem.parameter_set.model.coefficients(problem.values(fitted.x))

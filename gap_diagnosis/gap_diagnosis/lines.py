@@ -15,7 +15,7 @@ from scipy.fft import next_fast_len, rfft, rfftfreq
 from scipy.ndimage import maximum_filter1d, median_filter
 
 from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.prediction import Simulated
+from gap_diagnosis.prediction import Happened
 
 __all__ = ["A_LINE", "Line", "lines_of"]
 
@@ -61,7 +61,7 @@ class _Series(NamedTuple):
         return float(self.time[-1] - self.time[0])
 
 
-def lines_of(fitted: Fitted, happened: Sequence[Simulated]) -> list[Line]:
+def lines_of(fitted: Fitted, happened: Sequence[Happened]) -> list[Line]:
     """Return the lines of the residuals of a fit that stand out, the clearest one first; `happened`: in the plant."""
     series = _long_ones(fitted, happened)
     found: list[Line] = []
@@ -123,7 +123,7 @@ def _odds(series: _Series, residuals: Array, grid: Array) -> Array:
     return np.where(found > 1.0, found - 1.0 - np.log(np.maximum(found, 1.0)), 0.0)
 
 
-def _long_ones(fitted: Fitted, happened: Sequence[Simulated]) -> list[_Series]:
+def _long_ones(fitted: Fitted, happened: Sequence[Happened]) -> list[_Series]:
     """Return all series that are long enough, and whose stamps do not stand still."""
     problem = fitted.problem
     found = []

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.noise import NoiseModel, Series, white_noise
-from gap_diagnosis.prediction import JUMPING, LOG_CHANNELS, NO_GATES, Simulated, Situation, Sizes, predict, simulated
+from gap_diagnosis.prediction import JUMPING, LOG_CHANNELS, NO_GATES, Happened, Situation, Sizes, predict, simulated
 from gap_diagnosis.recording import Recording
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.prediction import Shifts
@@ -243,7 +243,7 @@ class Problem:
         """Return the signals of a recording whose stamps are late by a slot: one clock's, or those of a topic."""
         return [slot.of] if slot.kind == "clock" else [s for s in self.signals(index) if LOG_CHANNELS[s] == slot.of]
 
-    def happened(self, x: Array) -> list[Simulated]:
+    def happened(self, x: Array) -> list[Happened]:
         """Return what happens in the plant in each recording."""
         coefficients, sizes = self.parameter_set.model.coefficients(self.values(x)), self.sizes(x)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -253,7 +253,7 @@ class Problem:
         self,
         x: Array,
         only: int | None = None,
-        happened: Sequence[Simulated] | None = None,
+        happened: Sequence[Happened] | None = None,
         without: str = "",
     ) -> Array:
         """Return predictions of all rows, shape (R,).

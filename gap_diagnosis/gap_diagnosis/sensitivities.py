@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.prediction import Simulated, acts_in_plant
+from gap_diagnosis.prediction import Happened, acts_in_plant
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import ROUNDED, SEARCHED
 
@@ -56,7 +56,7 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
     return result
 
 
-def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happened: Sequence[Simulated]) -> Array:
+def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happened: Sequence[Happened]) -> Array:
     """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`."""
     moved = x.copy()
     moved[k] += step
@@ -70,7 +70,7 @@ def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happene
     return result
 
 
-def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Simulated]) -> Array:
+def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Happened]) -> Array:
     """Return the change of all rows (R,) for a unit of a tachometer's step, while most codes stay the same."""
     width = problem.slots[k - problem.nuisances].width
     here = problem.predicted(x, happened=happened)

@@ -18,7 +18,7 @@ from thruster_model.parameter_set_io import load_parameter_set
     "effect",
     [
         {"command_delay": {"time": 0.0}},
-        {"command_lag": {"time": 1e-4}},
+        {"command_lag": {"time": 2e-5}},
         {"log_alignment": {"load": 0.0}},
         {"flow_delay": {"time": 0.0}},
         {"clock_drift": {"rate": 0.0}},

@@ -1,4 +1,8 @@
-"""A synthetic identification campaign on a thruster bench: experiments simulated and seen through its sensors."""
+"""A synthetic identification campaign on a thruster bench: experiments simulated and seen through its sensors.
+
+The sensors are the rig's (`rig_sensors.RECORDER`); what is here is how this recording system reads them: the tachometer
+and the load cell 1000 times a second, with their readings at rest and a drift, the velocimeter 25 times.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,16 +11,20 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.bench_sensors import LoadCell, Tachometer, Velocimeter
+from rov_sim.rig_sensors import RECORDER, disturbances, flow_read, rung, speed_read
 from rov_sim.throttle_programmes import multisine, ramp_and_hold, staircase, with_rest
-from thruster_model.flow_tank import simulate
-from thruster_model.identification.experiment import SIGNALS
+from thruster_model.effects.chains import SENSED
+from thruster_model.effects.gates import drawn_gates
 from thruster_model.parameter_set import ParameterSet
+from thruster_model.whole_run import readings, simulated_rows
 
 __all__ = ["BenchRun", "Recorded", "altered", "run_campaign", "run_programme"]
 
 Array = NDArray[np.floating]
-_STEP = 0.001  # [s] of the simulation
+_STEP = 0.001  # [s] of the simulation, and between samples of tachometer and load cell
+_FLOW_RATE = 25.0  # Hz
+_SPEED_STEP, _SPEED_AT_REST = 49.9723 * 0.001, 49.9723 * 0.023  # rad/s: 1 mV of the converter; 23 mV at rest
+_TORQUE_RESONANCE, _TORQUE_NOISE = 8.5, 0.02  # Hz, N m
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,23 +98,28 @@ def run_programme(truth: ParameterSet, time: Array, throttle: Array, rng: np.ran
 def _record(
     name: str, commands: Array, period: float, flow: str, truth: ParameterSet, rng: np.random.Generator
 ) -> BenchRun:
-    dt = _STEP
-    effects = truth.effects
-    acting = effects.command(np.repeat(commands, round(period / dt)), dt)
-    trajectory = simulate(truth.coefficients, acting, dt, effects=effects.plant)
-    time = dt * np.arange(trajectory.n.size)
-    true = {name: getattr(trajectory, signal.plant_output) for name, signal in SIGNALS.items()}
-    seen_true = {name: effects.reading(name, true, dt, rng) for name in ("speed", "thrust", "torque", flow)}
-    force = LoadCell(noise=0.5, rest=float(rng.normal(0.0, 0.8)), drift=float(rng.normal(0.0, 0.002)))
-    moment = LoadCell(noise=0.02, rest=float(rng.normal(0.0, 0.005)), frequency=8.5)
-    seen_at, seen = Velocimeter().read(seen_true[flow], dt, rng)
-    speed = np.where(trajectory.n < 0.0, -1.0, 1.0) * Tachometer().read(seen_true["speed"], rng)
+    dt, effects = _STEP, truth.effects
+    sent = np.repeat(commands, round(period / dt))
+    gates = drawn_gates(effects, sent.size + 1, dt, rng)
+    rows = simulated_rows(truth.coefficients, sent, dt, effects=effects.plant, gates=gates)
+    seed = int(rng.integers(1, 2**31))
+    read = dict(zip(SENSED, readings(rows, dt, effects.sensors, seed), strict=True))
+    time = dt * np.arange(rows.shape[1])
+    flow_time = np.arange(0.0, time[-1], 1.0 / _FLOW_RATE)
+    noise, flow_noise = (disturbances(RECORDER, t.size, t[1] - t[0], rng) for t in (time, flow_time))
+    magnitude = speed_read(np.abs(read["speed"]) + _SPEED_AT_REST, noise.speed, False)
+    speed = np.where(rows[0] < 0.0, -1.0, 1.0) * _SPEED_STEP * np.round(magnitude / _SPEED_STEP)
+    force = rung(read["thrust"], dt, RECORDER.resonance, RECORDER.damping) + noise.load
+    moment = rung(read["torque"], dt, _TORQUE_RESONANCE, RECORDER.damping) + _TORQUE_NOISE * rng.standard_normal(
+        time.size
+    )
+    true_flow = np.interp(flow_time, time, read[flow])
     recorded: dict[str, tuple[Any, Any]] = {
         "throttle": (period * np.arange(commands.size), commands),
         "speed": (time, speed),
-        "thrust": (time, force.read(seen_true["thrust"], dt, rng)),
-        "torque": (time, moment.read(seen_true["torque"], dt, rng)),
-        flow: (seen_at, seen),
+        "thrust": (time, force + rng.normal(0.0, 0.8) + rng.normal(0.0, 0.002) * time),
+        "torque": (time, moment + rng.normal(0.0, 0.005)),
+        flow: (flow_time, flow_read(true_flow, flow_noise.flow, flow_noise.eddies, False)),
     }
     logged = {name: effects.log(name, *samples, rng) for name, samples in recorded.items()}
     return BenchRun(name=name, signals={k: Recorded(time=at, values=values) for k, (at, values) in logged.items()})

@@ -2,10 +2,8 @@
 
 The same step functions that nodes call, at a fixed period, without ROS; a run depends on its arguments and seed alone.
 
-Effects in the plant act inside the integration. Effects on commands and sensors (`Effect.samples`) are functions of a
-whole series: they are given the series up to now, held to its end, and the values that are due now are taken, so that
-a causal effect is what it is in an open-loop simulation. That takes about ten times as long. Effects on the log change
-no run and are left out.
+Effects act on the command, in the plant and on what sensors read, each with a memory of its own, and are what they are
+in an open-loop simulation. Effects on the log change no run and are left out.
 """
 
 from dataclasses import dataclass
@@ -14,14 +12,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from rov_sim.closed_loop_kernel import COLUMNS, OUTPUTS, Clock, Wiring
-from rov_sim.closed_loop_periods import by_sample_effects, compiled_whole, sampled
-from rov_sim.rig_sensors import Rig, disturbances
-from thruster_estimation.belief import Belief
+from rov_sim.closed_loop_kernel import COLUMNS, OUTPUTS, Clock, PlantSide, Wiring, run_loop
+from rov_sim.rig_sensors import Rig, disturbances, rung
+from thruster_control.inner_loop import AT_REST
+from thruster_estimation.belief import Belief, in_numbers
 from thruster_estimation.settings import BENCH, SpeedEkfSettings
 from thruster_model import flow_tank
 from thruster_model.effects.active import NOTHING, ActiveEffects
-from thruster_model.effects.library.load_cell_resonance import EFFECT as RESONANCE
+from thruster_model.effects.stages import NO_EFFECTS
+from thruster_model.stepper import NO_GATES, ROWS, PlantState, new_memory, new_sensors, substeps_of
 
 __all__ = ["Controller", "LoopRun", "Plant", "Timing", "simulate_loop"]
 
@@ -165,31 +164,37 @@ def simulate_loop(
         if told.shape != wanted.shape:
             raise ValueError(f"flow: expected a reading for each of {wanted.size} periods; found shape {told.shape}")
         noise = noise._replace(told=told)
-    dense = np.empty((len(OUTPUTS), wanted.size * clock.steps + 1))
-    out = np.empty((len(COLUMNS), wanted.size))
-    loop = by_sample_effects if sampled(plant.effects) else compiled_whole
-    loop(wanted, noise, plant, controller, clock, wiring, _entropy(seed, 1), dense, out)
     step = timing.period / clock.steps
-    force, load = _thrust_means(dense, plant.effects, rig, step, clock.steps, _entropy(seed, 1))
+    side = _plant_side(plant, step, _entropy(seed, 1))
+    dense = np.empty((len(ROWS), wanted.size * clock.steps + 1))
+    read = dense if side.e_sensors is NO_EFFECTS else np.empty((len(OUTPUTS), dense.shape[1]))
+    gates = NO_GATES if plant.gates is None else np.ascontiguousarray(plant.gates, dtype=np.float64)
+    out = np.empty((len(COLUMNS), wanted.size))
+    run_loop(
+        wanted, noise, PlantState(*map(float, plant.start)), AT_REST, in_numbers(controller.belief), clock, wiring,
+        controller.observer, controller.law, controller.coefficients, side, gates, dense, read, out,
+    )  # fmt: skip
+    told = read[OUTPUTS.index("thrust")]
+    if np.isfinite(rig.resonance):
+        told = rung(told, step, rig.resonance, rig.damping)
+    load, force = _period_means(told, clock.steps), _period_means(dense[OUTPUTS.index("thrust")], clock.steps)
     begins: Array = np.asarray(clock.dt * np.arange(wanted.size), dtype=np.float64)
     instants: Array = np.asarray(step * np.arange(dense.shape[1]), dtype=np.float64)
-    return LoopRun(begins, wanted, load + noise.load, force, out, instants, dense)
+    return LoopRun(begins, wanted, load + noise.load, force, out, instants, dense[: len(OUTPUTS)])
+
+
+def _plant_side(plant: Plant, step: float, entropy: list[int]) -> PlantSide:
+    e, e_sensors = plant.effects.plant, plant.effects.sensors
+    substeps = substeps_of(step, step, e)
+    seed = 1 + int(np.random.SeedSequence(entropy).generate_state(1)[0])
+    memory, sensors = new_memory(step, substeps, e, float(plant.start.u)), new_sensors(step, e_sensors, seed)
+    return PlantSide(plant.coefficients, e, substeps, memory, e_sensors, sensors)
 
 
 def _entropy(seed: int | tuple[int, ...], stream: int) -> list[int]:
     return [*(seed if isinstance(seed, tuple) else (seed,)), stream]
 
 
-def _thrust_means(
-    dense: Array, effects: ActiveEffects, rig: Rig, step: float, steps: int, entropy: list[int]
-) -> tuple[Array, Array]:
-    """Return (true thrust, the load cell's) as means over the periods [N]: of the step ends, by the trapezium."""
-    outputs = dict(zip(OUTPUTS, dense, strict=True))
-    told = effects.reading("thrust", outputs, step, np.random.default_rng([*entropy, 2]))
-    if RESONANCE.samples is not None:
-        told = RESONANCE.samples(told, outputs, step, None, rig.resonance, rig.damping)
-    return _period_means(dense[3], steps), _period_means(told, steps)
-
-
 def _period_means(values: Array, steps: int) -> Array:
+    """Return means over the periods, of values at the ends of steps, by the trapezium."""
     return np.asarray((0.5 * (values[:-1] + values[1:])).reshape(-1, steps).mean(axis=1))

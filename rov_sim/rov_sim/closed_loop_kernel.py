@@ -1,4 +1,4 @@
-"""The closed loop's kernels: a period of the plant, a period of the controller, and all periods of a run.
+"""The closed loop's kernel: all periods of a run, the plant by the stepper, the sensors as far as time has come.
 
 The controller's order in a period, at its beginning t_k:
 
@@ -11,7 +11,7 @@ u_k acts `delay` steps after t_k, until then u_k-1. y_k is what the plant does `
 negative.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -20,13 +20,11 @@ from thruster_control.inner_loop import inner_loop_step
 from thruster_estimation.belief import Level, Status, level
 from thruster_estimation.observers import observer_step
 from thruster_model.compilation import compiled, equation
-from thruster_model.flow_tank import plant_step
-from thruster_model.pipeline import pipeline
+from thruster_model.effects.chains import SENSED as OUTPUTS
+from thruster_model.stepper import NOMINAL_SUPPLY, advance, sense
 
-__all__ = ["COLUMNS", "OUTPUTS", "Clock", "Wiring", "control_period", "plant_period", "run_loop"]
+__all__ = ["COLUMNS", "OUTPUTS", "Clock", "PlantSide", "Wiring", "run_loop"]
 
-OUTPUTS = ("speed", "axial", "ambient", "thrust", "torque")
-"""Rows of the dense record of the plant, each step: n [rad/s], v, U [m/s], T [N], Q [N m]."""
 COLUMNS = ("u", "acting", "n_d", "alpha", "n", "v", "U", "y_n", "y_U", "loop_status", "observer_status")
 """Rows of the controller's record, each period. n, v, U: the estimates that u was computed from; acting: u after the
 converter."""
@@ -55,22 +53,15 @@ class Wiring(NamedTuple):
     quantised: int
 
 
-@compiled
-def plant_period(state, throttle, step, first, history, gate, p, e, dense):  # type: ignore[no-untyped-def]
-    """Return the plant's state after the steps of `throttle` [V], (S,), `step` [s] each; fill `dense` from `first` on.
+class PlantSide(NamedTuple):
+    """What the stepper needs: coefficients, effects, `stepper.Memory`, effects of sensors and `stepper.Sensors`."""
 
-    history: ring of the ambient flow, one longer than the memory; gate: see `effects.effect.STAGES`.
-    """
-    ring = history.size
-    back = ring - 1
-    for i in range(first, first + throttle.size + 1):
-        past = history[i % ring] if i >= back else 0.0
-        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, 1.0, p, e)
-        dense[0, i], dense[1, i], dense[2, i], dense[3, i], dense[4, i] = now[3], now[4], now[5], now[6], now[7]
-        if i < first + throttle.size:
-            history[(i + back) % ring] = state.ambient
-            state = plant_step(state, throttle[i - first], step, past, gate, 1.0, p, e)
-    return state
+    p: Any
+    e: Any
+    substeps: int
+    memory: Any
+    e_sensors: Any
+    sensors: Any
 
 
 @equation
@@ -113,42 +104,41 @@ def _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, l
 
 
 @compiled
-def control_period(stage, memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, law, p, out):  # type: ignore[no-untyped-def]
-    """Return (memory, belief) after one stage of period k: 0 before the sample, 1 with it; for callers from Python."""
-    if stage == 0:
-        return _before_sample(memory, belief, T_d, y_U, T, k, clock, wiring, law, p, out), belief
-    return _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, law, p, out)
+def run_loop(  # type: ignore[no-untyped-def]
+    T_d, noise, start, controller, belief, clock, wiring, observer, law, p_c, plant, gates, dense, read, out
+):
+    """Run all periods; fill `dense` (6, N S + 1), `read` (5, N S + 1) and `out` (len(COLUMNS), N).
 
-
-@compiled
-def run_loop(T_d, noise, state, memory, belief, clock, wiring, observer, law, p_c, p, e, gates, history, dense, out):  # type: ignore[no-untyped-def]
-    """Run all periods; fill `dense` (5, N S + 1) and `out` (len(COLUMNS), N).
-
-    noise: `Disturbances`; observer, law: settings; p_c: what the controller believes; p, e: of the plant.
+    noise: `Disturbances`; observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows
+    of `stepper.ROWS`; read: what sensors make of them.
     """
-    step, S = clock.dt / clock.steps, clock.steps
+    dt, S = clock.dt / clock.steps, clock.steps
     throttle = np.empty(S)
-    acting, seen_U, seen_T = 0.0, 0.0, 0.0
+    state, acting, seen_U, seen_T, known = start, 0.0, 0.0, 0.0, 0
+    p, e, substeps, memory = plant.p, plant.e, plant.substeps, plant.memory
     for k in range(T_d.size):
-        gate = gates[min(k, gates.size - 1)] if gates.size > 0 else 1.0
+        gate = gates[min(k, gates.size - 1) :][:1]
         first = k * S
-        memory = _before_sample(memory, belief, T_d[k], seen_U, seen_T, k, clock, wiring, law, p_c, out)
+        controller = _before_sample(controller, belief, T_d[k], seen_U, seen_T, k, clock, wiring, law, p_c, out)
         if wiring.bench == 1:
             throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
-            state = plant_period(state, throttle, step, first, history, gate, p, e, dense)
-        elif k == 0:
-            plant_period(state, throttle[:0], step, 0, history, gate, p, e, dense)
+            state = advance(state, throttle, dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
+        else:
+            advance(state, throttle[:0], dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         at = max(first + clock.sample, 0)
-        y_n = speed_read(dense[0, at], noise.speed[k], wiring.quantised == 1)
+        sense(dense, known, at + 1, dt, plant.e_sensors, plant.sensors, read)
+        known = max(known, at + 1)
+        y_n = speed_read(read[0, at], noise.speed[k], wiring.quantised == 1)
         seen_U = noise.told[k]
         if not np.isfinite(seen_U):
-            seen_U = flow_read(dense[2, at], noise.flow[k], noise.eddies[k], wiring.quantised == 1)
-        seen_T = dense[3, at] + noise.load[k]
-        memory, belief = _with_sample(
-            memory, belief, T_d[k], y_n, seen_U, seen_T, k, clock, wiring, observer, law, p_c, out
+            seen_U = flow_read(read[2, at], noise.flow[k], noise.eddies[k], wiring.quantised == 1)
+        seen_T = read[3, at] + noise.load[k]
+        controller, belief = _with_sample(
+            controller, belief, T_d[k], y_n, seen_U, seen_T, k, clock, wiring, observer, law, p_c, out
         )
         if wiring.bench == 0:
             throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
-            state = plant_period(state, throttle, step, first, history, gate, p, e, dense)
+            state = advance(state, throttle, dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         acting = out[1, k]
+    sense(dense, known, dense.shape[1], dt, plant.e_sensors, plant.sensors, read)
     return state

@@ -1,10 +1,10 @@
 """The thruster in its flow tank as the plant behind an emulated device: throttles in, counts of the sensors out.
 
-    device ── throttle [V] ──> flow tank (RK4, effects) ── n, U, T, Q ──> noise, converters ── counts ──> device
+    device ── throttle [V] ──> stepper (plant, effects) ── n, U, T, Q ──> noise, converters ── counts ──> device
 
 One disturbance of each sensor is drawn for each period and held over it. They are drawn for an hour, after which they
 come again. The load cell on its own recorder tells the mean thrust over each period, as the device's load channels do
-not: the rig had no load cell in its loop.
+not: the rig had no load cell in its loop. Effects of the log change nothing here: they act on what has been recorded.
 """
 
 from collections.abc import Callable
@@ -17,11 +17,21 @@ import numpy as np
 from bench_driver.device import Inputs, Outputs
 from bench_driver.text_protocol import count_from_flow, count_from_speed
 from rov_sim.rig_sensors import Rig, disturbances, flow_read, speed_read
-from thruster_model.compilation import compiled
 from thruster_model.effects.active import NOTHING, ActiveEffects
-from thruster_model.effects.stages import LIBRARY
-from thruster_model.flow_tank import AT_REST, PlantState, plant_step
-from thruster_model.pipeline import memory_length, pipeline
+from thruster_model.effects.chains import SENSED
+from thruster_model.effects.gates import drawn_gates
+from thruster_model.effects.stages import NO_EFFECTS
+from thruster_model.stepper import (
+    AT_REST,
+    NO_GATES,
+    NOMINAL_SUPPLY,
+    ROWS,
+    advance,
+    new_memory,
+    new_sensors,
+    sense,
+    substeps_of,
+)
 
 __all__ = ["QUIET", "BenchPlant", "BenchSettings", "BenchTruth", "Loads", "MeanThrust"]
 
@@ -58,13 +68,13 @@ class BenchSettings:
     """What stands on the bench.
 
     Attributes:
-        coefficients: of any model; effects: those that act in the plant.
+        coefficients: of any model; effects: those of the log are passed over.
         rig: the sensors.
         period: of the host's commands [s], for which one disturbance is drawn.
         seed: of everything random.
 
     Raises:
-        ValueError: effects that act on whole recorded series, or a period that is no time.
+        ValueError: a period that is no time.
     """
 
     coefficients: Any
@@ -74,35 +84,8 @@ class BenchSettings:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        series = [name for name in self.effects.sizes if LIBRARY[name].samples is not None]
-        if series:
-            told = ", ".join(series)
-            raise ValueError(
-                f"effects: expected effects that act in the plant; found {told}, which act on whole recorded series: "
-                "the offline closed loop and bench_campaign have them"
-            )
         if not 0.0 < self.period < np.inf:
             raise ValueError(f"period: expected a finite time above 0 s; found {self.period} s")
-
-
-@compiled
-def _advanced(state, u, step, count, first, history, p, e):  # type: ignore[no-untyped-def]
-    """Return (state, thrust's integral [N s], n, v, U, T, Q) after `count` steps under the throttle u [V].
-
-    history: ring of the ambient flow, one longer than the effects' memory; first: steps since the start.
-    """
-    back = history.size - 1
-    now = (0.0, 0.0, 0.0, 0.0, 0.0)
-    force = 0.0
-    for i in range(first, first + count + 1):
-        past = history[i % (back + 1)] if i >= back else 0.0
-        now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, 1.0, 1.0, p, e)[3:]
-        at_an_end = i == first or i == first + count
-        force += (0.5 if at_an_end else 1.0) * step * now[3]
-        if i < first + count:
-            history[(i + back) % (back + 1)] = state.ambient
-            state = plant_step(state, u, step, past, 1.0, 1.0, p, e)
-    return state, (force if count > 0 else 0.0), now[0], now[1], now[2], now[3], now[4]
 
 
 class BenchPlant:
@@ -118,15 +101,18 @@ class BenchPlant:
 
     def __init__(self, settings: BenchSettings, loads: Loads | None = None) -> None:
         self._given, self._loads = settings, loads
-        self._p, self._e = settings.coefficients, settings.effects.plant
-        self._state = PlantState(*map(float, AT_REST))
-        self._history = np.zeros(round(memory_length(0.0, self._e) / _STEP) + 1)
+        self._p, self._e, self._e_sensors = settings.coefficients, settings.effects.plant, settings.effects.sensors
+        self._state, self._substeps = AT_REST, substeps_of(_STEP, _STEP, self._e)
+        self._memory = new_memory(_STEP, self._substeps, self._e)
+        self._sensors = new_sensors(_STEP, self._e_sensors, settings.seed + 1)
         self._steps = 0
-        self._force, self._since = 0.0, 0.0
-        self._pass(0.0, 0)
+        self._force, self._told, self._since = 0.0, 0.0, 0.0
         rng = np.random.default_rng((settings.seed, 0))
         count = round(_REPEATED_AFTER / settings.period)
         self._noise = disturbances(settings.rig, count, settings.period, rng)
+        self._gates = drawn_gates(settings.effects, round(_REPEATED_AFTER / _STEP), _STEP, rng)
+        self._true, self._read = np.zeros((len(ROWS), 1)), np.zeros((len(SENSED), 1))
+        self._pass(0.0, 0)
 
     @property
     def time(self) -> float:
@@ -135,11 +121,12 @@ class BenchPlant:
 
     def read(self) -> Inputs:
         """Return what the sensors read now."""
-        now, k = self.truth(), self._period_now(0.0)
+        now, k = dict(zip(SENSED, self._read[:, -1].tolist(), strict=True)), self._period_now(0.0)
         noise = self._noise
-        n = float(speed_read(now.n, noise.speed[k], False))
-        U = float(flow_read(now.U, noise.flow[k], noise.eddies[k], False))
-        counts = () if self._loads is None else self._loads((now.T, 0.0, 0.0, now.Q, 0.0, 0.0))
+        n = float(speed_read(now["speed"], noise.speed[k], False))
+        U = float(flow_read(now["ambient"], noise.flow[k], noise.eddies[k], False))
+        wrench = (now["thrust"], 0.0, 0.0, now["torque"], 0.0, 0.0)
+        counts = () if self._loads is None else self._loads(wrench)
         return Inputs(tachometer_counts=(count_from_speed(n),), flow_counts=(count_from_flow(U),), load_counts=counts)
 
     def __call__(self, period: float, outputs: Outputs) -> Inputs:
@@ -153,24 +140,41 @@ class BenchPlant:
 
     def truth(self) -> BenchTruth:
         """Return the true states."""
-        return self._now
+        n, v, U, T, Q, u = self._true[:, -1].tolist()
+        return BenchTruth(n, v, U, T, Q, u)
 
     def _pass(self, u: float, count: int) -> None:
-        self._state, force, n, v, U, T, Q = _advanced(
-            self._state, u, _STEP, count, self._steps, self._history, self._p, self._e
-        )
-        self._now = BenchTruth(n, v, U, T, Q, self._state.u)
+        begins = self._steps
+        true, read = np.empty((len(ROWS), count + 1)), np.empty((len(SENSED), count + 1))
+        self._state = advance(
+            self._state, np.full(count, u), _STEP, self._substeps, self._p, self._e, self._gates_of(count),
+            NOMINAL_SUPPLY, self._memory, true, 0,
+        )  # fmt: skip
+        if self._e_sensors is NO_EFFECTS:
+            read = true[: len(SENSED)]
+        else:
+            read[:, 0] = self._read[:, -1]
+            sense(true, int(begins + count > 0), count + 1, _STEP, self._e_sensors, self._sensors, read)
+        self._true, self._read = true, read
         self._steps += count
-        self._force += force
+        thrust = SENSED.index("thrust")
+        self._force += _STEP * float(np.trapezoid(true[thrust]))
+        self._told += _STEP * float(np.trapezoid(read[thrust]))
+
+    def _gates_of(self, count: int) -> Any:
+        """Return the gates of the next steps and of the one after them."""
+        if self._gates.size == 0:
+            return NO_GATES
+        return np.take(self._gates, range(self._steps, self._steps + count + 1), mode="wrap")
 
     def mean_thrust(self) -> MeanThrust:
         """Return the mean over the time since it was last asked for, and begin anew; NaN for no time."""
         if self._since <= 0.0:
             return MeanThrust(nan, nan)
-        true = self._force / self._since
+        true, told = self._force / self._since, self._told / self._since
         noise = float(self._noise.load[self._period_now(-0.5 * self._since)])
-        self._force = self._since = 0.0
-        return MeanThrust(true, true + noise)
+        self._force = self._told = self._since = 0.0
+        return MeanThrust(true, told + noise)
 
     def _period_now(self, later: float) -> int:
         return floor((self.time + later) / self._given.period + 1e-6) % self._noise.speed.size

@@ -65,9 +65,6 @@ class EmulatedBenchNode(Node):
         self.create_timer(_POLL[self._given.lockstep], poll, clock=wall)
         self.create_timer(0.1, self._report, clock=wall)
         self.get_logger().info(f"port: {self.bench.port}")
-        if self._given.left_out:
-            names = ", ".join(self._given.left_out)
-            self.get_logger().warning(f"left out: {names}, which concern the log or the load cell alone, not the loop")
 
     def on_stop(self) -> None:
         """Take the port away."""

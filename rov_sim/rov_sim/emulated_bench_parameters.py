@@ -20,7 +20,8 @@ PARAMETERS = (
     Parameter(name="parameter_set", default="hl_bench", description="the true thruster: a parameter set or YAML file"),
     Parameter(
         name="effects", default="",
-        description="unmodelled effects in the plant, besides the set's: EFFECT.PARAMETER=SIZE, separated by spaces",
+        description="unmodelled effects besides the set's: EFFECT.PARAMETER=SIZE, separated by spaces; those of the "
+        "log act on the finished run, see apply_log_effects",
     ),
     Parameter(name="noise", default=True, description="whether the sensors are noisy as the rig's"),
     Parameter(name="seed", default=0, lower=0, description="of the noise"),
@@ -61,10 +62,7 @@ PARAMETERS = (
 
 
 class BenchNodeSettings(NamedTuple):
-    """What the node is made of; participants and wires are names of topics, times in s of the wall's clock.
-
-    `left_out`: effects of the set that concern the log or the load cell, which no controller sees.
-    """
+    """What the node is made of; participants and wires are names of topics, times in s of the wall's clock."""
 
     device: DeviceSettings
     bench: BenchSettings
@@ -73,7 +71,6 @@ class BenchNodeSettings(NamedTuple):
     wires: tuple[str, ...]
     settle: float
     timeout: float
-    left_out: tuple[str, ...]
 
 
 def settings_of(node: Node) -> BenchNodeSettings:
@@ -89,10 +86,8 @@ def settings_of(node: Node) -> BenchNodeSettings:
         device = DeviceSettings(
             protocol=given["protocol"], firmware=_path(given["firmware"]), link=_path(given["link"]), load_cell=cell
         )
-        within = truth.effects.within_a_loop()
-        left_out = tuple(name for name in truth.effects.sizes if name not in within.sizes)
         bench = BenchSettings(
-            coefficients=truth.coefficients, effects=within.with_words(given["effects"].split()),
+            coefficients=truth.coefficients, effects=truth.effects.with_words(given["effects"].split()),
             rig=Rig() if given["noise"] else QUIET, period=device.period, seed=given["seed"],
         )  # fmt: skip
     except SettingsRefused as error:
@@ -102,7 +97,6 @@ def settings_of(node: Node) -> BenchNodeSettings:
     words = {name: tuple(given[name].split()) for name in ("participants", "wires")}
     return BenchNodeSettings(
         device, bench, given["lockstep"], words["participants"], words["wires"], given["settle"], given["timeout"],
-        left_out,
     )  # fmt: skip
 
 

@@ -22,9 +22,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from thruster_model.compilation import equation
+from thruster_model.compilation import compiled, equation
+from thruster_model.effects.mode import moved
 
-__all__ = ["Disturbances", "Rig", "disturbances", "flow_read", "speed_read", "throttle_acting"]
+__all__ = ["RECORDER", "Disturbances", "Rig", "disturbances", "flow_read", "rung", "speed_read", "throttle_acting"]
 
 Array = NDArray[np.float64]
 
@@ -88,6 +89,13 @@ class Rig:
             raise ValueError("rig: " + "; ".join(wrong))
 
 
+RECORDER = Rig(
+    speed_noise=0.02 * 49.9723, flow_noise=0.008, turbulence=0.08, memory=0.2, spike_share=0.05, load_noise=0.5,
+    resonance=7.0, damping=0.04, quantised=False,
+)  # fmt: skip
+"""The same sensors before a recording system of their own, sampled in full and not only once a period."""
+
+
 def disturbances(rig: Rig, count: int, period: float, rng: np.random.Generator) -> Disturbances:
     """Return the noise of `count` periods of `period` [s]; the share of spikes changes nothing but the spikes."""
     keep = exp(-period / rig.memory)
@@ -101,13 +109,13 @@ def disturbances(rig: Rig, count: int, period: float, rng: np.random.Generator) 
 
 @equation
 def _count(x, largest):  # type: ignore[no-untyped-def]
-    return min(max(np.floor(x + 0.5), 0.0), largest)
+    return np.minimum(np.maximum(np.floor(x + 0.5), 0.0), largest)
 
 
 @equation
 def speed_read(n, noise, quantised):  # type: ignore[no-untyped-def]
     """Return the magnitude [rad/s] that the tachometer tells of n [rad/s]."""
-    size = abs(n + noise)
+    size = np.abs(n + noise)
     return _SPEED_STEP * _count(size / _SPEED_STEP, _LARGEST_COUNT) if quantised else size
 
 
@@ -128,3 +136,14 @@ def throttle_acting(u, quantised):  # type: ignore[no-untyped-def]
     return _LARGEST_THROTTLE - _THROTTLE_STEP * _count(
         (_LARGEST_THROTTLE - u) / _THROTTLE_STEP, _LARGEST_THROTTLE_COUNT
     )
+
+
+@compiled
+def rung(loads, step, frequency, damping):  # type: ignore[no-untyped-def]
+    """Return what a load cell on a mode at `frequency` [Hz] makes of loads (N,), `step` [s] apart, from rest at 0."""
+    read = np.empty(loads.size)
+    y, rate, last = 0.0, 0.0, 0.0
+    for k in range(loads.size):
+        y, rate = moved(y, rate, last, loads[k], step, frequency, damping)
+        last, read[k] = loads[k], y
+    return read

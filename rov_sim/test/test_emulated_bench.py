@@ -1,5 +1,6 @@
 """The plant behind the emulated device: against an independent integration, its means, its noise, its refusals."""
 
+import time
 from dataclasses import replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from rov_sim.rig_sensors import Rig
 from thruster_model.effects.active import ActiveEffects
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.pipeline import derivative, outputs
+from thruster_model.whole_run import readings, simulated_rows
 
 P = load_parameter_set("hl_bench").coefficients
 PLAIN = BenchSettings(coefficients=P, rig=QUIET)
@@ -22,8 +24,8 @@ def throttles(u: float) -> Outputs:
     return Outputs(throttles=(u,), enabled=(True,), data=b"")
 
 
-def run(plant: BenchPlant, u: float, time: float) -> None:
-    for _ in range(round(time / 0.001)):
+def run(plant: BenchPlant, u: float, duration: float) -> None:
+    for _ in range(round(duration / 0.001)):
         plant(0.001, throttles(u))
 
 
@@ -114,9 +116,64 @@ def test_the_load_cells_mean_is_noisy_as_the_rigs() -> None:
     assert np.std(off) == pytest.approx(Rig().load_noise, rel=4 / np.sqrt(1000))
 
 
-def test_effects_on_whole_series_are_refused_by_name() -> None:
-    with pytest.raises(ValueError, match="found tach_lag, which act on whole recorded series"):
-        BenchSettings(coefficients=P, effects=ActiveEffects(sizes={"tach_lag": {"time": 0.05}}))
+def test_effects_on_commands_and_sensors_act_as_in_a_whole_run() -> None:
+    sizes = {
+        "command_delay": {"time": 0.0305}, "command_quantization": {"step": 0.4}, "load_cell_scale": {"share": 0.1},
+        "tach_lag": {"time": 0.1}, "flow_delay": {"time": 0.2},
+        "load_cell_resonance": {"frequency": 6.0, "damping": 0.1},
+    }  # fmt: skip
+    effects = ActiveEffects(sizes=sizes)
+    loads: list[tuple[float, ...]] = []
+    plant = BenchPlant(replace(PLAIN, effects=effects), loads=lambda wrench: loads.append(wrench) or ())
+    sent = 3.0 * np.sign(np.sin(9.0 * np.arange(1000) * 1e-3))
+    rows = simulated_rows(P, sent, 1e-3, effects=effects.plant)
+    told = readings(rows, 1e-3, effects.sensors)
+    for k, u in enumerate(sent, start=1):
+        read = plant(0.001, throttles(u))
+        assert (loads[-1][0], loads[-1][3]) == (told[3, k], told[4, k])
+        assert speed_from_count(read.tachometer_counts[0]) == pytest.approx(abs(told[0, k]), abs=0.13)
+    assert plant.truth()[:5] == tuple(rows[:5, -1])
+    mean = plant.mean_thrust()
+    assert mean.told == pytest.approx(np.trapezoid(told[3], dx=1e-3) / 1.0, rel=1e-9)
+    assert abs(mean.told - mean.true) > 0.01
+
+
+def test_a_period_costs_the_same_after_an_hour_as_in_the_first_second() -> None:
+    sizes = {"flow_delay": {"time": 1.0}, "command_delay": {"time": 0.2}, "tach_lag": {"time": 0.1}}
+    plant = BenchPlant(replace(PLAIN, effects=ActiveEffects(sizes=sizes)))
+    run(plant, 2.0, 0.1)
+
+    def remembered() -> int:
+        return sum(array.size for array in (*plant._memory, *plant._sensors, plant._true, plant._read))
+
+    def cost() -> float:
+        costs = []
+        for _ in range(20):
+            begin = time.process_time()
+            run(plant, 2.0, 0.02)
+            costs.append(time.process_time() - begin)
+        return min(costs)
+
+    first, size = cost(), remembered()
+    for _ in range(360):
+        plant(10.0, throttles(2.0))
+    run(plant, 2.0, 0.001)
+    assert plant.time > 3600.0
+    assert remembered() == size
+    assert cost() < 4.0 * first
+
+
+def test_the_propeller_draws_air_in_stretches() -> None:
+    effects = ActiveEffects(sizes={"ventilation": {"share": 0.6, "onset": 20.0}})
+    plant = BenchPlant(replace(PLAIN, effects=effects, seed=3))
+    ratios = []
+    for _ in range(400):
+        plant(0.04, throttles(2.5))
+        now = plant.truth()
+        ratios.append(now.T / outputs(now.n, now.v, now.U, now.u, P)[2])
+    settled = np.array(ratios[50:])
+    assert 0.1 < np.mean(settled < 0.5) < 0.8
+    assert set(np.round(settled, 6)) == {0.4, 1.0}
 
 
 @pytest.mark.parametrize("period", [0.0, 0.0005, 0.0015])

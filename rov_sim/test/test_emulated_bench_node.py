@@ -159,28 +159,18 @@ def test_wrong_parameters_are_refused_with_a_sentence(context: Context, given: d
         EmulatedBenchNode(context=context, parameter_overrides=parameters(**given))
 
 
-LAG = {"tach_lag": {"time": 0.05}}
-
-
-def test_a_set_with_effects_of_the_load_cell_is_taken_without_them_but_not_without_those_that_the_loop_feels(
-    context: Context, tmp_path: Path
-) -> None:
-    truth = load_parameter_set("hl_bench")
-    for effects, refused in (({"load_cell_resonance": {"frequency": 8.0, "damping": 0.1}}, False), (LAG, True)):
-        sizes = {"coulomb_friction": {"deceleration": 60.0}, **effects}
-        file = tmp_path / f"{next(iter(effects))}.yaml"
-        write_parameter_set(replace(truth, effects=ActiveEffects(sizes=sizes)), file)
-        if refused:
-            with pytest.raises(StartRefused, match="found tach_lag, which act on whole recorded series"):
-                EmulatedBenchNode(context=context, parameter_overrides=parameters(parameter_set=str(file)))
-            continue
-        node = EmulatedBenchNode(context=context, parameter_overrides=parameters(parameter_set=str(file)))
-        try:
-            assert node._given.left_out == ("load_cell_resonance",)
-            assert set(node._given.bench.effects.sizes) == {"coulomb_friction"}
-        finally:
-            node.bench.close()
-            node.destroy_node()
+def test_a_set_is_taken_with_all_of_its_effects(context: Context, tmp_path: Path) -> None:
+    sizes = {"tach_lag": {"time": 0.05}, "clock_drift": {"rate": 0.001}, "coulomb_friction": {"deceleration": 60.0}}
+    file = tmp_path / "truth.yaml"
+    write_parameter_set(replace(load_parameter_set("hl_bench"), effects=ActiveEffects(sizes=sizes)), file)
+    node = EmulatedBenchNode(
+        context=context, parameter_overrides=parameters(parameter_set=str(file), effects="command_delay.time=0.02")
+    )
+    try:
+        assert set(node._given.bench.effects.sizes) == {*sizes, "command_delay"}
+    finally:
+        node.bench.close()
+        node.destroy_node()
 
 
 def test_a_link_that_exists_is_not_overwritten(context: Context, tmp_path: Path) -> None:

@@ -1,19 +1,23 @@
-"""Effects outside the plant: on commands, on readings, on logs; and effects in parameter sets and in fits."""
+"""Effects on commands, on readings and on logs, sample by sample; and effects in parameter sets and in fits."""
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
 from thruster_model.effects.active import NOTHING, ActiveEffects
+from thruster_model.effects.chains import SENSED, command_memory, command_sample
 from thruster_model.effects.stages import LIBRARY, NO_EFFECTS
 from thruster_model.errors import ParameterSetError
+from thruster_model.flow_tank import simulate
 from thruster_model.identification.fit import fit
 from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_set, parse_parameter_set
+from thruster_model.whole_run import readings
 
 DT = 0.002
 TIME = DT * np.arange(2000)
-ON_SAMPLES = [e for e in LIBRARY.values() if e.samples is not None]
-SMOOTH = {name: k + np.sin((k + 1) * TIME) for k, name in enumerate(("speed", "axial", "ambient", "thrust", "torque"))}
+OUTSIDE = [e for e in LIBRARY.values() if e.sample is not None or e.logged is not None]
+SMOOTH = {name: k + np.sin((k + 1) * TIME) for k, name in enumerate(SENSED)}
+HL = load_parameter_set("hl").coefficients
 
 
 def active(effect, **sizes):
@@ -24,31 +28,52 @@ def neutral(effect):
     return ActiveEffects(sizes={effect.id: {p.name: p.neutral for p in effect.parameters}})
 
 
-@pytest.mark.parametrize("effect", ON_SAMPLES, ids=lambda e: e.id)
+def command(effects, commands):
+    """Return what reaches the plant of commands (N,), sample by sample."""
+    memory = np.zeros(command_memory(DT, effects.plant))
+    return np.array([command_sample(memory, u, DT, effects.plant) for u in commands])
+
+
+def acting(effects, commands):
+    """Return the acting throttle (N + 1,) under commands (N,)."""
+    return simulate(HL, commands, DT, effects=effects.plant).u
+
+
+def read(effects, true, seed=0):
+    """Return what sensors read, by signal; those that are not given are zero."""
+    values = next(iter(true.values()))
+    rows = np.array([true.get(name, np.zeros(values.size)) for name in SENSED])
+    return dict(zip(SENSED, readings(rows, DT, effects.sensors, seed), strict=True))
+
+
+@pytest.mark.parametrize("effect", OUTSIDE, ids=lambda e: e.id)
 def test_at_neutral_an_effect_changes_nothing_bit_for_bit(effect):
     e = neutral(effect)
     commands = 3.0 * np.sign(np.sin(2.0 * TIME))
-    assert np.array_equal(e.command(commands, DT), commands)
+    assert np.array_equal(command(e, commands), commands)
+    found = read(e, SMOOTH, seed=1)
     for signal, values in SMOOTH.items():
-        assert np.array_equal(e.reading(signal, SMOOTH, DT, np.random.default_rng(1)), values)
+        assert np.array_equal(found[signal], values)
         time, logged = e.log(signal, TIME, values, np.random.default_rng(1))
         assert np.array_equal(time, TIME)
         assert np.array_equal(logged, values)
 
 
-@pytest.mark.parametrize("effect", ON_SAMPLES, ids=lambda e: e.id)
+@pytest.mark.parametrize("effect", OUTSIDE, ids=lambda e: e.id)
 def test_an_effect_acts_on_its_own_channel_alone(effect):
     sizes = {p.name: (p.upper if np.isfinite(p.neutral) else 2.0) for p in effect.parameters}
     e = ActiveEffects(sizes={effect.id: sizes})
+    found = read(e, SMOOTH, seed=2)
     touched = set()
     for signal, values in SMOOTH.items():
-        reading = e.reading(signal, SMOOTH, DT, np.random.default_rng(2))
         time, logged = e.log(signal, TIME, values, np.random.default_rng(2))
-        if not (np.array_equal(reading, values) and np.array_equal(time, TIME) and np.array_equal(logged, values)):
+        if not (
+            np.array_equal(found[signal], values) and np.array_equal(time, TIME) and np.array_equal(logged, values)
+        ):
             touched.add(signal)
     if effect.block == "command":
         assert touched == set()
-        assert not np.array_equal(e.command(3.1 * np.sin(5 * TIME), DT), 3.1 * np.sin(5 * TIME))
+        assert not np.array_equal(command(e, 3.1 * np.sin(5 * TIME)), 3.1 * np.sin(5 * TIME))
     else:
         assert touched == set(effect.channel.split() or SMOOTH)
 
@@ -58,71 +83,98 @@ def steps(time):
 
 
 def test_a_delayed_command_is_the_command_of_before_also_between_samples():
-    late = active("command_delay", time=0.1).command(steps(TIME), DT)
+    late = command(active("command_delay", time=0.1), steps(TIME))
     assert np.array_equal(late[50:], steps(TIME)[:-50])
-    between = active("command_delay", time=0.1005).command(steps(TIME), DT)
+    between = command(active("command_delay", time=0.1005), steps(TIME))
     assert between[550] == pytest.approx(0.75 * 2.6)
     assert np.sum(between) * DT == pytest.approx(np.sum(late) * DT - 0.0005 * (-1.3), abs=1e-9)
 
 
-def test_a_lagged_command_has_the_means_of_the_differential_equation():
-    lagged = active("command_lag", time=0.15).command(steps(TIME), DT)
+@pytest.mark.parametrize("late", [0.1, 0.1005, 0.0137])
+def test_a_plant_under_a_delayed_command_is_the_plant_that_much_later(late):
+    fine = 1e-4
+    commands = steps(TIME[::10])
+    plain = simulate(HL, np.repeat(commands, 200), fine)
+    delayed = simulate(HL, np.repeat(commands, 10), DT, effects=active("command_delay", time=late).plant)
+    later = np.concatenate((np.zeros(round(late / fine)), plain.n))[: plain.n.size : 20]
+    np.testing.assert_allclose(delayed.n, later, atol=2e-3)
+
+
+@pytest.mark.parametrize("time", [0.15, 0.01])
+def test_the_acting_throttle_lags_by_the_differential_equation_and_never_exceeds_its_rate(time):
+    lagged = acting(active("command_lag", time=time), steps(TIME))
 
     def rhs(t, y):
-        return (steps(np.asarray(t)) - y) / 0.15
+        return np.clip((steps(np.asarray(t)) - y) / time, -HL.u_dot_max, HL.u_dot_max)
 
-    for k in (600, 1240, 1260, 1800):
-        fine = np.linspace(TIME[k], TIME[k] + DT, 21)
-        truth = solve_ivp(rhs, (0, fine[-1]), [0.0], t_eval=fine, max_step=0.004, rtol=1e-8, atol=1e-10).y[0]
-        assert lagged[k] == pytest.approx(np.trapezoid(truth, fine) / DT, abs=2e-4)
+    truth = solve_ivp(rhs, (0, TIME[-1]), [0.0], t_eval=TIME, max_step=0.001, rtol=1e-8, atol=1e-10).y[0]
+    assert np.max(np.abs(lagged[:-1] - truth)) < 2e-3
+    assert np.max(np.abs(np.diff(lagged))) <= HL.u_dot_max * DT * (1.0 + 1e-9)
 
 
 def test_commands_are_cut_off_stepped_and_ramped():
-    assert np.max(np.abs(active("throttle_saturation", limit=2.0).command(steps(TIME), DT))) == 2.0
-    assert set(np.round(active("command_quantization", step=0.4).command(steps(TIME), DT), 9)) == {0.0, 2.4, -1.2}
-    ramped = active("throttle_rate_limit", rate=5.0).command(steps(TIME), DT)
+    assert np.max(np.abs(command(active("throttle_saturation", limit=2.0), steps(TIME)))) == 2.0
+    assert set(np.round(command(active("command_quantization", step=0.4), steps(TIME)), 9)) == {0.0, 2.4, -1.2}
+    ramped = acting(active("throttle_rate_limit", rate=5.0), steps(TIME))
     assert np.max(np.abs(np.diff(ramped))) == pytest.approx(5.0 * DT)
-    assert ramped[500 + 259] == pytest.approx(2.6)
-    assert ramped[500 + 100] == pytest.approx(101 * 5.0 * DT)
+    assert ramped[500 + 260] == pytest.approx(2.6)
+    assert ramped[500 + 101] == pytest.approx(101 * 5.0 * DT)
 
 
 def test_the_tachometer_lags_steps_and_goes_blind():
-    lagged = active("tach_lag", time=0.1).reading("speed", {"speed": steps(TIME)}, DT, None)
+    lagged = read(active("tach_lag", time=0.1), {"speed": steps(TIME)})["speed"]
     assert lagged[550] == pytest.approx(2.6 * (1 - np.exp(-1.0)), abs=0.02)
-    blind = active("tach_dropout", threshold=2.0).reading("speed", {"speed": steps(TIME)}, DT, None)
+    blind = read(active("tach_dropout", threshold=2.0), {"speed": steps(TIME)})["speed"]
     assert set(blind) == {0.0, 2.6}
-    assert active("tach_quantization", step=2.0).reading("speed", {"speed": steps(TIME)}, DT, None)[700] == 2.0
+    assert read(active("tach_quantization", step=2.0), {"speed": steps(TIME)})["speed"][700] == 2.0
 
 
 def test_the_load_cell_rings_at_its_frequency_and_comes_to_rest_at_the_load():
     seconds = DT * np.arange(6000)
-    ringing = active("load_cell_resonance", frequency=7.0, damping=0.05).reading(
-        "thrust", {"thrust": np.where(seconds < 1.0, 0.0, 10.0)}, DT, None
-    )
+    jump = {"thrust": np.where(seconds < 1.0, 0.0, 10.0)}
+    ringing = read(active("load_cell_resonance", frequency=7.0, damping=0.05), jump)["thrust"]
     assert ringing[-1] == pytest.approx(10.0, abs=1e-3)
     assert np.max(ringing) == pytest.approx(10.0 * (1.0 + np.exp(-np.pi * 0.05 / np.sqrt(1 - 0.05**2))), rel=0.01)
     crossings = seconds[1:][(ringing[1:] > 10.0) & (ringing[:-1] <= 10.0)][:6]
     assert 1.0 / np.mean(np.diff(crossings)) == pytest.approx(7.0 * np.sqrt(1 - 0.05**2), rel=0.01)
 
 
+@pytest.mark.parametrize("damping", [0.05, 0.7, 1.0])
+def test_the_load_cells_mode_is_the_differential_equations(damping):
+    load = 3.0 * np.sin(9.0 * TIME) * (TIME > 0.3)
+    found = read(active("load_cell_resonance", frequency=4.0, damping=damping), {"thrust": load})["thrust"]
+    w = 2.0 * np.pi * 4.0
+
+    def rhs(t, y):
+        return y[1], w * w * (np.interp(t, TIME, load) - y[0]) - 2.0 * damping * w * y[1]
+
+    truth = solve_ivp(rhs, (0.0, TIME[-1]), [0.0, 0.0], t_eval=TIME, max_step=DT, rtol=1e-9, atol=1e-10).y[0]
+    np.testing.assert_allclose(found, truth, atol=1e-4)
+
+
 def test_scales_offsets_drift_and_crosstalk_are_what_they_say():
-    def read(effect, signal, **sizes):
-        return active(effect, **sizes).reading(signal, SMOOTH, DT, None)
+    def one(effect, signal, **sizes):
+        return read(active(effect, **sizes), SMOOTH)[signal]
 
-    assert read("flow_scale", "axial", share=0.2) == pytest.approx(1.2 * SMOOTH["axial"])
-    assert read("flow_bias", "ambient", offset=-0.05) == pytest.approx(SMOOTH["ambient"] - 0.05)
-    assert read("load_cell_drift", "thrust", rate=0.1) == pytest.approx(SMOOTH["thrust"] + 0.1 * TIME)
-    crossed = read("load_cell_crosstalk", "thrust", gain=10.0)
+    assert one("flow_scale", "axial", share=0.2) == pytest.approx(1.2 * SMOOTH["axial"])
+    assert one("flow_bias", "ambient", offset=-0.05) == pytest.approx(SMOOTH["ambient"] - 0.05)
+    assert one("load_cell_drift", "thrust", rate=0.1) == pytest.approx(SMOOTH["thrust"] + 0.1 * TIME)
+    crossed = one("load_cell_crosstalk", "thrust", gain=10.0)
     assert crossed == pytest.approx(SMOOTH["thrust"] + 10.0 * SMOOTH["torque"])
-    assert read("flow_delay", "axial", time=0.5)[500:] == pytest.approx(SMOOTH["axial"][:-250][250:])
+    assert one("flow_delay", "axial", time=0.5)[500:] == pytest.approx(SMOOTH["axial"][:-250][250:])
+    between = one("flow_delay", "axial", time=0.0005)
+    assert between[1:] == pytest.approx(0.75 * SMOOTH["axial"][1:] + 0.25 * SMOOTH["axial"][:-1])
 
 
-def test_scatter_has_the_size_it_says_and_needs_a_generator():
+def test_scatter_has_the_size_it_says_and_needs_a_seed():
     spiky = active("flow_spikes", share=0.2)
-    assert np.array_equal(spiky.reading("axial", SMOOTH, DT, None), SMOOTH["axial"])
-    hit = spiky.reading("axial", SMOOTH, DT, np.random.default_rng(3)) - SMOOTH["axial"]
+    assert np.array_equal(read(spiky, SMOOTH)["axial"], SMOOTH["axial"])
+    hit = read(spiky, SMOOTH, seed=3)["axial"] - SMOOTH["axial"]
     assert np.mean(hit != 0) == pytest.approx(0.2, abs=0.04)
     assert np.std(hit[hit != 0]) == pytest.approx(0.3, rel=0.15)
+    others = (read(spiky, SMOOTH, seed=4)["axial"], SMOOTH["axial"] + hit, read(spiky, SMOOTH, seed=3)["ambient"])
+    assert not np.array_equal(others[0], others[1]), "another seed"
+    assert not np.array_equal(others[2] - SMOOTH["ambient"], hit), "another sensor"
     time, _ = active("timestamp_jitter", deviation=0.02).log("speed", TIME, TIME, np.random.default_rng(4))
     assert np.all(np.diff(time) >= 0)
     _, values = active("dropped_samples", share=0.3).log("speed", TIME, SMOOTH["speed"], np.random.default_rng(5))
@@ -139,14 +191,15 @@ def test_stamps_are_late_by_channel_and_clocks_drift():
 
 def test_effects_that_follow_each_other_do_so_in_the_devices_order():
     both = ActiveEffects(sizes={"throttle_saturation": {"limit": 2.0}, "command_delay": {"time": 0.1}})
-    assert np.array_equal(both.command(steps(TIME), DT)[50:], np.clip(steps(TIME), -2, 2)[:-50])
+    assert np.array_equal(command(both, steps(TIME))[50:], np.clip(steps(TIME), -2, 2)[:-50])
     chain = ActiveEffects(sizes={"flow_bias": {"offset": 0.1}, "flow_scale": {"share": 0.5 - 0.3}})
-    assert chain.reading("axial", SMOOTH, DT, None) == pytest.approx(1.2 * SMOOTH["axial"] + 0.1)
+    assert read(chain, SMOOTH)["axial"] == pytest.approx(1.2 * SMOOTH["axial"] + 0.1)
 
 
 def test_nothing_is_nothing():
     assert NOTHING.plant is NO_EFFECTS
     assert active("flow_bias", offset=0.1).plant is NO_EFFECTS
+    assert active("command_delay", time=0.1).sensors is NO_EFFECTS
 
 
 EFFECT_YAML = """

@@ -10,23 +10,24 @@ from numpy.typing import NDArray
 from run_bag.benchmark_row import Row
 from thruster_model.effects.stages import NEUTRAL, NO_EFFECTS
 from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.flow_tank import AT_REST, NO_GATES, NOMINAL_SUPPLY, run_plant
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.pipeline import derivative
+from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, ROWS, advance, new_memory
 
 
 def rows(steps: int = 2_000_000) -> list[Row]:
     """Measure RK4 steps per second of the three-state thruster, best of three rounds."""
     p = load_parameter_set("hq").coefficients
     commands = 3.0 * np.sin(0.01 * np.arange(steps // 100))
-    out = np.empty((6, commands.size + 1))
+    out = np.empty((len(ROWS), commands.size + 1))
     few = steps // 1000
     plain = max(_speed(lambda: _numpy_loop(few, p), few) for _ in range(3))
     found = []
     for what, e in (("plant of one thruster, RK4", NO_EFFECTS), ("the same, all effects at neutral", NEUTRAL)):
-        run_plant(AT_REST, commands[:2], 0.1, 100, p, e, NO_GATES, NOMINAL_SUPPLY, out)
-        arguments = (AT_REST, commands, 0.1, 100, p, e, NO_GATES, NOMINAL_SUPPLY, out)
-        ours = max(_speed(lambda a=arguments: run_plant(*a), steps) for _ in range(3))
+        memory = new_memory(0.1, 100, e)
+        advance(AT_REST, commands[:2], 0.1, 100, p, e, NO_GATES, NOMINAL_SUPPLY, memory, out, 0)
+        arguments = (AT_REST, commands, 0.1, 100, p, e, NO_GATES, NOMINAL_SUPPLY, memory, out, 0)
+        ours = max(_speed(lambda a=arguments: advance(*a), steps) for _ in range(3))
         found.append(Row(what, ours, plain, "steps/s"))
     return found
 

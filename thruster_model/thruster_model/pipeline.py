@@ -7,8 +7,20 @@ from thruster_model.equations.classes import axial_flow, axial_rate, loads, powe
 from thruster_model.equations.dead_zone import dead_zone
 from thruster_model.equations.thruster import ambient_acceleration
 
-__all__ = ["derivative", "drawn", "heat_after", "memory_length", "outputs", "pipeline", "step_limit"]
+__all__ = [
+    "derivative",
+    "drawn",
+    "heat_after",
+    "lag_time",
+    "memory_length",
+    "outputs",
+    "pipeline",
+    "ramp_limit",
+    "step_limit",
+]
 
+ramp_limit = stage("ramp")
+lag_time = stage("lag")
 _edges = stage("edges")
 _drive = stage("drive")
 _inflow = stage("inflow")

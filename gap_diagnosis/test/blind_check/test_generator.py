@@ -11,9 +11,10 @@ from gap_diagnosis.blind_check.generator import NOISE, Truth, generate
 from gap_diagnosis.blind_check.recording import Colour
 from gap_diagnosis.blind_check.signals import PERIOD, closed_loop_campaign, rich_campaign
 from thruster_model.effects.active import ActiveEffects
+from thruster_model.effects.chains import SENSED
 from thruster_model.effects.stages import LIBRARY
-from thruster_model.flow_tank import simulate
 from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.whole_run import readings, simulated_rows
 
 MODELS = ("hl", "hq", "simplified")
 SIGNALS = {"n": "speed", "ambient": "ambient", "thrust": "thrust", "torque": "torque"}
@@ -35,10 +36,11 @@ def generated(model="hl", throttle=None, seed=1, closed_loop=False, **more):
 
 def simulated(model, throttle, sizes, gates):
     effects = ActiveEffects(sizes=sizes)
-    commands = effects.command(np.repeat(throttle, EVERY), DT)
-    plant = simulate(load_parameter_set(model).coefficients, commands, DT, effects=effects.plant, gates=gates)
-    true = {"speed": plant.n, "ambient": plant.ambient, "thrust": plant.thrust, "torque": plant.torque}
-    return {name: effects.reading(signal, true, DT, None)[:-1:EVERY] for name, signal in SIGNALS.items()}
+    commands = np.repeat(throttle, EVERY)
+    coefficients = load_parameter_set(model).coefficients
+    rows = simulated_rows(coefficients, commands, DT, effects=effects.plant, gates=gates)
+    read = dict(zip(SENSED, readings(rows, DT, effects.sensors), strict=True))
+    return {name: read[signal][:-1:EVERY] for name, signal in SIGNALS.items()}
 
 
 def middle(name, sign):

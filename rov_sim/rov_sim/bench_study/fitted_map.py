@@ -35,14 +35,13 @@ class FittedMap(NamedTuple):
 
 
 def fitted_map(runs: Sequence[RealRun], coefficients: Any, effects: Any) -> FittedMap:
-    """Return the map of a plant for these recordings; `effects`: `ActiveEffects` of the plant."""
+    """Return the map of a plant for these recordings; `effects`: `ActiveEffects` of the truth."""
     sent = [np.repeat([throttle_acting(float(u), True) for u in run.u], round(run.period / _STEP)) for run in runs]
-    acting = [effects.command(u, _STEP) for u in sent]
 
     def residuals(x: Array) -> Array:
         p = coefficients._replace(**InputMap(*map(float, x[:4]))._asdict())
         found = []
-        for run, u in zip(runs, acting, strict=True):
+        for run, u in zip(runs, sent, strict=True):
             n = simulate(p, u, _STEP, effects=effects.plant).n
             at = run.period * np.arange(run.u.size) + x[4]
             found.append(np.interp(at, _STEP * np.arange(n.size), np.abs(n)) - run.y_n)

@@ -1,7 +1,7 @@
 """Effects that are switched on: what they do to commands, to the plant and to what sensors read.
 
-Between a command and the plant effects follow each other as in the device: the line's delay, the converter's steps,
-its limits, its lag. Behind the plant each sensor has a chain: its dynamics, then scale and offset, then its converter.
+Those in time, up to what sensors read, are numbers in `EffectValues` for the stepper's kernels. Those of the log act on
+what has been recorded, stamps and values, and never on the stamps by which a running graph goes.
 """
 
 from collections.abc import Iterable, Mapping
@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from thruster_model.effects.effect import Effect
 from thruster_model.effects.stages import LIBRARY, NO_EFFECTS, effect_values
 
 __all__ = ["NOTHING", "ActiveEffects", "problems_of"]
@@ -68,56 +69,48 @@ class ActiveEffects:
                 raise ValueError(f"effect {word!r}: expected EFFECT.PARAMETER=SIZE with a number as size")
         return ActiveEffects(sizes=sizes)
 
-    def within_a_loop(self) -> "ActiveEffects":
-        """Return these effects without those that no controller of speed or flow sees: of the load cell, of the log."""
-        seen = {name: sizes for name, sizes in self.sizes.items() if not _beside_a_loop(LIBRARY[name])}
-        return ActiveEffects(sizes=seen)
-
     @property
     def plant(self) -> Any:
-        """For `flow_tank.simulate`: `EffectValues`, or `NO_EFFECTS` where none acts in the plant."""
-        return effect_values(self.sizes) if any(LIBRARY[name].hooks for name in self.sizes) else NO_EFFECTS
+        """For `stepper.advance`: `EffectValues`, or `NO_EFFECTS` where none acts on commands or in the plant."""
+        acting = any(LIBRARY[name].hooks or LIBRARY[name].block == "command" for name in self.sizes)
+        return effect_values(self.sizes) if acting else NO_EFFECTS
 
-    def command(self, commands: Array, dt: float) -> Array:
-        """Return what reaches the plant of commands [V] held for `dt` [s] each, shape (N,)."""
-        for effect in _of_block(self.sizes, "command"):
-            commands = np.asarray(effect.samples(commands, dt, **_sized(effect, self.sizes)))
-        return commands
-
-    def reading(self, signal: str, outputs: Mapping[str, Array], dt: float, rng: np.random.Generator | None) -> Array:
-        """Return what the sensor of a signal reads, shape (N,).
-
-        Args:
-            signal: name of the signal.
-            outputs: true values of all signals every `dt` [s], each (N,).
-            rng: for effects that scatter; without one they are left out.
-        """
-        values = outputs[signal]
-        for effect in _of_block(self.sizes, "sensor"):
-            if signal in effect.channel.split():
-                values = np.asarray(effect.samples(values, outputs, dt, rng, **_sized(effect, self.sizes)))
-        return values
+    @property
+    def sensors(self) -> Any:
+        """For `stepper.sense`: `EffectValues`, or `NO_EFFECTS` where no sensor has any."""
+        return effect_values(self.sizes) if self._any("sensor") else NO_EFFECTS
 
     def log(self, signal: str, time: Array, values: Array, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return (stamps [s], values) as they are written to the log, each (N,); stamps stay in order."""
-        for effect in _of_block(self.sizes, "log"):
-            if not effect.channel or signal in effect.channel.split():
-                time, values = effect.samples(signal, time, values, rng, **_sized(effect, self.sizes))
+        for effect in self._of_the_log(signal):
+            assert effect.logged is not None
+            time, values = effect.logged(signal, time, values, rng, **self._sized(effect))
         return time, values
 
+    def taken(self, signal: str, stamps: Array) -> Array:
+        """Return when samples with these stamps [s] were taken [s]; scatter is in no prediction."""
+        for effect in reversed(self._of_the_log(signal)):
+            if effect.taken is not None:
+                stamps = effect.taken(signal, stamps, **self._sized(effect))
+        return stamps
 
-def _beside_a_loop(effect: Any) -> bool:
-    return effect.block == "log" or (effect.block == "sensor" and set(effect.channel.split()) <= {"thrust", "torque"})
+    def stamped(self, signal: str, time: Array) -> Array:
+        """Return the stamps [s] of samples that were taken at these instants [s], but for scatter."""
+        for effect in self._of_the_log(signal):
+            if effect.taken is not None and effect.logged is not None:
+                time, _ = effect.logged(signal, time, time, None, **self._sized(effect))
+        return time
 
+    def _any(self, block: str) -> bool:
+        return any(LIBRARY[name].block == block for name in self.sizes)
 
-def _of_block(sizes: Sizes, block: str) -> list[Any]:
-    return sorted(
-        (LIBRARY[n] for n in sizes if LIBRARY[n].samples and LIBRARY[n].block == block), key=lambda e: e.order
-    )
+    def _of_the_log(self, signal: str) -> list[Effect]:
+        effects = [LIBRARY[name] for name in self.sizes if LIBRARY[name].block == "log"]
+        concerned = [effect for effect in effects if not effect.channel or signal in effect.channel.split()]
+        return sorted(concerned, key=lambda effect: effect.order)
 
-
-def _sized(effect: Any, sizes: Sizes) -> dict[str, float]:
-    return {p.name: float(sizes[effect.id].get(p.name, p.neutral)) for p in effect.parameters}
+    def _sized(self, effect: Effect) -> dict[str, float]:
+        return {p.name: float(self.sizes[effect.id].get(p.name, p.neutral)) for p in effect.parameters}
 
 
 NOTHING = ActiveEffects()

@@ -1,14 +1,20 @@
-"""What an unmodelled effect is: one definition, which the simulator switches on and a diagnosis can suspect."""
+"""What an unmodelled effect is: one definition, which the simulator switches on and a diagnosis can suspect.
+
+It acts in one of three ways: in the plant, by hooks in the stages of its pipeline; on the command or on what a sensor
+reads, sample by sample with a memory of its own; or on the log, on stamps and values that have been recorded.
+"""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["STAGES", "Block", "Effect", "EffectParameter"]
+__all__ = ["ON_COMMAND", "ON_SENSOR", "STAGES", "Block", "Effect", "EffectParameter"]
 
 Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
 
 STAGES: dict[str, tuple[str, ...]] = {
+    "ramp": ("u_dot_max", "e"),
+    "lag": ("lag", "e"),
     "edges": ("edges", "n", "p", "e"),
     "drive": ("drive", "n", "heat", "supply", "p", "e"),
     "inflow": ("ambient", "p", "e"),
@@ -21,9 +27,12 @@ STAGES: dict[str, tuple[str, ...]] = {
     "heat": ("heat", "u", "dt", "p", "e"),
     "memory": ("delay", "e"),
     "step": ("step", "e"),
+    "late": ("late", "step", "e"),
 }
 """Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
 
+ramp             rate limit of the acting throttle [V/s]
+lag              time constant with which it follows the command, within that limit [s]
 edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s]
 drive            gamma(u) [rad/s^2] at the nominal supply; heat: of the motor, 0 to 1; supply: its relative voltage
 inflow           ambient flow that reaches thruster and instrument [m/s]
@@ -35,7 +44,13 @@ axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds a
 heat             heat of the motor after dt [s] at the acting throttle u [V]
 memory           how far back `past` lies [s]
 step             the longest step [s] that integrates
+late             how long into each step [s] the command of the step before is still held
 """
+
+ON_COMMAND = ("memory", "u", "step", "e")
+"""Arguments of `Effect.sample` on the command [V], once every `step` [s]; it returns what reaches the plant [V]."""
+ON_SENSOR = ("memory", "x", "outputs", "step", "e")
+"""Arguments of `Effect.sample` on a reading x, once every `step` [s]; `outputs`: `effects.chains.Outputs`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +80,13 @@ class Effect:
         equation: as a formula.
         parameters: its sizes; the first one is zero (or neutral) exactly where there is no effect.
         hooks: by stage of the plant, functions of that stage's arguments.
-        samples: what it does to the throttle's samples, to a sensor's samples or to stamps, outside the integration;
-            None where it acts in the plant.
+        sample: what it does to a sample of the command or of a sensor, see `ON_COMMAND`, `ON_SENSOR`.
+        floats: how many floats of memory that takes, from (step, e); all zero before the first sample.
+        begin: of the command, (memory, u, step, e): sets the memory as if u [V] had come out for long.
+        draws: whether it scatters: the first float of its memory is then the seed, 0 for none.
+        logged: what it does to what is recorded: (signal, stamps, values, rng, sizes by name) to (stamps, values).
+        taken: when samples with these stamps were taken: (signal, stamps, sizes by name) to stamps; for effects of the
+            log that do not scatter.
         channel: the signals whose sensor or log it concerns, separated by spaces; "" where it concerns none or any.
         order: place in the chain of its block or stage; the lower first, by identifier where equal.
         twins: effects that no data can tell from this one.
@@ -78,15 +98,22 @@ class Effect:
     equation: str
     parameters: tuple[EffectParameter, ...]
     hooks: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
-    samples: Callable[..., Any] | None = None
+    sample: Callable[..., Any] | None = None
+    floats: Callable[..., Any] | None = None
+    begin: Callable[..., Any] | None = None
+    draws: bool = False
+    logged: Callable[..., Any] | None = None
+    taken: Callable[..., Any] | None = None
     channel: str = ""
     order: int = 0
     twins: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(STAGES)
-        if unknown or not self.parameters or bool(self.hooks) == (self.samples is not None):
-            raise ValueError(f"{self.id}: expected parameters and either hooks or samples; unknown stages {unknown}")
+        if unknown or not self.parameters or not (self.hooks or self.sample or self.logged):
+            raise ValueError(f"{self.id}: expected parameters and hooks, sample or logged; unknown stages {unknown}")
+        if (self.logged is not None) != (self.block == "log"):
+            raise ValueError(f"{self.id}: expected logged for an effect of the log, and for no other")
 
     def field_of(self, parameter: str) -> str:
         """Return the name of a parameter's field in `EffectValues`."""

@@ -7,7 +7,7 @@
 import importlib
 import pkgutil
 from collections import namedtuple
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from numba.extending import overload
@@ -16,7 +16,18 @@ from thruster_model.compilation import equation
 from thruster_model.effects import library
 from thruster_model.effects.effect import STAGES, Effect
 
-__all__ = ["LIBRARY", "NEUTRAL", "NO_EFFECTS", "EffectValues", "NoEffects", "effect_values", "stage"]
+__all__ = [
+    "LIBRARY",
+    "NEUTRAL",
+    "NO_EFFECTS",
+    "EffectValues",
+    "NoEffects",
+    "defined",
+    "effect_values",
+    "is_on",
+    "stage",
+    "switched",
+]
 
 
 def _discovered() -> dict[str, Effect]:
@@ -28,8 +39,8 @@ def _discovered() -> dict[str, Effect]:
 LIBRARY: dict[str, Effect] = _discovered()
 """All effects of the thruster by identifier."""
 
-_IN_PLANT = [effect for effect in LIBRARY.values() if effect.hooks]
-_FIELDS = {effect.field_of(p.name): p.neutral for effect in _IN_PLANT for p in effect.parameters}
+_IN_TIME = [effect for effect in LIBRARY.values() if effect.logged is None]
+_FIELDS = {effect.field_of(p.name): p.neutral for effect in _IN_TIME for p in effect.parameters}
 EffectValues: Any = namedtuple("EffectValues", tuple(_FIELDS), defaults=list(_FIELDS.values()), module=__name__)  # type: ignore[misc]
 NoEffects: Any = namedtuple("NoEffects", ("nothing",), module=__name__)
 NEUTRAL = EffectValues()
@@ -37,9 +48,9 @@ NO_EFFECTS = NoEffects(0.0)
 
 
 def effect_values(sizes: Mapping[str, Mapping[str, float]]) -> Any:
-    """Return the values for effects in the plant, by identifier and parameter; what is not named is neutral.
+    """Return the values for effects, by identifier and parameter; what is not named is neutral.
 
-    Effects that act on samples are passed over: see `effects.active`.
+    Effects of the log are passed over: they act on what has been recorded, see `effects.active`.
 
     Raises:
         KeyError: an effect or a parameter that the library does not have.
@@ -51,7 +62,7 @@ def effect_values(sizes: Mapping[str, Mapping[str, float]]) -> Any:
         for parameter, value in parameters.items():
             if parameter not in known:
                 raise KeyError(f"{name}.{parameter}")
-            if effect.hooks:
+            if effect.logged is None:
                 given[effect.field_of(parameter)] = float(value)
     return EffectValues(**given)
 
@@ -62,30 +73,42 @@ def stage(name: str) -> Callable[..., Any]:
     A kernel asks once whether any effect of the stage is on, then of each, so that those which are not cost nothing;
     in Python, where a field may be an array, all hooks are called.
     """
-    arguments = ", ".join(STAGES[name])
-    first = STAGES[name][0]
-    here = [effect for effect in sorted(_IN_PLANT, key=lambda effect: effect.order) if name in effect.hooks]
+    arguments = STAGES[name]
+    first = arguments[0]
+    here = [effect for effect in sorted(_IN_TIME, key=lambda effect: effect.order) if name in effect.hooks]
     hooks = {f"hook_{effect.id}": effect.hooks[name] for effect in here}
-    calls = [f"{first} = hook_{effect.id}({arguments})" for effect in here]
-    on = [f"(e.{effect.field_of(d.name)} != {d.neutral!r})" for effect in here for d in effect.parameters[:1]]
+    calls = [f"{first} = hook_{effect.id}({', '.join(arguments)})" for effect in here]
+    on = [is_on(effect) for effect in here]
     guarded = [f"    if {each}: {call}" for each, call in zip(on, calls, strict=True)]
-    plain = _define(f"def plain({arguments}):", [], first, {})
-    chained = _define(f"def chained({arguments}):", calls, first, hooks)
-    chosen = _define(f"def chosen({arguments}):", [f"if {' | '.join(on)}:", *guarded] if on else [], first, hooks)
-    python = _define(
-        f"def {name}({arguments}):",
-        [f"if type(e) is NoEffects: return {first}"],
-        f"chained({arguments})",
-        {"NoEffects": NoEffects, "chained": chained},
-    )
-    kernels = {"equations": lambda kind: plain if kind is NoEffects else chosen}
-    compiled = ["function = equations(e.instance_class)", f"implementation = lambda {arguments}: function({arguments})"]
-    overload(python)(_define(f"def compiled({arguments}):", compiled, "implementation", kernels))
-    return python
+    chained = defined("chained", arguments, calls, first, hooks)
+    chosen = equation(defined("chosen", arguments, [f"if {' | '.join(on)}:", *guarded] if on else [], first, hooks))
+    return switched(name, arguments, first, chained, chosen)
 
 
-def _define(head: str, lines: list[str], result: str, names: Mapping[str, Any]) -> Callable[..., Any]:
-    namespace = dict(names)
-    exec("\n    ".join([head, *lines, f"return {result}"]), namespace)
-    function = namespace[head.split()[1].split("(")[0]]
-    return equation(function) if head.startswith(("def plain", "def chosen")) else function
+def is_on(effect: Effect) -> str:
+    """Return the expression that tells in a kernel whether an effect is on."""
+    d = effect.parameters[0]
+    return f"(e.{effect.field_of(d.name)} != {'inf' if d.neutral == float('inf') else repr(d.neutral)})"
+
+
+def defined(
+    name: str, arguments: Iterable[str], lines: Iterable[str], result: str, names: Mapping[str, Any]
+) -> Callable[..., Any]:
+    """Return a function of these lines; `names`: what stands in them."""
+    namespace = {"inf": float("inf"), **names}
+    exec("\n    ".join([f"def {name}({', '.join(arguments)}):", *lines, f"return {result}"]), namespace)
+    return namespace[name]  # type: ignore[no-any-return]
+
+
+def switched(
+    name: str, arguments: Iterable[str], result: str, python: Callable[..., Any], kernel: Callable[..., Any]
+) -> Callable[..., Any]:
+    """Return a function of effects `e` that is `python` or `kernel`; with `NO_EFFECTS` neither, but `result` alone."""
+    told = ", ".join(arguments)
+    plain = equation(defined("plain", arguments, [], result, {}))
+    names = {"NoEffects": NoEffects, "python": python}
+    function = defined(name, arguments, [f"if type(e) is NoEffects: return {result}"], f"python({told})", names)
+    kernels = {"equations": lambda kind: plain if kind is NoEffects else kernel}
+    lines = ["function = equations(e.instance_class)", f"implementation = lambda {told}: function({told})"]
+    overload(function)(defined("compiled", arguments, lines, "implementation", kernels))
+    return function

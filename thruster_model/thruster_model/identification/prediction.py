@@ -1,20 +1,28 @@
-"""What a parameter set predicts for an experiment: simulated from rest and averaged over the measured cells."""
+"""What a parameter set predicts for an experiment: simulated and averaged over the measured cells.
+
+The stepper runs on the experiment's throttle; sensors read it once a step, and effects of the log are undone in the
+instants at which the readings are looked up, so that they are those of the recording's own stamps.
+"""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.compilation import compiled
 from thruster_model.effects.active import NOTHING, ActiveEffects
-from thruster_model.equations.thruster import ThrusterCoefficients
-from thruster_model.flow_tank import NOMINAL_SUPPLY, simulate
-from thruster_model.identification.experiment import SIGNALS, Experiment
+from thruster_model.effects.chains import SENSED
+from thruster_model.identification.experiment import Experiment
+from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, PlantState
+from thruster_model.whole_run import readings, simulated_rows
 
-__all__ = ["NO_SHIFTS", "Shifts", "predict", "relative_supply", "seen"]
+__all__ = ["NO_SHIFTS", "Happened", "Shifts", "happened", "predict", "relative_supply", "seen", "taken"]
 
 Array = NDArray[np.float64]
+LARGEST_STEP = 3.5e-3
+"""Of what is read between the steps [s]: speed bends within longer ones by more than its noise."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,34 +44,83 @@ class Shifts:
 NO_SHIFTS = Shifts()
 
 
+class Happened(NamedTuple):
+    """What happened in the plant.
+
+    Attributes:
+        rows: of `stepper.ROWS`, each (finer N + 1,), `finer` times for every `dt` of the experiment.
+        finer: 1 or more.
+    """
+
+    rows: Array
+    finer: int
+
+    @property
+    def throttle(self) -> Array:
+        """Acting [V], every `dt`, (N + 1,)."""
+        return np.asarray(self.rows[-1, :: self.finer])
+
+    @property
+    def outputs(self) -> dict[str, Array]:
+        """By signal, each (N + 1,), every `dt` of the experiment."""
+        return {name: values[:: self.finer] for name, values in zip(SENSED, self.rows, strict=False)}
+
+
+def happened(
+    experiment: Experiment,
+    coefficients: Any,
+    effects: ActiveEffects = NOTHING,
+    start: PlantState = AT_REST,
+    gates: Array = NO_GATES,
+) -> Happened:
+    """Return what happens in the plant under the experiment's throttle; `gates`: by period, see `stepper.advance`."""
+    finer = int(np.ceil(experiment.dt / LARGEST_STEP - 1e-9))
+    step = experiment.dt / finer
+    rows = simulated_rows(
+        coefficients,
+        np.repeat(experiment.throttle, finer),
+        step,
+        start=start,
+        largest_step=step,
+        effects=effects.plant,
+        gates=np.repeat(gates, finer),
+        supply=np.repeat(relative_supply(experiment, coefficients), finer),
+    )
+    return Happened(rows, finer)
+
+
+def relative_supply(experiment: Experiment, coefficients: Any) -> Array:
+    """Return the measured supply over the nominal one, for classes that know their nominal one; none otherwise."""
+    nominal = getattr(coefficients, "nominal_supply", None)
+    return NOMINAL_SUPPLY if experiment.supply is None or nominal is None else experiment.supply / nominal
+
+
 def predict(
     experiment: Experiment,
-    coefficients: ThrusterCoefficients,
+    coefficients: Any,
     shifts: Shifts = NO_SHIFTS,
     effects: ActiveEffects = NOTHING,
+    known: Happened | None = None,
+    seed: int = 0,
 ) -> dict[str, Array]:
     """Return the predicted cell means of every measured signal, each of the shape of its measurement.
 
-    `effects` act on the throttle, in the plant and on the readings; those that scatter are left out.
-
-    The plant starts at rest and does not depend on time, so a later throttle is the same as later outputs.
+    Args:
+        experiment: throttle and stamps.
+        coefficients: of any class.
+        shifts: of clocks and rest values. The plant does not depend on time, so a later throttle is the same as later
+            outputs.
+        effects: unmodelled ones.
+        known: what happened in the plant; None: it is simulated from rest.
+        seed: of effects that scatter; 0: they are in no prediction.
     """
-    throttle = effects.command(experiment.throttle, experiment.dt)
-    trajectory = simulate(
-        coefficients,
-        throttle,
-        experiment.dt,
-        largest_step=experiment.dt,
-        effects=effects.plant,
-        supply=relative_supply(experiment, coefficients),
-    )
-    outputs = {name: getattr(trajectory, signal.plant_output) for name, signal in SIGNALS.items()}
+    there = happened(experiment, coefficients, effects) if known is None else known
+    step = experiment.dt / there.finer
+    read = dict(zip(SENSED, readings(there.rows, step, effects.sensors, seed), strict=True))
     predictions = {}
     for name, measurement in experiment.measurements.items():
-        output = effects.reading(name, outputs, experiment.dt, None)
-        late = shifts.throttle + shifts.signals.get(name, 0.0)
-        at = measurement.time - late
-        predictions[name] = seen(output, experiment.dt, at, measurement.width, measurement.readings)
+        at = taken(name, measurement.time, shifts, effects)
+        predictions[name] = seen(read[name], step, at, measurement.width, measurement.readings)
         offset = shifts.offsets.get(name, 0.0)
         if offset:
             # By the predicted sign: that of a measured speed near zero is its noise's.
@@ -71,10 +128,10 @@ def predict(
     return predictions
 
 
-def relative_supply(experiment: Experiment, coefficients: ThrusterCoefficients) -> Array:
-    """Return the measured supply over the nominal one, for classes that know their nominal one; none otherwise."""
-    nominal = getattr(coefficients, "nominal_supply", None)
-    return NOMINAL_SUPPLY if experiment.supply is None or nominal is None else experiment.supply / nominal
+def taken(signal: str, stamps: Array, shifts: Shifts, effects: ActiveEffects) -> Array:
+    """Return when on the clock of the recorded throttle the samples of a signal with these stamps [s] were taken."""
+    at = effects.stamped("throttle", effects.taken(signal, stamps))
+    return np.asarray(at - (shifts.throttle + shifts.signals.get(signal, 0.0)))
 
 
 def seen(output: Array, dt: float, time: Array, width: float, readings: int = 0) -> Array:

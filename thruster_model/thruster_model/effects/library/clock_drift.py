@@ -8,6 +8,11 @@ def logged(signal, time, values, rng, rate):  # type: ignore[no-untyped-def]
     return time * (1.0 + rate), values
 
 
+def taken(signal, stamps, rate):  # type: ignore[no-untyped-def]
+    """Return when samples with these stamps were taken [s]."""
+    return stamps / (1.0 + rate)
+
+
 EFFECT = Effect(
     id="clock_drift",
     title="drift of the sensors' clock",
@@ -18,7 +23,8 @@ EFFECT = Effect(
             name="rate", unit="s/s", meaning="by which the clock gains", lower=0.0, upper=0.01, both_signs=True
         ),
     ),
-    samples=logged,
+    logged=logged,
+    taken=taken,
     channel="speed axial ambient thrust torque",
     order=2,
 )

@@ -1,16 +1,37 @@
-"""Commands arrive late: transport on the line, a computing period, a driver that answers at its next turn."""
+"""Commands arrive late: transport on the line, a computing period, a driver that answers at its next turn.
 
-import numpy as np
+Exact for any delay: `sample` returns the command of whole steps before, and `late` how long into a step the one before
+that is still held. The stepper splits its step there; a caller that cannot takes the mean over the step, as
+`chains.command_sample` does. What else happens to a command does not depend on time, so the delay may come last.
+"""
 
+from thruster_model.compilation import equation
+from thruster_model.effects.delay_line import delayed, filled, line_floats, remainder
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def delayed(commands, dt, time):  # type: ignore[no-untyped-def]
-    """Return commands (N,), held for `dt` [s] each, `time` [s] later; the mean where one changes within a period."""
-    whole = int(np.floor(time / dt))
-    share = time / dt - whole
-    padded = np.concatenate((np.full(whole + 1, 0.0), commands))[: commands.size + 1]
-    return (1.0 - share) * padded[1:] + share * padded[:-1] if share > 0.0 else padded[1:]
+@equation
+def floats(step, e):  # type: ignore[no-untyped-def]
+    """Return the size of the memory: the commands on their way."""
+    return line_floats(e.command_delay_time, step)
+
+
+@equation
+def begin(memory, u, step, e):  # type: ignore[no-untyped-def]
+    """Let the memory be as if the command had been u [V] for long."""
+    filled(memory, u)
+
+
+@equation
+def sample(memory, u, step, e):  # type: ignore[no-untyped-def]
+    """Return the command [V] of whole steps before."""
+    return delayed(memory, u)[0]
+
+
+@equation
+def late(late, step, e):  # type: ignore[no-untyped-def]
+    """Return how long into each step [s] the command of the step before is still held."""
+    return step * remainder(e.command_delay_time, step)
 
 
 EFFECT = Effect(
@@ -19,7 +40,10 @@ EFFECT = Effect(
     block="command",
     equation="u(t) = u_c(t - s)",
     parameters=(EffectParameter(name="time", unit="s", meaning="by which commands are late", lower=0.0, upper=0.25),),
-    samples=delayed,
-    order=1,
+    hooks={"late": late},
+    sample=sample,
+    floats=floats,
+    begin=begin,
+    order=5,
     twins=("log_alignment",),
 )

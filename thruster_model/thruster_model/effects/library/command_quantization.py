@@ -2,12 +2,15 @@
 
 import numpy as np
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def quantized(commands, dt, step):  # type: ignore[no-untyped-def]
-    """Return commands (N,) rounded to multiples of `step` [V]."""
-    return commands if step == 0.0 else step * np.round(commands / step)
+@equation
+def sample(memory, u, step, e):  # type: ignore[no-untyped-def]
+    """Return the command [V] rounded to a multiple of s."""
+    s = e.command_quantization_step
+    return s * np.round(u / s)
 
 
 EFFECT = Effect(
@@ -16,6 +19,6 @@ EFFECT = Effect(
     block="command",
     equation="u = s round(u_c / s)",
     parameters=(EffectParameter(name="step", unit="V", meaning="of the converter", lower=0.0, upper=0.5),),
-    samples=quantized,
+    sample=sample,
     order=2,
 )

@@ -1,11 +1,13 @@
 """Offset of the velocimeter that taring does not find."""
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, offset):  # type: ignore[no-untyped-def]
-    """Return readings (N,) moved by `offset`."""
-    return values + offset
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the reading moved by s."""
+    return x + e.flow_bias_offset
 
 
 EFFECT = Effect(
@@ -16,7 +18,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="offset", unit="m/s", meaning="of the readings", lower=0.0, upper=0.2, both_signs=True),
     ),
-    samples=read,
+    sample=sample,
     channel="axial ambient",
     order=3,
 )

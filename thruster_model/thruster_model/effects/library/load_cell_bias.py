@@ -1,11 +1,13 @@
 """Offset of the load cell that taring does not find."""
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, offset):  # type: ignore[no-untyped-def]
-    """Return readings (N,) moved by `offset`."""
-    return values + offset
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the reading moved by s."""
+    return x + e.load_cell_bias_offset
 
 
 EFFECT = Effect(
@@ -16,7 +18,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="offset", unit="N", meaning="of the readings", lower=0.0, upper=5.0, both_signs=True),
     ),
-    samples=read,
+    sample=sample,
     channel="thrust",
     order=3,
 )

@@ -1,11 +1,13 @@
 """A load cell whose force reading picks up torque."""
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, gain):  # type: ignore[no-untyped-def]
-    """Return thrust readings (N,) with `gain` [1/m] times the torque added."""
-    return values + gain * outputs["torque"]
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the thrust reading with s times the torque added."""
+    return x + e.load_cell_crosstalk_gain * outputs.torque
 
 
 EFFECT = Effect(
@@ -18,7 +20,7 @@ EFFECT = Effect(
             name="gain", unit="1/m", meaning="from torque to force", lower=0.0, upper=30.0, both_signs=True
         ),
     ),
-    samples=read,
+    sample=sample,
     channel="thrust",
     order=2,
 )

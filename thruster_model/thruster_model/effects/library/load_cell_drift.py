@@ -1,13 +1,21 @@
 """A load cell that creeps or warms up."""
 
-import numpy as np
-
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, rate):  # type: ignore[no-untyped-def]
-    """Return thrust readings (N,) that wander off at `rate` [N/s] from the start of the run."""
-    return values + rate * dt * np.arange(values.size)
+@equation
+def floats(step, e):  # type: ignore[no-untyped-def]
+    """Return the size of the memory: how many samples there have been."""
+    return 1
+
+
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the thrust reading, which has wandered off at s [N/s] since the start of the run."""
+    time = step * memory[0]
+    memory[0] += 1.0
+    return x + e.load_cell_drift_rate * time
 
 
 EFFECT = Effect(
@@ -18,7 +26,8 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="rate", unit="N/s", meaning="of the reading", lower=0.0, upper=0.1, both_signs=True),
     ),
-    samples=read,
+    sample=sample,
+    floats=floats,
     channel="thrust",
     order=3,
 )

@@ -1,32 +1,23 @@
 """The structure between thruster and load cell is springy: it rings along the thrust after jumps."""
 
-from functools import lru_cache
-
-import numpy as np
-
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.mode import moved
 
 
-def read(values, outputs, dt, rng, frequency, damping):  # type: ignore[no-untyped-def]
-    """Return readings (N,) of a mode at `frequency` [Hz] with `damping` of the critical one; from rest.
-
-    Exact for a load that goes in straight lines from sample to sample (first-order hold).
-    """
-    from scipy.signal import lfilter  # a quarter of a second to import
-
-    if frequency == float("inf"):
-        return values
-    return lfilter(*_filter(float(frequency), float(damping), float(dt)), values)
+@equation
+def floats(step, e):  # type: ignore[no-untyped-def]
+    """Return the size of the memory: load, reading and its rate at the last sample."""
+    return 3
 
 
-@lru_cache(maxsize=64)
-def _filter(frequency: float, damping: float, dt: float):  # type: ignore[no-untyped-def]
-    from scipy.signal import cont2discrete
-
-    omega = 2.0 * np.pi * frequency
-    mode = ([omega**2], [1.0, 2.0 * damping * omega, omega**2])
-    numerator, denominator, _ = cont2discrete(mode, dt, method="foh")
-    return numerator.ravel(), denominator
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the reading of the mode, from rest without a load; exact for a load in straight lines between samples."""
+    f, zeta = e.load_cell_resonance_frequency, e.load_cell_resonance_damping
+    memory[1], memory[2] = moved(memory[1], memory[2], memory[0], x, step, f, zeta)
+    memory[0] = x
+    return memory[1]
 
 
 EFFECT = Effect(
@@ -42,7 +33,8 @@ EFFECT = Effect(
             name="damping", unit="1", meaning="share of the critical damping", lower=0.005, upper=1.0, neutral=0.05
         ),
     ),
-    samples=read,
+    sample=sample,
+    floats=floats,
     channel="thrust",
     order=1,
 )

@@ -1,11 +1,13 @@
 """Wrong scale of the load cell: an old calibration, another cable."""
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, share):  # type: ignore[no-untyped-def]
-    """Return readings (N,) too large by `share`."""
-    return values * (1.0 + share)
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the reading too large by the share s."""
+    return x * (1.0 + e.load_cell_scale_share)
 
 
 EFFECT = Effect(
@@ -16,7 +18,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="by which readings are too large", lower=-0.3, upper=0.3),
     ),
-    samples=read,
+    sample=sample,
     channel="thrust torque",
     order=2,
 )

@@ -5,8 +5,17 @@ from thruster_model.effects.effect import Effect, EffectParameter
 
 def logged(signal, time, values, rng, throttle, speed, flow, load):  # type: ignore[no-untyped-def]
     """Return (stamps [s], values), stamps too late by the shift [s] of the signal's channel."""
-    late = {"throttle": throttle, "speed": speed, "axial": flow, "ambient": flow, "thrust": load, "torque": load}
-    return time + late[signal], values
+    return time + _late(signal, throttle, speed, flow, load), values
+
+
+def taken(signal, stamps, throttle, speed, flow, load):  # type: ignore[no-untyped-def]
+    """Return when samples with these stamps were taken [s]."""
+    return stamps - _late(signal, throttle, speed, flow, load)
+
+
+def _late(signal, throttle, speed, flow, load):  # type: ignore[no-untyped-def]
+    own = {"throttle": throttle, "speed": speed, "axial": flow, "ambient": flow, "thrust": load, "torque": load}
+    return own[signal]
 
 
 def _shift(name: str, of: str) -> EffectParameter:
@@ -26,7 +35,8 @@ EFFECT = Effect(
         _shift("flow", "the velocimeter"),
         _shift("load", "the load cell"),
     ),
-    samples=logged,
+    logged=logged,
+    taken=taken,
     order=1,
     twins=("command_delay", "flow_delay"),
 )

@@ -1,13 +1,13 @@
 """A tachometer that sees nothing at low speed."""
 
-import numpy as np
-
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, threshold):  # type: ignore[no-untyped-def]
-    """Return rotor speeds (N,), 0 where their magnitude is below `threshold` [rad/s]."""
-    return np.where(np.abs(values) < threshold, 0.0, values)
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the rotor speed, 0 where its magnitude is below s [rad/s]."""
+    return 0.0 if abs(x) < e.tach_dropout_threshold else x
 
 
 EFFECT = Effect(
@@ -18,7 +18,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="threshold", unit="rad/s", meaning="below which it reads 0", lower=0.0, upper=40.0),
     ),
-    samples=read,
+    sample=sample,
     channel="speed",
     order=4,
 )

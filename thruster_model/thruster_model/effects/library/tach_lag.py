@@ -2,19 +2,25 @@
 
 import numpy as np
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, time):  # type: ignore[no-untyped-def]
-    """Return rotor speeds (N,) `dt` [s] apart behind a first-order lag of `time` [s]; exact for lines between them."""
-    from scipy.signal import lfilter  # a quarter of a second to import
+@equation
+def floats(step, e):  # type: ignore[no-untyped-def]
+    """Return the size of the memory: whether there was a sample, the true speed then, the reading."""
+    return 3
 
-    if time == 0.0:
-        return values
-    keep = np.exp(-dt / time)
-    ahead = 1.0 - (1.0 - keep) * time / dt
-    settled = np.array([values[0] * (1.0 - ahead)])
-    return lfilter([ahead, 1.0 - keep - ahead], [1.0, -keep], values, zi=settled)[0]
+
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the rotor speed behind the lag, exactly for a speed that goes in straight lines from sample to sample."""
+    last, read = (memory[1], memory[2]) if memory[0] else (x, x)
+    s = e.tach_lag_time
+    keep = np.exp(-step / s)
+    ahead = 1.0 - (1.0 - keep) * s / step
+    memory[0], memory[1], memory[2] = 1.0, x, ahead * x + (1.0 - keep - ahead) * last + keep * read
+    return memory[2]
 
 
 EFFECT = Effect(
@@ -23,7 +29,8 @@ EFFECT = Effect(
     block="sensor",
     equation="dy/dt = (n - y) / s",
     parameters=(EffectParameter(name="time", unit="s", meaning="constant of the lag", lower=0.0, upper=0.4),),
-    samples=read,
+    sample=sample,
+    floats=floats,
     channel="speed",
     order=1,
 )

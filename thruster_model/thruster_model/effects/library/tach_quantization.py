@@ -2,12 +2,15 @@
 
 import numpy as np
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def read(values, outputs, dt, rng, step):  # type: ignore[no-untyped-def]
-    """Return rotor speeds (N,) rounded to multiples of `step` [rad/s]."""
-    return values if step == 0.0 else step * np.round(values / step)
+@equation
+def sample(memory, x, outputs, step, e):  # type: ignore[no-untyped-def]
+    """Return the rotor speed rounded to a multiple of s [rad/s]."""
+    s = e.tach_quantization_step
+    return s * np.round(x / s)
 
 
 EFFECT = Effect(
@@ -16,7 +19,7 @@ EFFECT = Effect(
     block="sensor",
     equation="y = s round(n / s)",
     parameters=(EffectParameter(name="step", unit="rad/s", meaning="of the reading", lower=0.0, upper=20.0),),
-    samples=read,
+    sample=sample,
     channel="speed",
     order=4,
 )

@@ -1,13 +1,14 @@
 """The device cuts commands off earlier than it is said to."""
 
-import numpy as np
-
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def saturated(commands, dt, limit):  # type: ignore[no-untyped-def]
-    """Return commands (N,) limited to +- `limit` [V]."""
-    return np.clip(commands, -limit, limit)
+@equation
+def sample(memory, u, step, e):  # type: ignore[no-untyped-def]
+    """Return the command [V] limited to +- s."""
+    s = e.throttle_saturation_limit
+    return min(max(u, -s), s)
 
 
 EFFECT = Effect(
@@ -18,6 +19,6 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="limit", unit="V", meaning="of the throttle", lower=1.0, upper=5.0, neutral=float("inf")),
     ),
-    samples=saturated,
+    sample=sample,
     order=3,
 )

@@ -1,11 +1,13 @@
 """A thruster wired the wrong way round: a positive command drives it backwards."""
 
+from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter
 
 
-def wired(commands, dt, reversed):  # type: ignore[no-untyped-def]
-    """Return commands (N,), the other way round at `reversed` 1, as they are at 0."""
-    return commands * (1.0 - 2.0 * reversed)
+@equation
+def sample(memory, u, step, e):  # type: ignore[no-untyped-def]
+    """Return the command [V], the other way round at `reversed` 1, as it is at 0."""
+    return u * (1.0 - 2.0 * e.thruster_polarity_reversed)
 
 
 EFFECT = Effect(
@@ -16,6 +18,6 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="reversed", unit="1", meaning="1: reversed, 0: as it should be", lower=1.0, upper=1.0),
     ),
-    samples=wired,
+    sample=sample,
     order=0,
 )

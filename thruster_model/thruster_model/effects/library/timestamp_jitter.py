@@ -18,6 +18,6 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="deviation", unit="s", meaning="standard deviation of the stamps", lower=0.0, upper=0.03),
     ),
-    samples=logged,
+    logged=logged,
     order=3,
 )
