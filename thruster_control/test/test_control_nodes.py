@@ -21,7 +21,14 @@ from thruster_control.inner_loop import AT_REST, compiled_step
 from thruster_control.inner_loop_node import InnerLoopNode
 from thruster_control.reference_node import ReferenceNode
 from thruster_control.strategies_io import load_strategy
-from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrustSetpoint
+from thruster_msgs.msg import (
+    FlowVelocity,
+    Throttle,
+    ThrusterEstimate,
+    ThrusterFailure,
+    ThrusterState,
+    ThrustSetpoint,
+)
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import make_executor, spin_until
 from thruster_runtime.qos import RELIABLE
@@ -230,6 +237,37 @@ def test_a_set_point_that_is_lost_costs_one_period_and_is_told(running: Callable
     scene.set_time(2 * 10**9)
     assert spin_until(scene.executor, lambda: len(scene.told) > before, 5.0)
     assert {pair.key: pair.value for pair in scene.told[-1].status[0].values}["missing setpoint"] == "1"
+
+
+def test_a_thruster_whose_speed_is_reported_lost_goes_on_by_its_table_until_it_is_well_again(
+    running: Callable[..., Scene],
+) -> None:
+    scene = running(strategy="hl-ekf")
+    failures = scene.rest.create_publisher(ThrusterFailure, "rov/thruster_failure", RELIABLE)
+    assert spin_until(scene.executor, lambda: failures.get_subscription_count() == 1, 5.0)
+    scene.estimate(0)
+    scene.set_point(0, 5.0)
+    scene.after(1)
+    failures.publish(ThrusterFailure(thruster=2, kind=ThrusterFailure.KIND_NO_SPEED))  # another one
+    failures.publish(ThrusterFailure(thruster=1, kind=ThrusterFailure.KIND_NO_SPEED))
+    spin_until(scene.executor, lambda: False, 0.2)
+    for k in range(1, 40):  # for longer than a lost estimate is bridged
+        scene.estimate(k, n=math.nan, v=math.nan, status=ThrusterEstimate.STATUS_INVALID)
+        scene.set_point(k, 5.0)
+        scene.after(k + 1, timeout=1.0)
+    ready = load_strategy("lookup", parameter_set="hl")
+    _, out = compiled_step(
+        AT_REST, 5.0, math.nan, 0.0, 0.0, False, 0.04, ready.settings, ready.coefficients, math.nan, 0.0, 1.0
+    )
+    assert scene.throttles(40)[-1] == pytest.approx(out.u) and out.u > 1.0
+    assert spin_until(scene.executor, lambda: any("without feedback" in a.status[0].message for a in scene.told), 5.0)
+    failures.publish(ThrusterFailure(thruster=1, kind=ThrusterFailure.KIND_NONE))
+    spin_until(scene.executor, lambda: False, 0.2)
+    for k in range(40, 80):
+        scene.estimate(k, n=math.nan, status=ThrusterEstimate.STATUS_INVALID)
+        scene.set_point(k, 5.0)
+        scene.after(k + 1, timeout=1.0)
+    assert scene.throttles(80)[-1] == 0.0
 
 
 def test_time_that_begins_again_begins_the_loop_again(running: Callable[..., Scene]) -> None:

@@ -1,7 +1,8 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
 A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply
-voltage (the nominal one where that is not measured). What is stamped when and waits for what:
+voltage (the nominal one where that is not measured). Where `rov/thruster_failure` says that the thruster's speed is not
+measured any more, a table of steady states takes the law's place. What is stamped when and waits for what:
 `thruster_runtime.triggered_join`.
 """
 
@@ -13,10 +14,17 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
 
 from thruster_control.inner_loop import Output, Status
-from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy
+from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy, without_speed
 from thruster_control.online import START, Inputs, advance
 from thruster_control.settings import SteadyFlowLaw
-from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrustSetpoint
+from thruster_msgs.msg import (
+    FlowVelocity,
+    Throttle,
+    ThrusterEstimate,
+    ThrusterFailure,
+    ThrusterState,
+    ThrustSetpoint,
+)
 from thruster_runtime.diagnostics import Level
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
@@ -36,6 +44,7 @@ _WORDS: dict[Status, tuple[Level, str]] = {
     Status.NO_SET_POINT: ("warn", "no set point: the throttle runs down to zero"),
     Status.BAD_PERIOD: ("error", "no valid period: the throttle is zero"),
 }
+_BLIND = "the speed is reported lost: a table of steady states, without feedback"
 _UNKNOWN = ThrusterEstimate(n=nan, v=nan, ambient=nan, status=ThrusterEstimate.STATUS_INVALID)
 
 
@@ -64,9 +73,12 @@ class InnerLoopNode(Node):
         )
         self._nominal_supply = getattr(self._p, "nominal_supply", nan)
         self._track = START
-        # Once beside the track: the first message shall not wait for a compiler.
-        advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0, 1.0), self._period, self._settings, self._p)
+        self._with_speed, self._without_speed = ready.settings, without_speed(ready)
+        for settings in (self._with_speed, self._without_speed):
+            # Once beside the track: the first message shall not wait for a compiler.
+            advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0, 1.0), self._period, settings, self._p)
 
+        self._thruster = values["thruster"]
         prefix = f"thruster_{values['thruster']}"
         inputs = {"setpoint": Input(timeout=self._setpoint_timeout, wait=values["wait_for_setpoint"])}
         measured = Input(timeout=self._measured_timeout)
@@ -81,6 +93,7 @@ class InnerLoopNode(Node):
         self._health = JoinHealth(self, self._join)
         self._throttles = RecordPublisher(self, Throttle, f"{prefix}/throttle")
         listen(self, ThrustSetpoint, f"{prefix}/thrust_setpoint", self._on_setpoint)
+        listen(self, ThrusterFailure, "rov/thruster_failure", self._on_failure)
         if ready.strategy.observer == "none":
             listen(self, ThrusterState, f"{prefix}/state", self._on_state)
         else:
@@ -93,6 +106,11 @@ class InnerLoopNode(Node):
 
     def _on_setpoint(self, setpoint: Any) -> None:
         self._take("setpoint", setpoint.stamp, setpoint.thrust)
+
+    def _on_failure(self, failure: Any) -> None:
+        if failure.thruster == self._thruster:
+            blind = failure.kind == ThrusterFailure.KIND_NO_SPEED
+            self._settings = self._without_speed if blind else self._with_speed
 
     def _on_flow(self, flow: Any) -> None:
         self._take("flow", flow.stamp, nan if flow.spike else flow.ambient)
@@ -135,7 +153,10 @@ class InnerLoopNode(Node):
     def _publish(self, stamp: int, frame_id: str, out: Output) -> None:
         self._frame_id = frame_id
         self._throttles.publish(_THROTTLE.record(stamp=stamp, frame_id=frame_id, commanded=out.u, sent=nan))
-        self._health.report(stamp, *_WORDS[Status(out.status)])
+        level, words = _WORDS[Status(out.status)]
+        if self._settings is not self._with_speed:
+            level, words = ("warn" if level == "ok" else level), f"{words}; {_BLIND}"
+        self._health.report(stamp, level, words)
 
 
 def main() -> int:

@@ -1,18 +1,19 @@
 """The inner loop node's parameters, and the strategy that they ask for."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import inf, isnan, nan
 from typing import Any
 
 from thruster_control.errors import ThrusterControlError
 from thruster_control.law_changes import changed_law
-from thruster_control.settings import Limits, RateForm
-from thruster_control.strategies import STRATEGIES, strategy
+from thruster_control.settings import NO_TABLE, Limits, RateForm, TableLaw
+from thruster_control.strategies import STRATEGIES, settings_for, strategy
 from thruster_control.strategies_io import Ready, load_strategy
 from thruster_model.errors import ThrusterModelError
 from thruster_runtime.parameters import Parameter
 
-__all__ = ["PARAMETERS", "chosen_strategy"]
+__all__ = ["PARAMETERS", "chosen_strategy", "without_speed"]
 
 _LIMITS = {
     "u_dot_max": ("V/s", "largest rate of the throttle; the parameter set's counts where it is smaller"),
@@ -98,3 +99,18 @@ def chosen_strategy(values: Mapping[str, Any]) -> tuple[Ready | None, list[str]]
     except (ValueError, ThrusterControlError, ThrusterModelError) as error:
         return None, [*problems, *str(error).split("\n")]
     return (None if problems else ready), problems
+
+
+def without_speed(ready: Ready) -> Any:
+    """Return the law's settings for when its thruster's speed is not measured any more: a table of steady states.
+
+    A strategy that needs no speed stays as it is; one whose parameter set gives no table follows the set point
+    without feedback for as long as that lasts.
+    """
+    if ready.strategy.observer == "none":
+        return ready.settings
+    limits = ready.settings.limits
+    try:
+        return settings_for(replace(ready.strategy, law=TableLaw(NO_TABLE, limits)), ready.coefficients)
+    except (ValueError, ThrusterControlError):
+        return ready.settings._replace(limits=limits._replace(longest_hold=inf))
