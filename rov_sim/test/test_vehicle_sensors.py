@@ -15,6 +15,8 @@ from rov_sim.vehicle.sensors.measuring import imu_measured, reading_of
 from rov_sim.vehicle.sensors.series import read_trajectory
 from rov_sim.vehicle.sensors.settings import QUANTITIES, Sensor, VehicleSensors
 from rov_sim.vehicle.sensors.settings_io import SensorSettingsError, load_sensors, parse_sensors
+from rov_sim.vehicle.sensors.tachometers import chain_step
+from thruster_model.effects.stages import effect_values
 
 TICK = 10_000_000  # ns
 DEFAULT = load_sensors()
@@ -184,6 +186,46 @@ def test_an_unsigned_tachometer_tells_magnitudes() -> None:
     magnitude = read_trajectory(replace(DEFAULT, signed=False), 2, truth)["tachometer", 1].values
     assert signed.min() < -50.0
     np.testing.assert_array_equal(magnitude, np.abs(signed))
+
+
+def with_tachometers(*effects: dict[str, dict[str, float]]) -> tuple[object, ...]:
+    return tuple(effect_values(each) for each in effects)
+
+
+def test_effects_of_one_tachometer_change_that_one_alone_and_live_as_along_a_trajectory() -> None:
+    truth = moving(0.01 * np.arange(401))
+    effects = with_tachometers({}, {"tach_lag": {"time": 0.1}, "tach_scale": {"share": 0.05}}, {})
+    plain = read_trajectory(exact(), 3, truth)
+    found = read_trajectory(exact(), 3, truth, effects=effects)
+    for key in plain:
+        same = np.array_equal(plain[key].values, found[key].values)
+        assert same == (key != ("tachometer", 1)), key
+    subject = Sensors(exact(), 3, 3, effects=effects)
+    readings = [r for k in range(1, 401) for r in subject.read(k * TICK, at(truth, k))]
+    told = [r.values for r in readings if (r.sensor, r.thruster) == ("tachometer", 1)]
+    np.testing.assert_array_equal(told, found["tachometer", 1].values)
+    # behind a lag of 0.1 s a sine of 1 rad/s is smaller and later
+    settled = 1e-9 * found["tachometer", 1].taken[50:]
+    late = 105.0 / np.sqrt(1.01) * np.sin(settled + 1.0 - np.arctan(0.1))
+    np.testing.assert_allclose(found["tachometer", 1].values[50:, 0], late, atol=0.01)
+
+
+def test_effects_at_neutral_change_no_bit_and_chains_do_not_hang_on_other_sensors() -> None:
+    truth = moving(0.01 * np.arange(201))
+    plain = read_trajectory(DEFAULT, 3, truth)["tachometer", 2].values
+    neutral = read_trajectory(DEFAULT, 3, truth, effects=with_tachometers({}, {}, {}))["tachometer", 2].values
+    np.testing.assert_array_equal(neutral, plain)
+    lag = with_tachometers(*[{"tach_lag": {"time": 0.2}}] * 3)
+    alone = replace(DEFAULT, imu=off(DEFAULT.imu), depth=off(DEFAULT.depth))
+    np.testing.assert_array_equal(
+        read_trajectory(alone, 3, truth, effects=lag)["tachometer", 0].values,
+        read_trajectory(DEFAULT, 3, truth, effects=lag)["tachometer", 0].values,
+    )
+    assert [chain_step(replace(DEFAULT.tachometer, rate=rate)) for rate in (25.0, 1e3, 30.0)] == [
+        TICK,
+        10**6,
+        3_030_303,
+    ]
 
 
 def test_the_battery_tells_sagging_voltage_and_current() -> None:

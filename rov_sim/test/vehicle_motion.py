@@ -43,6 +43,10 @@ def moving(t: Array, thrusters: int = 3) -> SimpleNamespace:
         velocity=body(t),
         acceleration=acceleration,
         n=100.0 * np.sin(t[:, None] + phases),
+        axial=0.1 * np.sin(t[:, None] + phases),
+        ambient=0.2 * np.cos(t[:, None] + phases),
+        thrust=10.0 * np.sin(t[:, None] + phases),
+        torque=0.1 * np.sin(t[:, None] + phases),
         supply=1.0 - 0.1 * np.abs(np.sin(t)),
         current=0.3 + 0.2 * np.sin(2.0 * t),
     )

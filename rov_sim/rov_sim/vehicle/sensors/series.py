@@ -1,6 +1,6 @@
 """Readings over whole trajectories, the same numbers as live ones, and the compiled loops that make both."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -16,6 +16,7 @@ from rov_sim.vehicle.sensors.measuring import (
     velocity_measured,
 )
 from rov_sim.vehicle.sensors.settings import Sensor, VehicleSensors
+from rov_sim.vehicle.sensors.tachometers import SENSED_BY_TACHOMETERS, TachometerChains
 from thruster_model.compilation import compiled
 
 __all__ = ["WIDTHS", "Series", "Truth", "measured_rows", "read_trajectory", "stamp_and_arrival"]
@@ -140,9 +141,14 @@ class Rows(NamedTuple):
     current: Array
 
 
-def rows_of(truth: Truth, pick: Any) -> Rows:
-    """Return the rows `pick` of a truth; `None` makes one row of an instant."""
-    return Rows(*(np.ascontiguousarray(np.asarray(getattr(truth, name), np.float64)[pick]) for name in Rows._fields))
+def rows_of(truth: Truth, pick: Any, told: Array | None = None) -> Rows:
+    """Return the rows `pick` of a truth; `None` makes one row of an instant.
+
+    told: rotor speeds of these rows as tachometers' effects leave them, instead of the true ones.
+    """
+    given = [np.asarray(getattr(truth, name), dtype=np.float64)[pick] for name in Rows._fields]
+    rows = Rows(*(np.ascontiguousarray(each) for each in given))
+    return rows if told is None else rows._replace(n=told)
 
 
 def stamp_and_arrival(name: str, sensor: Sensor, taken: Any, c: SensorCoefficients) -> tuple[Any, Any]:
@@ -152,7 +158,11 @@ def stamp_and_arrival(name: str, sensor: Sensor, taken: Any, c: SensorCoefficien
 
 
 def read_trajectory(
-    sensors: VehicleSensors, seed: int, trajectory: Any, c: SensorCoefficients | None = None
+    sensors: VehicleSensors,
+    seed: int,
+    trajectory: Any,
+    c: SensorCoefficients | None = None,
+    effects: Sequence[Any] | None = None,
 ) -> dict[tuple[str, int], Series]:
     """Return the readings along a trajectory by sensor and thruster (-1: of the vehicle).
 
@@ -161,23 +171,41 @@ def read_trajectory(
         seed: of their errors.
         trajectory: a `Truth` with its `time` (K,) [s] from the start, which holds every instant of every sensor.
         c: coefficients with effects; without them those of the settings.
+        effects: `EffectValues` of each thruster, whose tachometers they change; None: none do.
 
     Raises:
         ValueError: an instant of a sensor that is none of the trajectory.
     """
     c = sensor_coefficients(sensors) if c is None else c
     time = np.round(1e9 * np.asarray(trajectory.time)).astype(np.int64)
-    found = {}
+    found, told = {}, None
+    if effects is not None and sensors.tachometer.rate > 0.0:
+        told = _told(sensors.tachometer, seed, trajectory, time, effects)
     for (name, i), errors in drawn_errors(sensors, seed, np.shape(trajectory.n)[1], int(time[-1])).items():
         sensor: Sensor = getattr(sensors, name)
         taken = sensor.first + sensor.period * np.arange(len(errors), dtype=np.int64)
-        at = np.minimum(np.searchsorted(time, taken), len(time) - 1)
-        missing = np.flatnonzero(time[at] != taken)
-        if missing.size:
-            raise ValueError(
-                f"{name}: expected the trajectory at every instant of this sensor; found nothing at "
-                f"{1e-9 * taken[missing[0]]:.9g} s, though it lasts from {1e-9 * time[0]:g} to {1e-9 * time[-1]:g} s"
-            )
-        values = measured_rows(name, i, rows_of(trajectory, at), c, errors)
+        at = _places(name, time, taken)
+        values = measured_rows(name, i, rows_of(trajectory, at, None if told is None else told[at]), c, errors)
         found[name, i] = Series(taken, *stamp_and_arrival(name, sensor, taken, c), values)
     return found
+
+
+def _told(tachometer: Sensor, seed: int, trajectory: Any, time: Instants, effects: Sequence[Any]) -> Array:
+    """Return what the effects of tachometers make of all rotor speeds (K, N); NaN between the chains' steps."""
+    chains = TachometerChains(tachometer, effects, seed)
+    at = _places("tachometer", time, chains.step * np.arange(1, int(time[-1]) // chains.step + 1, dtype=np.int64))
+    told = np.full(np.shape(trajectory.n), np.nan)
+    told[at] = chains.told(*(np.asarray(getattr(trajectory, name))[at] for name in SENSED_BY_TACHOMETERS))
+    return told
+
+
+def _places(name: str, time: Instants, taken: Instants) -> Instants:
+    """Return where in `time` the instants of a sensor are, all [ns]."""
+    at = np.minimum(np.searchsorted(time, taken), len(time) - 1)
+    missing = np.flatnonzero(time[at] != taken)
+    if missing.size:
+        raise ValueError(
+            f"{name}: expected the trajectory at every instant of this sensor; found nothing at "
+            f"{1e-9 * taken[missing[0]]:.9g} s, though it lasts from {1e-9 * time[0]:g} to {1e-9 * time[-1]:g} s"
+        )
+    return at
