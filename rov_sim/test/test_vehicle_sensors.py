@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from vehicle_motion import GRAVITY, at, moving, rotations, wobble
+from vehicle_motion import DEFAULT, GRAVITY, at, exact, moving, rotations, wobble
 
 from rov_sim.vehicle.random_wrench import RandomWrench, WrenchStream
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
@@ -14,22 +14,11 @@ from rov_sim.vehicle.sensors.live import Reading, Sensors
 from rov_sim.vehicle.sensors.measuring import imu_measured, reading_of
 from rov_sim.vehicle.sensors.series import read_trajectory
 from rov_sim.vehicle.sensors.settings import QUANTITIES, Sensor, VehicleSensors
-from rov_sim.vehicle.sensors.settings_io import SensorSettingsError, load_sensors, parse_sensors
+from rov_sim.vehicle.sensors.settings_io import SensorSettingsError, parse_sensors
 from rov_sim.vehicle.sensors.tachometers import chain_step
 from thruster_model.effects.stages import effect_values
 
 TICK = 10_000_000  # ns
-DEFAULT = load_sensors()
-
-
-def exact(sensors: VehicleSensors = DEFAULT, **changes: object) -> VehicleSensors:
-    """Return sensors without random errors and losses."""
-    quiet = {}
-    for name in QUANTITIES:
-        sensor: Sensor = getattr(sensors, name)
-        none = (0.0,) * len(sensor.noise)
-        quiet[name] = replace(sensor, noise=none, bias=none, bias_deviation=none, lost_share=0.0)
-    return replace(sensors, **(quiet | changes))
 
 
 def live(sensors: VehicleSensors, seed: int, truth: SimpleNamespace) -> list[tuple[int, Reading]]:

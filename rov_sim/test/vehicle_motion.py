@@ -1,13 +1,28 @@
-"""A known motion of a vehicle for tests, written with other means than the code under test (SciPy's rotations)."""
+"""Sensors for tests, and a known motion of a vehicle written with other means than the code under test (SciPy's rotations)."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from rov_sim.vehicle.sensors.settings import QUANTITIES, Sensor, VehicleSensors
+from rov_sim.vehicle.sensors.settings_io import load_sensors
+
 Array = NDArray[np.float64]
 GRAVITY = 9.81
+DEFAULT = load_sensors()
+
+
+def exact(sensors: VehicleSensors = DEFAULT, **changes: object) -> VehicleSensors:
+    """Return sensors without random errors and losses."""
+    quiet = {}
+    for name in QUANTITIES:
+        sensor: Sensor = getattr(sensors, name)
+        none = (0.0,) * len(sensor.noise)
+        quiet[name] = replace(sensor, noise=none, bias=none, bias_deviation=none, lost_share=0.0)
+    return replace(sensors, **(quiet | changes))
 
 
 def wobble(t: Array) -> tuple[Array, Array]:

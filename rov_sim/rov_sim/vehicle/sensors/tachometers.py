@@ -66,7 +66,7 @@ class TachometerChains:
 
         given: the truth of `SENSED_BY_TACHOMETERS` at the ends of these steps, shapes (K, N), or (N,) of a single one.
         """
-        columns = [np.ascontiguousarray(np.atleast_2d(np.asarray(each, dtype=np.float64))) for each in given]
-        out = np.empty(columns[0].shape)
-        tell(*columns, self._memory, self._seconds, self._effects, out)
+        n, v, U, T, Q = (np.ascontiguousarray(np.atleast_2d(np.asarray(x, dtype=np.float64))) for x in given)
+        out = np.empty(n.shape)
+        tell(n, v, U, T, Q, self._memory, self._seconds, self._effects, out)
         return out

@@ -1,0 +1,19 @@
+"""A depth sensor off its zero: tared at another pressure of the air, or in the water."""
+
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from thruster_model.effects.effect import EffectParameter
+
+
+def sensing(c, active):  # type: ignore[no-untyped-def]
+    """Return the coefficients with a depth s [m] larger; it shows only against an absolute reference."""
+    return c._replace(depth_bias=c.depth_bias + active.size("offset"))
+
+
+EFFECT = VehicleEffect(
+    id="depth_bias",
+    title="bias of the depth sensor",
+    block="sensor",
+    equation="y + s",
+    parameters=(EffectParameter(name="offset", unit="m", meaning="added to the depth", lower=-2.0, upper=2.0),),
+    sensing=sensing,
+)

@@ -1,0 +1,24 @@
+"""A velocity log that tells too much or too little: another speed of sound, another salinity."""
+
+from rov_sim.vehicle.effects.axes import AXES, scaled
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from thruster_model.effects.effect import EffectParameter
+
+
+def sensing(c, active):  # type: ignore[no-untyped-def]
+    """Return the coefficients with velocities (1 + s) times as large, on one axis of the log or on all."""
+    return c._replace(velocity_scale=scaled(c.velocity_scale, active.axis, active.size("share")))
+
+
+EFFECT = VehicleEffect(
+    id="velocity_scale",
+    title="wrong scale of the velocity log",
+    block="sensor",
+    equation="y (1 + s)",
+    parameters=(
+        EffectParameter(name="share", unit="1", meaning="by which readings are too large", lower=-0.3, upper=0.3),
+    ),
+    may_take=("axis",),
+    choices={"axis": AXES},
+    sensing=sensing,
+)
