@@ -10,7 +10,7 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",
     packages=find_packages(exclude=["test"]),
-    package_data={name: ["parameter_sets/*.yaml"]},
+    package_data={name: ["parameter_sets/*.yaml", "vehicle_sets/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),

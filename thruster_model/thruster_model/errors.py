@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-__all__ = ["ForceTableError", "ParameterSetError", "ThrusterModelError", "UnfitDataError"]
+__all__ = ["ForceTableError", "ParameterSetError", "ThrusterModelError", "UnfitDataError", "VehicleError"]
 
 
 class ThrusterModelError(Exception):
@@ -33,3 +33,12 @@ class UnfitDataError(ThrusterModelError):
     def __init__(self, problems: Sequence[str]) -> None:
         self.problems = tuple(problems)
         super().__init__("\n".join(self.problems))
+
+
+class VehicleError(ThrusterModelError):
+    """A vehicle that cannot be used; `problems` holds one sentence for each thing that is wrong."""
+
+    def __init__(self, source: str, problems: Sequence[str]) -> None:
+        self.source = source
+        self.problems = tuple(problems)
+        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))

@@ -1,0 +1,171 @@
+"""The vehicle's kernels: one step, one period, a whole run. What a run does is what its periods do, bit for bit.
+
+Each throttle is held between commands; the acting throttle moves towards the command at u_dot_max. Where one of the
+throttles reaches its command within a step, the step is split there, and while one moves, steps are no longer than
+`RAMP_STEP`: see `flow_tank.plant_step`. Arguments: see `rates`.
+"""
+
+import numpy as np
+
+from rov_sim.vehicle.rates import (
+    inflow_at,
+    interact,
+    load_share,
+    rates,
+    relative_velocity,
+    supply_left,
+    thruster_row,
+)
+from rov_sim.vehicle.tables import AT, BODY, END, FIRST, GAINED, LEFT, REACHED, SLOPE, STATE, THRUST, TURNING, WIRING
+from thruster_model.compilation import compiled, inlined
+from thruster_model.equations.dead_zone import ramp_limited
+from thruster_model.flow_tank import RAMP_STEP
+from thruster_model.pipeline import heat_after
+from thruster_model.thruster_rows import thruster
+
+__all__ = ["advance", "advance_period", "measured", "record_width", "run_vehicle"]
+
+_SAME_INSTANT = 1e-12  # s
+
+
+@inlined
+def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
+    """Advance the state by one RK4 step of `dt` [s], the acting throttles going straight to those of row END [V]."""
+    N = layout.shape[0]
+    states, u = BODY + 2 * N, BODY + 2 * N
+    for i in range(sheet.shape[1]):
+        sheet[AT, i], sheet[GAINED, i] = sheet[STATE, i], 0.0
+    for stage in range(4):  # one place for the rates: a kernel with four copies of them compiles for minutes
+        rates(sheet, AT, gate, wrench, body, layout, p, e)
+        weight = 2.0 if stage == 1 or stage == 2 else 1.0
+        ahead = dt if stage == 2 else 0.5 * dt
+        for i in range(states):
+            sheet[GAINED, i] += weight * sheet[SLOPE, i]
+            sheet[AT, i] = sheet[STATE, i] + ahead * sheet[SLOPE, i]
+        for i in range(u, u + N):
+            sheet[AT, i] = sheet[END, i] if stage == 2 else 0.5 * (sheet[STATE, i] + sheet[END, i])
+    sixth = dt / 6.0
+    for i in range(states):
+        sheet[STATE, i] += sixth * sheet[GAINED, i]
+    w, x, y, z = sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6]
+    scale = 1.0 / np.sqrt(w * w + x * x + y * y + z * z)
+    for i in range(3, 7):
+        sheet[STATE, i] *= scale
+    for i in range(N):
+        middle, heat = 0.5 * (sheet[STATE, u + i] + sheet[END, u + i]), u + N + i
+        sheet[STATE, heat] = heat_after(sheet[STATE, heat], middle, dt, thruster(p, i), thruster(e, i))
+        sheet[STATE, u + i] = sheet[END, u + i]
+
+
+@inlined
+def _stir(sheet, body, layout, p):  # type: ignore[no-untyped-def]
+    """Let idle thrusters in a stream leave v = 0, an equilibrium of (4.4) that no water keeps."""
+    N = layout.shape[0]
+    for i in range(N):
+        if sheet[STATE, BODY + i] == 0.0 and sheet[STATE, BODY + N + i] == 0.0:
+            nu_1, nu_2, _ = relative_velocity(sheet, STATE, body)
+            U, own = inflow_at(i, nu_1, nu_2, layout), thruster(p, i)
+            if own.k_Uv * own.k_w * abs(U) > own.k_v:
+                sheet[STATE, BODY + N + i] = body.stir * np.sign(U)
+
+
+@inlined
+def _step(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
+    """Advance the state by `dt` [s] towards the throttles of row REACHED, in pieces where they are reached."""
+    N = layout.shape[0]
+    first, last = BODY + 2 * N, BODY + 3 * N
+    _stir(sheet, body, layout, p)
+    left = dt
+    while left > 0.0:
+        piece, moving = left, False
+        for i in range(first, last):
+            if sheet[REACHED, i] != sheet[STATE, i]:
+                moving = True
+                ramp = abs(sheet[REACHED, i] - sheet[STATE, i]) / thruster(p, i - first).u_dot_max
+                if ramp < piece - _SAME_INSTANT:
+                    piece = ramp
+        count = int(piece / RAMP_STEP - 1e-9) + 1 if moving else 1
+        for i in range(first, last):
+            sheet[FIRST, i] = sheet[STATE, i]
+            sheet[END, i] = sheet[STATE, i]
+        for k in range(count):
+            if moving:
+                _throttles_after(sheet, (k + 1) / count * piece, p, first, last)
+            _rk4(sheet, piece / count, gate, wrench, body, layout, p, e)
+        left = left - piece if piece < left - _SAME_INSTANT else 0.0
+
+
+@inlined
+def _throttles_after(sheet, time, p, first, last):  # type: ignore[no-untyped-def]
+    """Fill row END with the acting throttles [V] `time` [s] after those of row FIRST."""
+    for i in range(first, last):
+        rate = thruster(p, i - first).u_dot_max
+        if abs(sheet[REACHED, i] - sheet[FIRST, i]) <= rate * (time + _SAME_INSTANT):
+            sheet[END, i] = sheet[REACHED, i]
+        else:
+            sheet[END, i] = ramp_limited(sheet[FIRST, i], sheet[REACHED, i], rate, time)
+
+
+@inlined
+def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
+    """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held."""
+    N = layout.shape[0]
+    for _ in range(steps):
+        for i in range(N):
+            sheet[REACHED, BODY + 2 * N + i] = layout[i, TURNING] * commands[int(layout[i, WIRING])]
+        _step(sheet, step, gate, wrench, body, layout, p, e)
+
+
+@compiled
+def advance_period(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
+    """`advance` as a kernel of its own."""
+    advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e)
+
+
+def record_width(thrusters: int) -> int:
+    """Return how many numbers `measured` tells of a vehicle with so many thrusters."""
+    return BODY + 8 + 6 * thrusters
+
+
+@compiled
+def measured(sheet, gate, wrench, body, layout, p, e, out):  # type: ignore[no-untyped-def]
+    """Fill out with position, attitude, velocity (13), acceleration (6), supply, current, then (N,) each of rotor
+    speed, axial flow, ambient flow, acting throttle, thrust, torque.
+
+    The thrust is what arrives at the vehicle; supply and current are relative.
+    """
+    N = layout.shape[0]
+    for i in range(sheet.shape[1]):
+        sheet[AT, i] = sheet[STATE, i]
+    rates(sheet, AT, gate, wrench, body, layout, p, e)
+    supply = supply_left(sheet, AT, body, p, e)
+    out[:BODY] = sheet[STATE, :BODY]
+    out[BODY : BODY + 6] = sheet[SLOPE, 7:BODY]
+    out[BODY + 6], out[BODY + 7] = supply, load_share(sheet, AT, p, e)
+    nu_1, nu_2, _ = relative_velocity(sheet, AT, body)
+    at = BODY + 8
+    for i in range(N):
+        row = thruster_row(i, sheet, AT, inflow_at(i, nu_1, nu_2, layout), gate, supply, layout, p, e)
+        out[at + i], out[at + N + i], out[at + 2 * N + i] = row[2], row[3], row[4]
+        out[at + 3 * N + i], out[at + 5 * N + i] = sheet[STATE, BODY + 2 * N + i], row[6]
+        sheet[THRUST, i] = row[5]
+    interact(sheet, layout)
+    out[at + 4 * N : at + 5 * N] = sheet[LEFT, :N]
+
+
+@compiled
+def run_vehicle(sheet, commands, steps, step, gates, wrenches, body, layout, p, e, out):  # type: ignore[no-untyped-def]
+    """Advance the state through periods of held commands (K, N); fill out (K + 1, ...) with `measured` at all instants.
+
+    gates (K, N) and wrenches (K, 6): of each period. Returns the number of periods done: fewer than K where the state
+    is no longer finite.
+    """
+    K = commands.shape[0]
+    for k in range(K):
+        measured(sheet, gates[k], wrenches[k], body, layout, p, e, out[k])
+        advance_period(sheet, commands[k], steps, step, gates[k], wrenches[k], body, layout, p, e)
+        if not np.all(np.isfinite(sheet[STATE])):
+            return k
+    if K > 0:
+        measured(sheet, gates[K - 1], wrenches[K - 1], body, layout, p, e, out[K])
+    return K

@@ -1,0 +1,126 @@
+"""What a vehicle's kernels work with: numbers of the body, one row of numbers per thruster, one sheet to work on.
+
+Kernels that take dozens of arrays spend their time on counting who holds them. So the body's numbers are tuples, what
+belongs to a thruster is a row of one array, and the state and all that a step needs are rows of one sheet.
+
+Sheet (10, 13 + 4 N), columns of a row: position (3) [m], attitude (4), nu (6), then (N,) each of rotor speed [rad/s],
+axial flow [m/s], acting throttle [V], heat. Row STATE is the state; kernels use the others.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from thruster_model.errors import VehicleError
+from thruster_model.thruster_rows import ThrusterRows, rows_of
+from thruster_model.vehicle_coefficients import VehicleCoefficients
+
+__all__ = [
+    "AT", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION", "LEFT", "REACHED", "REACTION",
+    "REVERSE", "SCALE", "SLOPE", "STATE", "TAU", "THRUST", "TURNING", "WIRING",
+    "Body", "Tables", "empty_sheet", "tables_of",
+]  # fmt: skip
+
+Array = NDArray[np.float64]
+Vector = tuple[float, ...]
+Matrix = tuple[Vector, ...]
+
+BODY = 13
+"""Columns of the body's state; those of the thrusters follow."""
+STATE, AT, SLOPE, GAINED, FIRST, END, REACHED, THRUST, LEFT, TAU = range(10)
+"""Rows of the sheet: state; where rates are taken; rates; what a step gains; throttles at the beginning and end of a
+piece; throttles aimed at; thrusts; what others leave of them; wrench."""
+FORWARD, REVERSE, INFLOW, SCALE, TURNING, WIRING, REACTION, INTERACTION = 0, 6, 12, 18, 19, 20, 21, 24
+"""First columns of a thruster's row: see `VehicleCoefficients`; the last ones are shares lost per newton of each."""
+_WORST_CONDITION = 1e12
+
+
+class Body(NamedTuple):
+    """Numbers of body and water: see `VehicleCoefficients`; M = M_RB + M_A; which of the rarer terms act."""
+
+    M: Matrix
+    M_inverse: Matrix
+    D_L: Matrix
+    D_Q: Matrix
+    weight: float
+    buoyancy: float
+    r_G: Vector
+    r_B: Vector
+    current: Vector
+    tether: Vector
+    supply: float
+    sag: float
+    stir: float
+    interacts: bool
+    reacts: bool
+    tethered: bool
+    sags: bool
+
+
+class Tables(NamedTuple):
+    """All that a kernel takes of a vehicle: body, layout (N, 24 + N), coefficients and effects of the thrusters."""
+
+    body: Body
+    layout: Array
+    p: ThrusterRows
+    e: ThrusterRows
+
+
+def empty_sheet(thrusters: int) -> Array:
+    """Return a sheet for so many thrusters."""
+    return np.zeros((10, BODY + 4 * thrusters))
+
+
+def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:
+    """Return the tables of a vehicle.
+
+    Args:
+        c: of N thrusters.
+        thrusters: N coefficients of one class, see `equations.classes`.
+        effects: N `EffectValues`, or N `NO_EFFECTS`.
+
+    Raises:
+        VehicleError: coefficients that are not finite, a matrix M that no motion follows from, numbers of thrusters
+            that differ, thrusters of several classes.
+    """
+    problems = [
+        f"{name}: expected finite numbers; found {np.asarray(value)[~np.isfinite(value)][0]}"
+        for name, value in c._asdict().items()
+        if not np.all(np.isfinite(value))
+    ]
+    N = c.thrusters
+    problems += [
+        f"{what}: expected {N}, one for each column of K_t; found {len(given)}"
+        for what, given in (("thrusters", thrusters), ("effects", effects))
+        if len(given) != N
+    ]
+    M = c.mass_matrix
+    if not problems and not np.linalg.cond(M) < _WORST_CONDITION:
+        problems.append(
+            "M = M_RB + M_A: expected a matrix with an inverse; found a singular one: some motion has neither mass nor "
+            f"added mass (rank {np.linalg.matrix_rank(M)} of 6)"
+        )
+    if problems:
+        raise VehicleError("vehicle", problems)
+    try:
+        p, e = rows_of(thrusters), rows_of(effects)
+    except ValueError as error:
+        raise VehicleError("vehicle", [f"thrusters: {error}"]) from error
+    columns = [c.K_t, c.K_t_reverse, c.inflow, c.thrust_scale, c.turning, c.wiring, c.reaction, c.interaction]
+    body = Body(
+        M=_rows(M), M_inverse=_rows(np.linalg.inv(M)), D_L=_rows(c.D_L), D_Q=_rows(c.D_Q), weight=float(c.weight),
+        buoyancy=float(c.buoyancy), r_G=_vector(c.r_G), r_B=_vector(c.r_B), current=_vector(c.current),
+        tether=_vector(c.tether), supply=float(c.supply), sag=float(c.sag), stir=float(c.stir),
+        interacts=bool(np.any(c.interaction)), reacts=bool(np.any(c.reaction)), tethered=bool(c.tether[0]),
+        sags=bool(c.sag),
+    )  # fmt: skip
+    return Tables(body, np.ascontiguousarray(np.vstack(columns).T, dtype=np.float64), p, e)
+
+
+def _vector(values: Any) -> Vector:
+    return tuple(float(value) for value in values)
+
+
+def _rows(matrix: Any) -> Matrix:
+    return tuple(_vector(row) for row in matrix)

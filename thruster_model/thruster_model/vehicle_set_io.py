@@ -1,0 +1,265 @@
+"""Vehicle sets as YAML files, and the sets that come with the package.
+
+name: ...
+source: ...
+model: hq                                           parameter set of the thrusters, a name or a file
+parameters:
+  mass: {value: 13.5, unit: kg, source: "...", standard_deviation: 0.3}
+thrusters:
+  - {name: T1, position: [0.1, 0.2, 0.0], axis: [1, 0, 0], hand: left}           m, body axes; the axis of any length
+  - {name: T2, position: [0.1, -0.2, 0.0], yaw_deg: 30, pitch_deg: -30, model: simplified}
+frame: vectored         in place of axes: an ArduSub frame, whose motors are the thrusters in order
+effects:                optional
+  - {id: thrust_loss, thruster: 2, parameters: {share: {value: 0.3, unit: "1"}}}         thrusters count from 0
+"""
+
+import math
+from collections.abc import Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from thruster_model.errors import VehicleError
+from thruster_model.parameter_set import Parameter
+from thruster_model.vehicle_effect import ActiveVehicleEffect
+from thruster_model.vehicle_layout import FRAMES, LayoutEntry, frame_axes
+from thruster_model.vehicle_set import VehicleSet
+
+__all__ = ["available_vehicles", "dump_vehicle_set", "load_vehicle_set", "parse_vehicle_set"]
+
+_TOP = {"name", "source", "model", "parameters", "thrusters"}
+_TOP_OPTIONAL = {"frame", "effects"}
+_THRUSTER = {"name", "position", "axis", "yaw_deg", "pitch_deg", "hand", "model"}
+_EFFECT = {"id", "thruster", "other", "axis", "sensor", "kind", "parameters"}
+_PARAMETER = {"value", "unit", "source", "standard_deviation"}
+
+
+def available_vehicles() -> tuple[str, ...]:
+    """Return the names of the vehicles that come with the package."""
+    folder = resources.files("thruster_model") / "vehicle_sets"
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+
+
+def load_vehicle_set(name_or_path: str | Path) -> VehicleSet:
+    """Return the vehicle of that name in the package or, failing that, of that YAML file.
+
+    Raises:
+        VehicleError: neither a known name nor a readable file, or its content is wrong.
+    """
+    if str(name_or_path) in available_vehicles():
+        text = (resources.files("thruster_model") / "vehicle_sets" / f"{name_or_path}.yaml").read_text("utf-8")
+        return parse_vehicle_set(text, origin=f"{name_or_path}.yaml")
+    path = Path(name_or_path)
+    if not path.is_file():
+        known = ", ".join(available_vehicles())
+        raise VehicleError(str(path), [f"expected a YAML file or one of the known vehicles ({known}); found neither"])
+    return parse_vehicle_set(path.read_text("utf-8"), origin=str(path))
+
+
+def parse_vehicle_set(text: str, *, origin: str) -> VehicleSet:
+    """Return the vehicle that a YAML text describes; `origin` names it in errors."""
+    try:
+        document = yaml.safe_load(text)
+    except yaml.YAMLError as error:
+        raise VehicleError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
+    if not isinstance(document, Mapping):
+        raise VehicleError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    problems = [f"key '{key}': missing" for key in sorted(_TOP - set(document))]
+    problems += _unknown("", document, _TOP | _TOP_OPTIONAL)
+    parameters = _parameters(document.get("parameters", {}), problems)
+    layout = _layout(document.get("thrusters", []), document.get("frame"), problems)
+    effects = _effects(document.get("effects", []), problems)
+    if problems:
+        raise VehicleError(origin, problems)
+    return VehicleSet(
+        name=str(document["name"]), source=str(document["source"]), model=str(document["model"]),
+        parameters=parameters, layout=layout, effects=effects, origin=origin,
+    )  # fmt: skip
+
+
+def _unknown(prefix: str, entry: Mapping[str, Any], known: set[str]) -> list[str]:
+    return [f"key '{prefix}{key}': unknown; known are {', '.join(sorted(known))}" for key in entry if key not in known]
+
+
+def _number(value: Any) -> float | None:
+    """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
+    try:
+        return None if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        return None
+
+
+def _parameters(entries: Any, problems: list[str]) -> dict[str, Parameter]:
+    if not isinstance(entries, Mapping):
+        problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
+        return {}
+    found = {}
+    for name, entry in entries.items():
+        key = f"parameters.{name}"
+        if not isinstance(entry, Mapping):
+            problems.append(f"key '{key}': expected value, unit and source; found {entry!r}")
+            continue
+        wrong = [f"key '{key}.{k}': missing" for k in ("value", "unit", "source") if k not in entry]
+        wrong += _unknown(f"{key}.", entry, _PARAMETER)
+        numbers = {k: _number(entry[k]) for k in ("value", "standard_deviation") if entry.get(k) is not None}
+        wrong += [f"key '{key}.{k}': expected a number; found {entry[k]!r}" for k, n in numbers.items() if n is None]
+        problems += wrong
+        value = numbers.get("value")
+        if not wrong and value is not None:
+            found[str(name)] = Parameter(
+                value=value, unit=str(entry["unit"]), source=str(entry["source"]),
+                standard_deviation=numbers.get("standard_deviation"),
+            )  # fmt: skip
+    return found
+
+
+def _layout(entries: Any, frame: Any, problems: list[str]) -> tuple[LayoutEntry, ...]:
+    if not isinstance(entries, list) or not all(isinstance(entry, Mapping) for entry in entries):
+        problems.append(f"key 'thrusters': expected a list of mappings; found {entries!r}")
+        return ()
+    axes = None
+    if frame is not None:
+        if frame not in FRAMES:
+            problems.append(f"key 'frame': expected one of {', '.join(FRAMES)}; found {frame!r}")
+            return ()
+        axes = frame_axes(frame)
+        if len(axes) != len(entries):
+            problems.append(f"key 'thrusters': expected {len(axes)}, the motors of frame {frame}; found {len(entries)}")
+            return ()
+    found = []
+    for i, entry in enumerate(entries):
+        key = f"thrusters.{i}"
+        wrong = _unknown(f"{key}.", entry, _THRUSTER)
+        position = _vector(entry.get("position"), f"{key}.position", wrong)
+        axis = _axis(entry, None if axes is None else axes[i], key, wrong)
+        hand, model = entry.get("hand"), entry.get("model")
+        if hand not in (None, "left", "right"):
+            wrong.append(f"key '{key}.hand': expected left or right; found {hand!r}")
+        problems += wrong
+        if not wrong and position is not None and axis is not None:
+            name = str(entry.get("name", f"T{i + 1}"))
+            found.append(LayoutEntry(name=name, position=position, axis=axis, hand=hand, model=model))
+    return tuple(found)
+
+
+def _vector(value: Any, key: str, problems: list[str]) -> tuple[float, float, float] | None:
+    numbers = [_number(each) for each in value] if isinstance(value, list) else []
+    if len(numbers) == 3:
+        x, y, z = numbers
+        if x is not None and y is not None and z is not None:
+            return x, y, z
+    problems.append(f"key '{key}': expected three numbers [x, y, z]; found {value!r}")
+    return None
+
+
+def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]) -> tuple[float, float, float] | None:
+    """Return the direction of forward thrust, of length one."""
+    given = [name for name in ("axis", "yaw_deg") if name in entry]
+    if of_frame is not None:
+        if given:
+            problems.append(f"key '{key}.{given[0]}': the frame gives the axes; expected none here")
+            return None
+        x, y, z = map(float, of_frame)
+    elif given == ["axis"]:
+        axis = _vector(entry["axis"], f"{key}.axis", problems)
+        if axis is None:
+            return None
+        x, y, z = axis
+    elif given == ["yaw_deg"]:
+        angles = [_number(entry.get(name)) for name in ("yaw_deg", "pitch_deg")]
+        if angles[0] is None or angles[1] is None:
+            problems.append(f"key '{key}': expected numbers yaw_deg and pitch_deg; found {dict(entry)!r}")
+            return None
+        yaw, pitch = math.radians(angles[0]), math.radians(angles[1])
+        x, y, z = math.cos(yaw) * math.cos(pitch), math.sin(yaw) * math.cos(pitch), math.sin(pitch)
+    else:
+        problems.append(
+            f"key '{key}': expected either axis or yaw_deg and pitch_deg; found {', '.join(given) or 'none'}"
+        )
+        return None
+    length = math.hypot(x, y, z)
+    if not 0.0 < length < math.inf:
+        problems.append(f"key '{key}.axis': expected a direction; found one of length {length:g}")
+        return None
+    return x / length, y / length, z / length
+
+
+def _effects(entries: Any, problems: list[str]) -> tuple[ActiveVehicleEffect, ...]:
+    if not isinstance(entries, list) or not all(isinstance(e, Mapping) and "id" in e for e in entries):
+        problems.append(f"key 'effects': expected a list of mappings with an id; found {entries!r}")
+        return ()
+    found = []
+    for i, entry in enumerate(entries):
+        key = f"effects.{i}"
+        wrong = _unknown(f"{key}.", entry, _EFFECT)
+        wrong += [
+            f"key '{key}.{name}': expected the number of a thruster, from 0; found {entry[name]!r}"
+            for name in ("thruster", "other")
+            if entry.get(name) is not None and (isinstance(entry[name], bool) or not isinstance(entry[name], int))
+        ]
+        sizes = {}
+        parameters = entry.get("parameters", {})
+        for name, size in parameters.items() if isinstance(parameters, Mapping) else ():
+            value = _number(size.get("value")) if isinstance(size, Mapping) else None
+            if value is None or not isinstance(size.get("unit"), str):
+                wrong.append(f"key '{key}.parameters.{name}': expected value and unit; found {size!r}")
+            else:
+                sizes[str(name)] = value
+        problems += wrong
+        if not wrong:
+            axis, sensor, kind = (None if entry.get(k) is None else str(entry[k]) for k in ("axis", "sensor", "kind"))
+            thruster, other = entry.get("thruster"), entry.get("other")
+            found.append(
+                ActiveVehicleEffect(
+                    id=str(entry["id"]),
+                    sizes=sizes,
+                    thruster=thruster,
+                    other=other,
+                    axis=axis,
+                    sensor=sensor,
+                    kind=kind,
+                )
+            )
+    return tuple(found)
+
+
+def dump_vehicle_set(vehicle: VehicleSet, units: Mapping[tuple[str, str], str] | None = None) -> str:
+    """Return the vehicle as YAML text that `parse_vehicle_set` reads back to the same numbers.
+
+    Args:
+        vehicle: the vehicle; its thrusters are written with axes.
+        units: of the effects' parameters, by (effect, parameter); 1 where it names none.
+    """
+    parameters = {}
+    for name, p in vehicle.parameters.items():
+        entry: dict[str, Any] = {"value": p.value, "unit": p.unit, "source": p.source}
+        if p.standard_deviation is not None:
+            entry["standard_deviation"] = p.standard_deviation
+        parameters[name] = entry
+    thrusters = []
+    for thruster in vehicle.layout:
+        row: dict[str, Any] = {
+            "name": thruster.name, "position": list(thruster.position), "axis": list(thruster.axis),
+        }  # fmt: skip
+        row |= {key: value for key in ("hand", "model") if (value := getattr(thruster, key)) is not None}
+        thrusters.append(row)
+    document: dict[str, Any] = {
+        "name": vehicle.name, "source": vehicle.source, "model": vehicle.model, "parameters": parameters,
+        "thrusters": thrusters,
+    }  # fmt: skip
+    if vehicle.effects:
+        document["effects"] = [_effect_entry(effect, units or {}) for effect in vehicle.effects]
+    return yaml.safe_dump(document, sort_keys=False, width=1000, allow_unicode=True)
+
+
+def _effect_entry(effect: ActiveVehicleEffect, units: Mapping[tuple[str, str], str]) -> dict[str, Any]:
+    targets = ("thruster", "other", "axis", "sensor", "kind")
+    entry: dict[str, Any] = {"id": effect.id}
+    entry |= {key: value for key in targets if (value := getattr(effect, key)) is not None}
+    if effect.sizes:
+        entry["parameters"] = {
+            name: {"value": size, "unit": units.get((effect.id, name), "1")} for name, size in effect.sizes.items()
+        }
+    return entry
