@@ -30,3 +30,9 @@ def thruster_bench_data() -> Path:
 def t200_data() -> Path:
     """Return the folder with the maker's performance data of the T200, or skip."""
     return data_folder("T200_DATA", "t200", "performance data of the T200")
+
+
+@pytest.fixture(scope="session")
+def pool_data() -> Path:
+    """Return the folder with recordings of a vehicle in a pool, or skip."""
+    return data_folder("POOL_DATA", "bluerov_pool", "recordings of a vehicle in a pool")

@@ -20,6 +20,7 @@ setup(
     extras_require={"test": ["pytest", "hypothesis"]},
     entry_points={
         "console_scripts": [
+            "attitude_fit = thruster_model.cli_attitude_fit:main",
             "fit = thruster_model.cli_fit:main",
             "fit_table = thruster_model.cli_fit_table:main",
             "force_table = thruster_model.cli_force_table:main",

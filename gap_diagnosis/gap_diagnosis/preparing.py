@@ -69,6 +69,7 @@ def recording_of(
     *,
     thruster: int = 0,
     clock_deviations: Mapping[str, float] | None = None,
+    supply: tuple[Array, Array] | None = None,
     regular: bool = False,
 ) -> Recording:
     """Return a recording of point samples (or means over cells, where samples come fast).
@@ -79,6 +80,7 @@ def recording_of(
         signals: stamps [s] and values by signal.
         thruster: its index.
         clock_deviations: how far the clocks of "throttle" and "flow" may be off [s].
+        supply: stamps [s] and voltage of the supply [V]; None: not measured.
         regular: put all samples at regular instants, as if the scatter of their stamps were the log's.
 
     The simulation's clock starts with the throttle's, so that commands begin with its steps.
@@ -98,6 +100,7 @@ def recording_of(
     clocks = dict(clock_deviations or {})
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
     commands = held_on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
+    volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():
         period = float(np.median(np.diff(time))) if time.size > 1 else CELL
@@ -124,6 +127,7 @@ def recording_of(
         dt=step,
         throttle=commands,
         measurements=measurements,
+        supply=volts,
         throttle_shift_std=float(
             np.hypot(clocks.get("throttle", 0.0), regular * 2.0 * scatter["throttle"] / np.sqrt(throttle[0].size))
         ),
@@ -131,7 +135,9 @@ def recording_of(
     found = with_log_findings(experiment, thruster, scatter, periods)
     if regular or max(scatter.values()) < LEAST_SCATTER:
         return found
-    again = recording_of(name, *given, thruster=thruster, clock_deviations=clock_deviations, regular=True)
+    again = recording_of(
+        name, *given, thruster=thruster, clock_deviations=clock_deviations, supply=supply, regular=True
+    )
     return replace(found, regular=again)
 
 

@@ -124,13 +124,21 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
     deviations = {k: float(v or 0.0) for k, v in dict(run.metadata.get("clock_deviation", {})).items()}
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
     recordings: list[Recording] = []
+    supply = _supply(run, f"{prefix}/state.supply_voltage")
     for begins, own, measured in parts:
         name = run.name if len(parts) == 1 else f"{run.name} from {begins:.1f} s"
-        made = recording_of(name, own, measured, thruster=thruster, clock_deviations=deviations)
+        volts = None if supply is None else (supply[0] - begins, supply[1])
+        made = recording_of(name, own, measured, thruster=thruster, clock_deviations=deviations, supply=volts)
         left_out = [_why_left_out(prefix, s, measured[s]) for s in measured if s not in made.experiment.measurements]
         told = (*(warnings if not recordings else ()), *left_out)
         recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
     return recordings
+
+
+def _supply(run: Run, name: str) -> Samples | None:
+    """Return stamps [s] and voltage [V] of the supply where it was measured."""
+    known = np.isfinite(run[name].values) if name in run else np.zeros(0, dtype=np.bool_)
+    return (run.time(name)[known], run[name].values[known]) if np.any(known) else None
 
 
 def _is_raw(run: Run, prefix: str) -> bool:

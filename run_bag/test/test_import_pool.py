@@ -29,14 +29,20 @@ def arrays(**changes: object) -> dict[str, object]:
     return {k: v for k, v in {**made, **changes}.items() if v is not None}
 
 
-def imported(tmp_path: Path, **changes: object):  # type: ignore[no-untyped-def]
+def imported(tmp_path: Path, *options: str, **changes: object):  # type: ignore[no-untyped-def]
     np.savez(tmp_path / "dive.npz", **arrays(**changes))  # type: ignore[arg-type]
-    assert main([str(tmp_path / "dive.npz"), "--out", str(tmp_path / "runs")]) == 0
+    assert main([str(tmp_path / "dive.npz"), "--out", str(tmp_path / "runs"), *options]) == 0
     return read_run(tmp_path / "runs/dive")
 
 
-def test_pulses_become_volts_and_before_the_first_all_is_at_its_stop(tmp_path: Path) -> None:
+def test_after_the_last_command_the_thrusters_stop_unless_told_to_hold(tmp_path: Path) -> None:
     run = imported(tmp_path)
+    assert run["thruster_4/throttle.commanded"].values.tolist() == [0.0, 0.0, 5.0, 0.0]
+    assert run.time("thruster_4/throttle.commanded")[-1] - run.time("rov/depth.depth")[0] == pytest.approx(2.25)
+
+
+def test_pulses_become_volts_and_before_the_first_all_is_at_its_stop(tmp_path: Path) -> None:
+    run = imported(tmp_path, "--hold-last")
     assert run["thruster_2/throttle.commanded"].values.tolist() == [0.0, -3.5, 0.0]
     assert run["thruster_4/throttle.commanded"].values.tolist() == [0.0, 0.0, 5.0]
     assert run["thruster_5/throttle.commanded"].values.tolist() == [0.0, 0.0, -5.0]
@@ -65,7 +71,7 @@ def test_what_was_not_measured_is_nan_and_what_is_left_out_is_said(tmp_path: Pat
     assert run["rov/depth.depth"].values[0] == pytest.approx(1.5)
     assert run["rov/imu.linear_acceleration.z"].values[0] == pytest.approx(-9.81)
     decisions = {d["what"]: d for d in run.metadata["import"]["decisions"]}
-    assert decisions["throttles after the last message"]["value"] == pytest.approx(1.0)
+    assert decisions["recording after the last command"]["value"] == pytest.approx(1.0)
     assert "magnetometer" in decisions["left out"]["value"]
 
 

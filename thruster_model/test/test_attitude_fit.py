@@ -1,5 +1,7 @@
 """The attitude fit recovers a vehicle integrated by other code, in Euler angles, and says what it cannot tell."""
 
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,13 +9,22 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from run_bag import Topic, write_run
+from run_bag.importers.cli_pool import import_pool
 from thruster_model.attitude_fit.fit import FitOptions, fit_attitude
 from thruster_model.attitude_fit.model import DEFINITIONS, NAMES, centre, lagged, simulate
 from thruster_model.attitude_fit.recording import Recording
 from thruster_model.attitude_fit.recordings_io import read_recording
-from thruster_model.attitude_fit.scores import left_out, shares
+from thruster_model.attitude_fit.scores import shares
+from thruster_model.attitude_fit.study import run_study
+from thruster_model.attitude_fit.tables import markdown
+from thruster_model.cli_attitude_fit import main
+from thruster_model.equations.attitude import quaternion_from_euler
 from thruster_model.errors import UnfitDataError
-from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.force_table import ForceTable
+from thruster_model.force_table_set import parameter_set_of
+from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
+from thruster_model.vehicle_layout import LayoutEntry
+from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
 DT = 0.01
 X = np.array([2.5, 2.0, 1.2, 0.8, 1.0, 2.0, 2.2, 2.5, 1.5, 0.08, 0.1, 0.15, 0.2, -0.3, 0.1, 6.0, 5.0, 1.3, 0.8])
@@ -85,11 +96,14 @@ def test_a_fit_that_starts_wrong_recovers_the_vehicle_within_its_stated_deviatio
 
 
 def test_a_dive_left_out_is_predicted_as_well_as_the_noise_allows(dives):
-    held = left_out(dives, FitOptions())[0]
-    assert dives[0].name not in held.recordings
-    share = shares(dives[0], held.values, piece=None, rng=np.random.default_rng(1))
+    study = run_study(dives[:2], FitOptions(), 1, only_predicted=dives[2:])
+    assert [fit.recordings for fit in study.held] == [("dive 1",), ("dive 0",), ("dive 0", "dive 1")]
+    assert (len(study.fitted), len(study.predicted), len(study.matrix)) == (2, 3, 2)
+    share = study.predicted[2]
     assert np.all(share.value > 0.98)
     assert np.all((share.low <= share.value) & (share.value <= share.high + 1e-9))
+    assert "| dive 2 | roll |" in markdown(study)
+    assert "| – |" in next(line for line in markdown(study).splitlines() if line.startswith("| dive 2 | roll"))
 
 
 def test_an_axis_that_nothing_pushed_is_not_claimed():
@@ -152,3 +166,92 @@ def test_a_run_s_throttles_become_moments_by_the_table_and_k_t(tmp_path: Path):
         read_recording(tmp_path / "run", thruster, np.zeros((6, 2)))
     with pytest.raises(UnfitDataError, match="expected a parameter set of the model 'force_table'; found model 'hl'"):
         read_recording(tmp_path / "run", load_parameter_set("hl"), K_t)
+
+
+def run_of(recording, folder):
+    """The dive as a run with one thruster for each axis, whose table has the moments as forces."""
+    at = 10**9 + np.round(recording.time * 1e9).astype(np.int64)
+    g, yaw = recording.gravity, np.zeros(recording.time.size)
+    pitch, roll = np.arcsin(-g[:, 0]), np.arctan2(g[:, 1], g[:, 2])
+    w, x, y, z = quaternion_from_euler((roll, pitch, yaw))
+    fields = {f"pose.pose.orientation.{name}": value for name, value in zip("wxyz", (w, x, y, z), strict=True)}
+    fields |= {f"twist.twist.angular.{axis}": recording.rates[:, k] for k, axis in enumerate("xyz")}
+    topics = [Topic(name="rov/odometry", type="nav_msgs/Odometry", stamps=at, fields=fields)]
+    for k in range(3):
+        throttle = {"commanded": recording.moments[:, k]}
+        topics.append(Topic(name=f"thruster_{k}/throttle", type="thruster_msgs/Throttle", stamps=at, fields=throttle))
+    return write_run(folder / recording.name.replace(" ", "_"), topics)
+
+
+LAYOUT = [([0, 1, 0], [0, 0, 1]), ([0, 0, 1], [1, 0, 0]), ([1, 0, 0], [0, 1, 0])]  # 1 N: roll, pitch, yaw by 1 N m
+
+
+def vehicle_file(folder):
+    """A vehicle whose thrusters turn it about one axis each; its hull does not matter here."""
+    vehicle = load_vehicle_set("bluerov2_heavy")
+    layout = tuple(
+        LayoutEntry(name=f"T{k + 1}", position=tuple(map(float, p)), axis=tuple(map(float, a)))
+        for k, (p, a) in enumerate(LAYOUT)
+    )
+    path = folder / "vehicle.yaml"
+    path.write_text(dump_vehicle_set(replace(vehicle, layout=layout, effects=())), "utf-8")
+    return path
+
+
+def test_the_command_fits_predicts_and_writes_what_it_found(dives, tmp_path, capsys):
+    linear = ForceTable(
+        command=[-5.0, 0.0, 5.0], command_unit="V", stop=0.0, supply=[12.0], force=[[-5.0, 0.0, 5.0]], source="by hand"
+    )
+    write_parameter_set(parameter_set_of(linear), tmp_path / "thruster.yaml")
+    runs = [str(run_of(each, tmp_path)) for each in dives]
+    given = ["--vehicle", str(vehicle_file(tmp_path)), "--thruster", str(tmp_path / "thruster.yaml")]
+    out = tmp_path / "fit"
+    assert main([*runs[:2], "--validate", runs[2], *given, "--out", str(out)]) == 0
+    told = capsys.readouterr().out
+    assert told.startswith((out / "tables.md").read_text("utf-8"))
+    found = json.loads((out / "attitude_fit.json").read_text("utf-8"))
+    assert found["together"]["effectiveness_yaw"]["value"] == pytest.approx(1.5, rel=0.08)
+    assert min(found["shares"]["left_out"]["dive_2"][axis][0] for axis in ("roll", "pitch", "yaw")) > 0.97
+    assert "left_out" in found and "dive_2" not in found["shares"]["together"]
+    assert "free runs explain this share" in (out / "report.html").read_text("utf-8")
+    assert main([*runs[:1], *given, "--out", str(out)]) == 1
+    assert "exists and is not overwritten" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (["--vehicle", "submarine"], "expected a YAML file or one of the known vehicles"),
+        (["--thruster", "hq"], "expected a parameter set of the model 'force_table'; found model 'hq'"),
+        (["--piece", "0"], "--piece: expected a time from 0.1 to 1000 s; found 0"),
+    ],
+)
+def test_what_it_cannot_use_is_refused_with_a_sentence_and_nothing_is_written(tmp_path, capsys, more, said):
+    still = Recording(name="a", dt=DT, rates=np.zeros((99, 3)), gravity=np.eye(3)[[2] * 99], moments=np.zeros((99, 3)))
+    run = run_of(still, tmp_path)
+    given = ["--vehicle", str(vehicle_file(tmp_path)), "--thruster", "force_table", *more]
+    assert main([str(run), *given, "--out", str(tmp_path / "fit")]) == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "fit").exists()
+
+
+def test_the_pool_vehicle_s_k_t_is_that_of_its_drawing():
+    moments = load_vehicle_set("pool_rov").configuration[3:]
+    drawn = [[0.11, -0.11, 0, 0, 0, 0.11], [0.19, 0.19, 0, 0, -0.17, 0], [0, 0, 0.11, -0.11, 0, 0]]
+    np.testing.assert_allclose(moments, drawn, atol=1e-12)
+
+
+def test_one_yaw_recording_of_a_real_vehicle_predicts_the_other(pool_data, tmp_path):
+    table = np.loadtxt(pool_data / "measuredthrust_T200.txt", skiprows=2)
+    curve = ForceTable(
+        command=table[:, 1], command_unit="1", stop=0.0, supply=[12.0], force=[table[:, 0]], source="the pool's"
+    )
+    thruster, configuration = parameter_set_of(curve), load_vehicle_set("pool_rov").configuration
+    recordings = []
+    for name in ("yaw_1", "yaw_2"):
+        (file,) = pool_data.glob(f"{name}_*.npz")
+        import_pool(file, tmp_path / name)
+        recordings.append(read_recording(tmp_path / name, thruster, configuration))
+    for fitted, other in (recordings, recordings[::-1]):
+        share = shares(other, fit_attitude([fitted]).values, piece=None, rng=np.random.default_rng(1))
+        assert share.value[2] > 0.9

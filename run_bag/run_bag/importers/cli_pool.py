@@ -18,10 +18,11 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser(prog="import_pool", description="Import npz arrays of ROS 1 topics of a pool vehicle.")
     p.add_argument("files", nargs="+", type=Path, metavar="FILE", help="npz, one array per topic")
     p.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder that gets one run per recording")
+    p.add_argument("--hold-last", action="store_true", help="the last command holds until the recording ends")
     return p
 
 
-def import_pool(file: Path, out: Path) -> list[str]:
+def import_pool(file: Path, out: Path, *, hold_last: bool = False) -> list[str]:
     """Import one recording; return its topics.
 
     Raises:
@@ -29,7 +30,7 @@ def import_pool(file: Path, out: Path) -> list[str]:
     """
     refuse_existing(out)
     log = Decisions()
-    made = topics(read_arrays(file), log)
+    made = topics(read_arrays(file), log, hold_last=hold_last)
     record = {"importer": "pool", "sources": [source(file)], "decisions": log.json()}
     write_run(out, made, {"what": "vehicle in a pool, imported", "import": record})
     return [topic.name for topic in made]
@@ -38,13 +39,14 @@ def import_pool(file: Path, out: Path) -> list[str]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Import; return 0, or 1 (130: interrupted) with a sentence on standard error."""
     options = parser().parse_args(user_arguments(argv))
-    return exit_status("import_pool", lambda: _run(options.files, options.out))
+    return exit_status("import_pool", lambda: _run(options))
 
 
-def _run(files: Sequence[Path], out: Path) -> int:
-    for file in files:
-        target = out / file.stem
-        print(f"{target}: {', '.join(import_pool(file, target))}", flush=True)
+def _run(options: argparse.Namespace) -> int:
+    for file in options.files:
+        target = options.out / file.stem
+        made = import_pool(file, target, hold_last=options.hold_last)
+        print(f"{target}: {', '.join(made)}", flush=True)
     return 0
 
 

@@ -6,6 +6,9 @@ One npz per recording, one array per topic, '/' written '__', bag times [s] in `
     sensor_fusion__states    phi theta psi [rad], p q r [rad/s], three more, depth [m] -> rov/odometry, rov/depth
     rovio__imu__data         time [ms], gyro [rad/s], acceleration [m/s^2]   -> rov/imu
 
+Commands are logged on change in some recordings. Their last message then is none of a stop, though the vehicle comes to
+rest: after `STOPS` seconds without a message the thrusters count as stopped, unless told to hold.
+
 Throttle [V] = (PWM - 1500 µs) / (80 µs/V): full command is 5 V. Body axes are forward, starboard, down. What has no
 topic of ours (magnetometer, pressure beside the depth made of it, biases of the filter, reference) is left out, and
 said so.
@@ -28,6 +31,8 @@ __all__ = ["read_arrays", "topics"]
 
 Array = NDArray[np.float64]
 STOP_US, US_PER_VOLT = 1500.0, 80.0
+STOPS = 0.25
+"""[s] after the last message; in the recordings one comes every 0.2 s."""
 STATES, THRUSTERS, IMU = "sensor_fusion__states", "rovio__thrusters", "rovio__imu__data"
 _WIDTHS = {STATES: 10, THRUSTERS: 6, IMU: 7}
 _EARTH, _BODY = "map_ned", "base_link_frd"
@@ -64,8 +69,8 @@ def read_arrays(path: Path) -> dict[str, tuple[Array, Array]]:
     return found
 
 
-def topics(arrays: Mapping[str, tuple[Array, Array]], log: Decisions) -> list[Topic]:
-    """Return the topics of one recording."""
+def topics(arrays: Mapping[str, tuple[Array, Array]], log: Decisions, *, hold_last: bool = False) -> list[Topic]:
+    """Return the topics of one recording; `hold_last`: the last command holds until the recording ends."""
     times, states = arrays[STATES]
     at = _stamps(times)
     orientation = dict(zip(("w", "x", "y", "z"), _quaternion(states[:, :3]), strict=True))
@@ -83,7 +88,7 @@ def topics(arrays: Mapping[str, tuple[Array, Array]], log: Decisions) -> list[To
     if IMU in arrays:
         made.append(_imu(*arrays[IMU]))
         log.add("clock of the imu", "the bag's", "s", "its own, in ms, is left out")
-    made += _throttles(*arrays.get(THRUSTERS, (np.empty(0), np.empty((0, 6)))), times, log)
+    made += _throttles(*arrays.get(THRUSTERS, (np.empty(0), np.empty((0, 6)))), times, hold_last, log)
     log.add("left out", "magnetometer, pressure, biases of the filter, reference", "", "no topic of ours holds them")
     return made
 
@@ -110,19 +115,24 @@ def _imu(times: Array, values: Array) -> Topic:
     return Topic(name="rov/imu", type="sensor_msgs/msg/Imu", stamps=_stamps(times), fields=fields, frame=_BODY)
 
 
-def _throttles(times: Array, pulses: Array, during: Array, log: Decisions) -> list[Topic]:
-    """Return a throttle for each thruster; before its first message each one was at its stop."""
+def _throttles(times: Array, pulses: Array, during: Array, hold_last: bool, log: Decisions) -> list[Topic]:
+    """Return a throttle for each thruster; before its first message each one was at its stop, and after its last."""
+    stop = np.full((1, _WIDTHS[THRUSTERS]), STOP_US)
     if times.size == 0:
         log.add("throttles", 0.0, "V", "no command was logged: a run without thrust")
-        times, pulses = during[:1], np.full((1, _WIDTHS[THRUSTERS]), STOP_US)
+        times, pulses = during[:1], stop
     elif times[0] > during[0]:
         log.add("throttles before the first message", 0.0, "V", "one message at the recording's start, added")
-        times = np.concatenate((during[:1], times))
-        pulses = np.concatenate((np.full((1, pulses.shape[1]), STOP_US), pulses))
+        times, pulses = np.concatenate((during[:1], times)), np.concatenate((stop, pulses))
     log.add("throttle", f"(PWM - {STOP_US:g} µs) / {US_PER_VOLT:g} µs/V", "V", "full command of 400 µs is 5 V")
-    if times.size > 1 and np.median(np.diff(times)) > 0.05:
-        left = float(during[-1] - times[-1])
-        log.add("throttles after the last message", left, "s", "logged on change: the last value is held for that long")
+    left = float(during[-1] - times[-1])
+    if times.size > 1 and left > STOPS:
+        how = (
+            "the last value is held, as told" if hold_last else f"one message of 0 V, {STOPS:g} s after the last, added"
+        )
+        log.add("recording after the last command", left, "s", how)
+        if not hold_last:
+            times, pulses = np.append(times, times[-1] + STOPS), np.concatenate((pulses, stop))
     return [
         Topic(
             name=f"thruster_{k}/throttle",

@@ -4,17 +4,15 @@ share = 1 - sum e^2 / sum (omega - mean)^2, per axis and recording: 1 is perfect
 negative worse than that. Intervals: blocks of errors and measurements drawn with replacement.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_model.attitude_fit.fit import AttitudeFit, FitOptions, fit_attitude
 from thruster_model.attitude_fit.model import simulate, simulate_pieces
 from thruster_model.attitude_fit.recording import Recording
 
-__all__ = ["Share", "left_out", "one_by_one", "shares"]
+__all__ = ["Share", "shares"]
 
 Array = NDArray[np.float64]
 _BLOCK, _DRAWS = 2.0, 500
@@ -41,13 +39,3 @@ def shares(recording: Recording, x: Array, *, piece: float | None, rng: np.rando
     again = 1.0 - parts[0][drawn].sum(axis=1) / parts[1][drawn].sum(axis=1)
     low, high = np.quantile(again, [0.05, 0.95], axis=0)
     return Share(1.0 - missed.sum(axis=0) / varied.sum(axis=0), low, high)
-
-
-def left_out(recordings: Sequence[Recording], options: FitOptions) -> list[AttitudeFit]:
-    """Return for each recording the fit to all others."""
-    return [fit_attitude([each for each in recordings if each is not held], options) for held in recordings]
-
-
-def one_by_one(recordings: Sequence[Recording], options: FitOptions) -> list[AttitudeFit]:
-    """Return the fit to each recording alone."""
-    return [fit_attitude([each], options) for each in recordings]
