@@ -1,4 +1,4 @@
-"""Sensors for tests, and a known motion of a vehicle written with other means than the code under test (SciPy's rotations)."""
+"""Sensors for tests, and a known motion of a vehicle, written with other means than the code under test."""
 
 from dataclasses import replace
 from types import SimpleNamespace

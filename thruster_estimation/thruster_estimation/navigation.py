@@ -26,6 +26,7 @@ import numpy as np
 
 from thruster_estimation.navigation_belief import (
     ERRORS,
+    Heard,
     NavigationBelief,
     NavigationInnovation,
     NavigationStatus,
@@ -42,7 +43,7 @@ from thruster_model.compilation import equation
 from thruster_model.equations.attitude import conjugate, quaternion_product, rotated
 from thruster_model.equations.rotation_vector import rotation
 
-__all__ = ["begun", "navigation_step"]
+__all__ = ["begun", "navigation_first", "navigation_step"]
 
 _USED, _GATED = int(NavigationStatus.USED_ATTITUDE), int(NavigationStatus.GATED_ATTITUDE)
 _STALE, _REOPENED = int(NavigationStatus.STALE_ATTITUDE), int(NavigationStatus.REOPENED)
@@ -162,3 +163,14 @@ def navigation_step(belief, heard, dt, settings):  # type: ignore[no-untyped-def
         shut[2],
     )
     return after, innovation
+
+
+@equation
+def navigation_first(heard, settings):  # type: ignore[no-untyped-def]
+    """Return (NavigationBelief, NavigationInnovation) at the first instant, where each reading counts once."""
+    belief = begun(heard, settings, 0)
+    rest = Heard(
+        nan, nan, nan, nan, heard.rate_x, heard.rate_y, heard.rate_z, heard.force_x, heard.force_y, heard.force_z,
+        heard.velocity_x, heard.velocity_y, heard.velocity_z, nan,
+    )  # fmt: skip
+    return navigation_step(belief, rest, 0.0, settings)

@@ -6,11 +6,10 @@ that the estimate does not depend on when things arrive, but for the time until 
 """
 
 from collections.abc import Sequence
-from math import nan
 from typing import NamedTuple
 
 from thruster_estimation.navigation_belief import Heard, NavigationBelief, NavigationSettings
-from thruster_estimation.navigation_output import compiled_begin, compiled_navigation
+from thruster_estimation.navigation_output import compiled_first, compiled_navigation
 
 __all__ = ["NAVIGATION_START", "LateReading", "NavigationTrack", "Step", "navigation_advance"]
 
@@ -81,9 +80,7 @@ def navigation_advance(
     if steps:
         belief = _stepped(steps[-1], stamp, present, settings)
     else:
-        begin = compiled_begin(present, settings)
-        known = present._replace(w=nan, x=nan, y=nan, z=nan, depth=nan)  # the beginning has them already
-        belief = compiled_navigation(begin, known, 0.0, settings)[0]
+        belief = compiled_first(present, settings)[0]
     return NavigationTrack((*steps, Step(stamp, present, belief)), dropped)
 
 

@@ -12,15 +12,15 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_estimation.navigation import begun, navigation_step
+from thruster_estimation.navigation import begun, navigation_first, navigation_step
 from thruster_estimation.navigation_belief import ERRORS, Heard, NavigationBelief, NavigationSettings
 from thruster_estimation.navigation_propagation import axes
 from thruster_model.compilation import compiled, equation
 from thruster_model.equations.attitude import cross, rotated, rotated_back
 
 __all__ = [
-    "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_navigation", "compiled_output", "navigate",
-    "navigation_output",
+    "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_first", "compiled_navigation", "compiled_output",
+    "navigate", "navigation_output",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -77,6 +77,12 @@ def navigation_output(belief, settings):  # type: ignore[no-untyped-def]
 def compiled_begin(heard, settings):  # type: ignore[no-untyped-def]
     """Return the belief before the first step, as `begun` does."""
     return begun(heard, settings, 0)
+
+
+@compiled
+def compiled_first(heard, settings):  # type: ignore[no-untyped-def]
+    """Return (NavigationBelief, NavigationInnovation) at the first instant, as `navigation_first` does."""
+    return navigation_first(heard, settings)
 
 
 @compiled
