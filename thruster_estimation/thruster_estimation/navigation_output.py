@@ -19,8 +19,8 @@ from thruster_model.compilation import compiled, equation
 from thruster_model.equations.attitude import cross, rotated, rotated_back
 
 __all__ = [
-    "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_first", "compiled_navigation", "compiled_output",
-    "navigate", "navigation_output",
+    "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_first", "compiled_navigation",
+    "compiled_output", "navigate", "navigation_output",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
