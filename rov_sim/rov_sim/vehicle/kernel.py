@@ -2,7 +2,7 @@
 
 Each throttle is held between commands; the acting throttle moves towards the command at u_dot_max. Where one of the
 throttles reaches its command within a step, the step is split there, and while one moves, steps are no longer than
-`RAMP_STEP`: see `flow_tank.plant_step`. Arguments: see `rates`.
+`RAMP_STEP`: see `stepper.plant_step`. Arguments: see `rates`.
 """
 
 import numpy as np
@@ -19,7 +19,7 @@ from rov_sim.vehicle.rates import (
 from rov_sim.vehicle.tables import AT, BODY, END, FIRST, GAINED, LEFT, REACHED, SLOPE, STATE, THRUST, TURNING, WIRING
 from thruster_model.compilation import compiled, inlined
 from thruster_model.equations.dead_zone import ramp_limited
-from thruster_model.flow_tank import RAMP_STEP
+from thruster_model.stepper import RAMP_STEP
 from thruster_model.pipeline import heat_after
 from thruster_model.thruster_rows import thruster
 
