@@ -14,7 +14,7 @@ setup(
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
-        (f"share/{name}/config", ["config/emulated_bench.yaml"]),
+        (f"share/{name}/config", ["config/emulated_bench.yaml", "config/foxglove.json", "config/plotjuggler.xml"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
@@ -25,6 +25,7 @@ setup(
             "bench_study_table = rov_sim.cli_bench_study_table:main",
             "emulated_bench = rov_sim.emulated_bench_node:main",
             "experiment_watch = rov_sim.experiment_watch_node:main",
+            "scene = rov_sim.vehicle.scene_node:main",
             "score_experiment = rov_sim.cli_score_experiment:main",
             "score_vehicle = rov_sim.vehicle.cli_score_vehicle:main",
         ]

@@ -26,6 +26,9 @@ KNOWN_VEHICLE = {
     "rov/operator": "geometry_msgs/msg/TwistStamped",
     "rov/wrench": "geometry_msgs/msg/WrenchStamped",
     "rov/thruster_failure": "thruster_msgs/msg/ThrusterFailure",
+    "rov/attitude": "geometry_msgs/msg/Vector3Stamped",
+    "rov/path": "nav_msgs/msg/Path",
+    "rov/scene": "visualization_msgs/msg/MarkerArray",
 }
 
 

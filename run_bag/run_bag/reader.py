@@ -24,6 +24,9 @@ from .units import unit_of
 _SHARED = ("diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log")
 """Types of topics that all nodes publish on: their stamps need not follow each other."""
 
+_PICTURES = ("nav_msgs/msg/Path", "visualization_msgs/msg/MarkerArray", "visualization_msgs/msg/Marker")
+"""Types that draw for viewers what other topics measure; each message repeats what was before, in ever more fields."""
+
 
 @dataclass(frozen=True)
 class Recording:
@@ -50,7 +53,8 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     Messages are decoded by the definitions inside the file. A channel's stamps are the header stamps where
     the type has a header (log times if none of them was ever filled in, or on topics that all nodes share, as
     /diagnostics), else the log times. Channels in
-    which nothing was measured (all NaN) are left out; so are strings.
+    which nothing was measured (all NaN) are left out; so are strings, and pictures that are drawn for viewers (paths,
+    markers) unless they are asked for.
 
     Args:
         path: rosbag2 directory or .mcap file.
@@ -86,6 +90,8 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     channels: dict[str, Channel] = {}
     for topic, parts in by_topic.items():
         if (wanted is not None and topic not in wanted) or not any(p.payloads for p in parts):
+            continue
+        if wanted is None and all(p.schema is not None and full_name(p.schema.name) in _PICTURES for p in parts):
             continue
         try:
             channels.update(_channels(recording.path, topic, parts, warnings))

@@ -17,6 +17,8 @@ _FORCE_TORQUE = {**_axes("force", "N"), **_axes("torque", "N m")}
 _TWIST = {**_axes("linear", "m/s"), **_axes("angular", "rad/s")}
 _POSE = {**_axes("position", "m"), **_axes("orientation", "1", "xyzw")}
 
+_TRANSFORM = {**_axes("translation", "m"), **_axes("rotation", "1", "xyzw")}
+
 
 def _under(prefix: str, table: dict[str, str]) -> dict[str, str]:
     return {f"{prefix}.{path}": unit for path, unit in table.items()}
@@ -70,6 +72,8 @@ UNITS: dict[str, dict[str, str]] = {
     "geometry_msgs/msg/Twist": _TWIST,
     "geometry_msgs/msg/TwistStamped": _under("twist", _TWIST),
     "geometry_msgs/msg/TwistWithCovarianceStamped": {**_under("twist.twist", _TWIST), **_TWIST_COVARIANCE},
+    "geometry_msgs/msg/TransformStamped": _under("transform", _TRANSFORM),
+    "tf2_msgs/msg/TFMessage": _under("transforms.transform", _TRANSFORM),
     "geometry_msgs/msg/PoseStamped": _under("pose", _POSE),
     "nav_msgs/msg/Odometry": {
         **_under("pose.pose", _POSE), **_under("twist.twist", _TWIST),

@@ -1,0 +1,16 @@
+"""Where a vehicle's thrusters are, for its picture."""
+
+from rov_sim.vehicle.scene import Layout
+from thruster_model.vehicle_set_io import load_vehicle_set
+
+__all__ = ["layout_of"]
+
+
+def layout_of(vehicle: str) -> Layout:
+    """Return the layout of a vehicle set, by name or file.
+
+    Raises:
+        ThrusterModelError: there is none, or it is not valid.
+    """
+    found = load_vehicle_set(vehicle)
+    return Layout(found.positions, found.axes)
