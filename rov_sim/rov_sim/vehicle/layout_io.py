@@ -1,5 +1,7 @@
 """Where a vehicle's thrusters are, for its picture."""
 
+import numpy as np
+
 from rov_sim.vehicle.scene import Layout
 from thruster_model.vehicle_set_io import load_vehicle_set
 
@@ -12,5 +14,5 @@ def layout_of(vehicle: str) -> Layout:
     Raises:
         ThrusterModelError: there is none, or it is not valid.
     """
-    found = load_vehicle_set(vehicle)
-    return Layout(found.positions, found.axes)
+    thrusters = load_vehicle_set(vehicle).layout
+    return Layout(np.array([each.position for each in thrusters]), np.array([each.axis for each in thrusters]))
