@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from vehicle_run import PITCH_ERROR, SURGE_ERROR, THRUSTERS, Circle, topics, write_circle
 
-from rov_sim.vehicle.cli_score_vehicle import main
+from rov_sim.vehicle.cli_score_vehicle import _names, main
 from run_bag import write_run
 from run_bag.report.browser_check import check_report, missing_browser
 
@@ -58,6 +58,13 @@ def test_several_runs_stand_side_by_side(run: Path, tmp_path: Path, capsys: pyte
     names = [one["name"] for one in json.loads((tmp_path / "both/scores.json").read_text("utf-8"))["runs"]]
     assert names == ["circle", "circle (2)"]
     assert capsys.readouterr().out.splitlines()[-1].endswith("both/report.html")
+
+
+def test_runs_of_one_name_are_told_apart_by_their_folders() -> None:
+    paths = [Path("a/one/run"), Path("a/two/run"), Path("b/dive")]
+    assert _names(paths) == ["one/run", "two/run", "b/dive"]
+    assert _names(paths[1:]) == ["run", "dive"]
+    assert _names([paths[2], paths[2]]) == ["dive", "dive (2)"]
 
 
 def test_without_truth_and_set_points_the_report_says_so(tmp_path: Path) -> None:

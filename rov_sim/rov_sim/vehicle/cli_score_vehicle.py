@@ -37,11 +37,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise FileExistsError(f"{out}: expected a new or empty folder; found something there")
         scored: list[Scored] = []
+        names = _names(given.runs)
         with shown_progress("runs", "runs") as progress:
             for run in given.runs:
                 recording = read_vehicle(run)
-                name = _name(recording.run.name, [other for other, _, _ in scored])
-                scored.append((name, recording, score_run(recording, begin=given.begin, end=given.end)))
+                scored.append((names[len(scored)], recording, score_run(recording, begin=given.begin, end=given.end)))
                 progress(len(scored), len(given.runs))
         _write(out, scored, about)
     except (RunError, OSError, ValueError) as error:
@@ -57,9 +57,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _name(name: str, taken: Sequence[str]) -> str:
-    """Return a name that no other run has."""
-    return name if name not in taken else f"{name} ({len(taken) + 1})"
+def _names(runs: Sequence[Path]) -> list[str]:
+    """Return a name for each run: the last parts of its path that tell it from the others, numbered where none does."""
+    parts = [run.resolve().parts[1:] for run in runs]
+    for length in range(1, max(map(len, parts)) + 1):
+        names = ["/".join(each[-length:]) for each in parts]
+        if len(set(names)) == len(set(parts)):
+            break
+    return [name if names.index(name) == k else f"{name} ({k + 1})" for k, name in enumerate(names)]
 
 
 def _write(out: Path, scored: Sequence[Scored], about: dict[str, object]) -> None:

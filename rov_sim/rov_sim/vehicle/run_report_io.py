@@ -36,38 +36,37 @@ def build_report(runs: Sequence[Scored], about: Mapping[str, Any]) -> Report:
             report.warning(f"{name}: no set point was recorded, so nothing can be said about tracking.")
         if recording.truth is None:
             report.warning(f"{name}: no truth was recorded; what the vehicle did is what its odometry says.")
-    report.section("Scores")
-    _tracking_table(report, runs)
     if len(runs) > 1:
+        report.section("Scores")
         _comparison(report, runs)
     for name, recording, scores in runs:
-        report.section("Motion" if len(runs) == 1 else f"Run {name}")
+        report.section("Scores" if len(runs) == 1 else f"Run {name}")
+        _tracking_table(report, scores)
         _motion(report, recording, scores)
         if recording.thrusters:
             _thrusters(report, recording, scores)
     return report
 
 
-def _tracking_table(report: Report, runs: Sequence[Scored]) -> None:
+def _tracking_table(report: Report, scores: RunScores) -> None:
     rows = [
-        [*([name] if len(runs) > 1 else []), each.words, each.unit, *_cells(scores.tracking[each.id])]
-        for name, _, scores in runs
+        [each.words, each.unit, *_cells(scores.tracking[each.id])]
         for each in DEGREES_OF_FREEDOM
         if each.id in scores.tracking and scores.tracking[each.id].samples
     ]
     if not rows:
         return
-    columns: list[Column | str] = [*(["Run"] if len(runs) > 1 else []), "Degree of freedom", "Unit", "RMSE"]
-    columns += ["Mean |set point|", Column(name="RMSE over it", unit="%", digits=3), "Largest error"]
-    columns += [Column(name="Samples", format=".0f")]
-    begin, end = runs[0][2].begin, runs[0][2].end
+    columns: list[Column | str] = ["Degree of freedom", "Unit", "RMSE", "Mean |set point|"]
+    columns += [Column(name="RMSE over it", unit="%", digits=3), "Largest error", Column(name="Samples", format=".0f")]
     report.table(
-        columns, rows, caption=f"Tracking, from {begin:.2f} s to {end:.2f} s, judged by {runs[0][2].judged_by}.",
+        columns,
+        rows,
+        caption=f"Tracking, from {scores.begin:.2f} s to {scores.end:.2f} s, judged by {scores.judged_by}.",
         notes=[
             "A degree of freedom of which nothing but 0 was wanted has no relative error. Wanted body rates are those "
             "that turn the actual attitude at the wanted rates of roll, pitch and yaw."
         ],
-    )  # fmt: skip
+    )
 
 
 def _cells(one: Score) -> list[float | int | None]:
@@ -82,17 +81,19 @@ def _comparison(report: Report, runs: Sequence[Scored]) -> None:
     ]
     if not shown:
         return
-    groups = [
-        Bars(
-            name=name,
-            value=[100.0 * s.tracking[each.id].normalised if s.tracking else np.nan for each in shown],
-            color=k,
-        )
-        for k, (name, _, s) in enumerate(runs)
-    ]
+    errors = {
+        name: [100.0 * s.tracking[each.id].normalised if s.tracking else np.nan for each in shown]
+        for name, _, s in runs
+    }
+    report.table(
+        ["Degree of freedom", *(Column(name=name, unit="%", digits=3) for name in errors)],
+        [[each.words, *(values[k] for values in errors.values())] for k, each in enumerate(shown)],
+        caption="RMSE over the mean |set point|, of the degrees of freedom that were to move.",
+    )
+    groups = [Bars(name=name, value=values, color=k) for k, (name, values) in enumerate(errors.items())]
     report.figure(
         bars([each.words for each in shown], groups, quantity=Axis(name="RMSE over the mean |set point|", unit="%")),
-        caption="Tracking errors of each degree of freedom that was to move.",
+        caption="The same as bars.",
         alt="The bars show the relative errors of the table, one bar for each run.",
     )
 

@@ -37,6 +37,11 @@
     layout.showlegend = false;
     layout.uirevision = "kept";
     if (layout.scene && coarse) layout.scene.dragmode = false;
+    if (layout.scene && layout.scene.camera) { // the view is as high as the box: what is narrow is seen from further away
+      const eye = layout.scene.camera.eye;
+      const away = Math.max(1, (1.1 * layout.height) / width);
+      layout.scene.camera.eye = { x: eye.x * away, y: eye.y * away, z: eye.z * away };
+    }
     layout.dragmode = coarse ? false : layout.dragmode || "zoom"; // a finger scrolls the page; a tap shows values
     if (narrow && layout.hovermode === "x unified") layout.hovermode = "closest";
     for (const name of Object.keys(layout)) {

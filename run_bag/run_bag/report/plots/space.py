@@ -104,7 +104,7 @@ def space(
         "zaxis": {"title": {"text": z.full}, **({"autorange": "reversed"} if z_down else {})},
         "aspectmode": "data",
         "dragmode": "turntable",
-        "camera": {"eye": {"x": -1.5, "y": -1.65, "z": 0.9}},
+        "camera": {"eye": {"x": -1.5, "y": -1.65, "z": 0.9}, "center": {"x": 0.0, "y": 0.0, "z": -0.15}},
     }
     layout = {"scene": scene, "hovermode": "closest", "margin": {"l": 0, "r": 0, "t": 0, "b": 0}}
     return Plot(figure=go.Figure(data=traces, layout=layout), notes=reduction_note(longest, max_points), height=height)
