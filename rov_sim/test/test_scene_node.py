@@ -18,6 +18,7 @@ from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
 from vehicle_run import THRUSTERS, Circle, topics
 
+from rov_sim.vehicle.layout_io import layout_of
 from rov_sim.vehicle.scene import Layout
 from rov_sim.vehicle.scene_node import SceneNode
 from run_bag import Run, read_run, write_run
@@ -25,6 +26,7 @@ from run_bag.live.raw_topic import message_class
 from run_bag.live.recorder_node import RecorderNode
 from run_bag.mcap_scan import scan
 from run_bag.reader import read_recording
+from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import make_executor, spin_until
 from thruster_runtime.qos import RECORDER
 
@@ -170,6 +172,19 @@ def test_foreign_frames_are_not_drawn_and_the_node_says_so(context: Context) -> 
         executor.remove_node(node)
         node.destroy_node()
     executor.shutdown()
+
+
+@pytest.mark.parametrize(("vehicle", "count"), [("ngs", 6), ("bluerov2_heavy", 8)])
+def test_thrusters_are_where_the_vehicle_set_says(vehicle: str, count: int) -> None:
+    layout = layout_of(vehicle)
+    assert layout.positions.shape == layout.axes.shape == (count, 3)
+    assert np.linalg.norm(layout.axes, axis=1) == pytest.approx(np.ones(count))
+    assert layout.axes[-1, 2] < -0.9, "the last of either pushes up"
+
+
+def test_a_vehicle_that_is_unknown_is_refused(context: Context) -> None:
+    with pytest.raises(StartRefused, match="vehicle: "):
+        SceneNode(context=context, parameter_overrides=[Parameter("vehicle", value="submarine")])
 
 
 # ---- the ready layouts

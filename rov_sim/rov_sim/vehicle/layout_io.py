@@ -3,6 +3,7 @@
 import numpy as np
 
 from rov_sim.vehicle.scene import Layout
+from thruster_model.vehicle_set_io import load_vehicle_set
 
 __all__ = ["layout_of"]
 
@@ -13,7 +14,5 @@ def layout_of(vehicle: str) -> Layout:
     Raises:
         ThrusterModelError: there is none, or it is not valid.
     """
-    from thruster_model.vehicle_set_io import load_vehicle_set  # only where no layout is given
-
     thrusters = load_vehicle_set(vehicle).layout
     return Layout(np.array([each.position for each in thrusters]), np.array([each.axis for each in thrusters]))
