@@ -13,7 +13,8 @@
 #   --truth SET          parameter set of the emulated thruster (hl_bench)
 #   --parameters SET     parameter set that observer and law believe in (the strategy's own)
 #   --form proper|bench  how the observer is discretised (proper)
-#   --effects 'E.P=SIZE ...'    unmodelled effects of the emulated thruster
+#   --effects 'E.P=SIZE ...'    unmodelled effects of the emulated thruster; those of the log, in the set too, act on a
+#                        copy of the finished run, run_as_logged beside run
 #   --seed N             of the emulated noise (0); --no-noise leaves it out
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
 #
@@ -133,7 +134,10 @@ run_one() { # REFERENCE STRATEGY FOLDER
         printf '[experiment] %s, %s: failed; logs in %s\n' "$strategy" "$reference" "$folder/log" >&2
         return 1
     fi
-    ros2 run rov_sim score_experiment "$folder/run" --reference "$reference" --strategy "$strategy" \
+    local run=$folder/run
+    [ -n "$port" ] || run=$(ros2 run thruster_model log_effects "$folder/run" --parameters "$truth" --effects "$effects" \
+        --seed "$seed" --out "$folder/run_as_logged")
+    ros2 run rov_sim score_experiment "$run" --reference "$reference" --strategy "$strategy" \
         --out "$folder/scores"
 }
 

@@ -27,6 +27,7 @@ setup(
             "class_table = thruster_model.cli_class_table:main",
             "reference = thruster_model.cli_reference:main",
             "load_cell = thruster_model.cli_load_cell:main",
+            "log_effects = thruster_model.cli_log_effects:main",
         ]
     },
     zip_safe=True,

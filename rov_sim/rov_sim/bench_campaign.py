@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.rig_sensors import RECORDER, disturbances, flow_read, rung, speed_read
+from rov_sim.rig_sensors import RECORDER, disturbances, flow_read, rung
 from rov_sim.throttle_programmes import multisine, ramp_and_hold, staircase, with_rest
 from thruster_model.effects.chains import SENSED
 from thruster_model.effects.gates import drawn_gates
@@ -107,7 +107,7 @@ def _record(
     time = dt * np.arange(rows.shape[1])
     flow_time = np.arange(0.0, time[-1], 1.0 / _FLOW_RATE)
     noise, flow_noise = (disturbances(RECORDER, t.size, t[1] - t[0], rng) for t in (time, flow_time))
-    magnitude = speed_read(np.abs(read["speed"]) + _SPEED_AT_REST, noise.speed, False)
+    magnitude = np.abs(read["speed"]) + _SPEED_AT_REST + noise.speed
     speed = np.where(rows[0] < 0.0, -1.0, 1.0) * _SPEED_STEP * np.round(magnitude / _SPEED_STEP)
     force = rung(read["thrust"], dt, RECORDER.resonance, RECORDER.damping) + noise.load
     moment = rung(read["torque"], dt, _TORQUE_RESONANCE, RECORDER.damping) + _TORQUE_NOISE * rng.standard_normal(

@@ -22,7 +22,7 @@ from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.stepper import NO_GATES, ROWS, PlantState, new_memory, new_sensors, substeps_of
 
-__all__ = ["Controller", "LoopRun", "Plant", "Timing", "simulate_loop"]
+__all__ = ["Controller", "LoopRun", "Plant", "Timing", "scatter_seed", "simulate_loop"]
 
 Array = NDArray[np.float64]
 _LARGEST_STEP = 1e-3  # s
@@ -165,7 +165,7 @@ def simulate_loop(
             raise ValueError(f"flow: expected a reading for each of {wanted.size} periods; found shape {told.shape}")
         noise = noise._replace(told=told)
     step = timing.period / clock.steps
-    side = _plant_side(plant, step, _entropy(seed, 1))
+    side = _plant_side(plant, step, scatter_seed(seed))
     dense = np.empty((len(ROWS), wanted.size * clock.steps + 1))
     read = dense if side.e_sensors is NO_EFFECTS else np.empty((len(OUTPUTS), dense.shape[1]))
     gates = NO_GATES if plant.gates is None else np.ascontiguousarray(plant.gates, dtype=np.float64)
@@ -183,10 +183,14 @@ def simulate_loop(
     return LoopRun(begins, wanted, load + noise.load, force, out, instants, dense[: len(OUTPUTS)])
 
 
-def _plant_side(plant: Plant, step: float, entropy: list[int]) -> PlantSide:
+def scatter_seed(seed: int | tuple[int, ...]) -> int:
+    """Return the seed of effects that scatter in a run with this seed."""
+    return 1 + int(np.random.SeedSequence(_entropy(seed, 1)).generate_state(1)[0])
+
+
+def _plant_side(plant: Plant, step: float, seed: int) -> PlantSide:
     e, e_sensors = plant.effects.plant, plant.effects.sensors
     substeps = substeps_of(step, step, e)
-    seed = 1 + int(np.random.SeedSequence(entropy).generate_state(1)[0])
     memory, sensors = new_memory(step, substeps, e, float(plant.start.u)), new_sensors(step, e_sensors, seed)
     return PlantSide(plant.coefficients, e, substeps, memory, e_sensors, sensors)
 

@@ -13,12 +13,14 @@ from math import floor, nan
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bench_driver.device import Inputs, Outputs
 from bench_driver.text_protocol import count_from_flow, count_from_speed
 from rov_sim.rig_sensors import Rig, disturbances, flow_read, speed_read
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.chains import SENSED
+from thruster_model.effects.chains import Outputs as Sensed
 from thruster_model.effects.gates import drawn_gates
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.stepper import (
@@ -121,11 +123,11 @@ class BenchPlant:
 
     def read(self) -> Inputs:
         """Return what the sensors read now."""
-        now, k = dict(zip(SENSED, self._read[:, -1].tolist(), strict=True)), self._period_now(0.0)
+        now, k = self.sensed(), self._period_now(0.0)
         noise = self._noise
-        n = float(speed_read(now["speed"], noise.speed[k], False))
-        U = float(flow_read(now["ambient"], noise.flow[k], noise.eddies[k], False))
-        wrench = (now["thrust"], 0.0, 0.0, now["torque"], 0.0, 0.0)
+        n = float(speed_read(now.speed, noise.speed[k], False))
+        U = float(flow_read(now.ambient, noise.flow[k], noise.eddies[k], False))
+        wrench = (now.thrust, 0.0, 0.0, now.torque, 0.0, 0.0)
         counts = () if self._loads is None else self._loads(wrench)
         return Inputs(tachometer_counts=(count_from_speed(n),), flow_counts=(count_from_flow(U),), load_counts=counts)
 
@@ -138,6 +140,10 @@ class BenchPlant:
         self._since += period
         return self.read()
 
+    def sensed(self) -> Sensed:
+        """Return what the sensors make of the true states, before noise and converters."""
+        return Sensed(*self._read[:, -1].tolist())
+
     def truth(self) -> BenchTruth:
         """Return the true states."""
         n, v, U, T, Q, u = self._true[:, -1].tolist()
@@ -147,7 +153,7 @@ class BenchPlant:
         begins = self._steps
         true, read = np.empty((len(ROWS), count + 1)), np.empty((len(SENSED), count + 1))
         self._state = advance(
-            self._state, np.full(count, u), _STEP, self._substeps, self._p, self._e, self._gates_of(count),
+            self._state, np.full(count, u), _STEP, self._substeps, self._p, self._e, self.gates(count + 1, self._steps),
             NOMINAL_SUPPLY, self._memory, true, 0,
         )  # fmt: skip
         if self._e_sensors is NO_EFFECTS:
@@ -158,14 +164,12 @@ class BenchPlant:
         self._true, self._read = true, read
         self._steps += count
         thrust = SENSED.index("thrust")
-        self._force += _STEP * float(np.trapezoid(true[thrust]))
-        self._told += _STEP * float(np.trapezoid(read[thrust]))
+        self._force += _integral(true[thrust])
+        self._told += _integral(read[thrust])
 
-    def _gates_of(self, count: int) -> Any:
-        """Return the gates of the next steps and of the one after them."""
-        if self._gates.size == 0:
-            return NO_GATES
-        return np.take(self._gates, range(self._steps, self._steps + count + 1), mode="wrap")
+    def gates(self, count: int, first: int = 0) -> NDArray[np.float64]:
+        """Return from `first` on for `count` steps 0 where the propeller may draw air, else 1; none: it never does."""
+        return np.take(self._gates, range(first, first + count), mode="wrap") if self._gates.size else NO_GATES
 
     def mean_thrust(self) -> MeanThrust:
         """Return the mean over the time since it was last asked for, and begin anew; NaN for no time."""
@@ -178,3 +182,8 @@ class BenchPlant:
 
     def _period_now(self, later: float) -> int:
         return floor((self.time + later) / self._given.period + 1e-6) % self._noise.speed.size
+
+
+def _integral(values: NDArray[np.float64]) -> float:
+    """Return the integral over time of values at the ends of steps, by the trapezium."""
+    return _STEP * float(values.sum() - 0.5 * (values[0] + values[-1]))

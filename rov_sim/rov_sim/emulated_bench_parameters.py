@@ -21,7 +21,7 @@ PARAMETERS = (
     Parameter(
         name="effects", default="",
         description="unmodelled effects besides the set's: EFFECT.PARAMETER=SIZE, separated by spaces; those of the "
-        "log act on the finished run, see apply_log_effects",
+        "log act on the finished run, see thruster_model log_effects",
     ),
     Parameter(name="noise", default=True, description="whether the sensors are noisy as the rig's"),
     Parameter(name="seed", default=0, lower=0, description="of the noise"),

@@ -3,10 +3,11 @@ metadata.yaml. Messages are copied as they are, one file at a time, and never he
 
 from __future__ import annotations
 
+import json
 import os
 import secrets
 import shutil
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,7 @@ from .mcap_scan import scan
 from .rosbag2 import (
     BAG_RECORD,
     LIBRARY,
+    RUN_RECORD,
     TopicRecord,
     bag_metadata,
     offers,
@@ -84,8 +86,17 @@ def finish(directory: Path) -> Finished:
     return Finished(directory=directory, messages=bag["message_count"], warnings=tuple(warnings))
 
 
-def recover(path: Path, target: Path) -> Finished:
+Alter = Callable[[str, bytes], bytes]
+
+
+def recover(path: Path, target: Path, alter: Alter | None = None, about: Mapping[str, Any] | None = None) -> Finished:
     """Copy all that can be read of a run or .mcap file to a new run; the old one is not touched.
+
+    Args:
+        path: of the old run.
+        target: the new one.
+        alter: makes of each message (topic, content), in the order of the file, what is written in its place.
+        about: what is added to the run's metadata.
 
     Raises:
         RunExistsError: the target exists. Nothing is overwritten.
@@ -101,7 +112,7 @@ def recover(path: Path, target: Path) -> Finished:
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary.mkdir()
         name = f"{target.name}_0.mcap"
-        bag = _copy(scans, temporary / name, name)
+        bag = _copy(scans, temporary / name, name, alter, about)
         write_metadata_yaml(temporary, bag)
         refuse_existing(target)
         temporary.rename(target)
@@ -122,6 +133,7 @@ class _Copy:
     counts: dict[int, int] = field(default_factory=dict)
     first: int | None = None
     last: int = 0
+    alter: Alter | None = None
     _channels: dict[tuple[str, str, bytes], int] = field(default_factory=dict)
     _schemas: dict[tuple[str, str, bytes], int] = field(default_factory=dict)
 
@@ -146,10 +158,9 @@ class _Copy:
             channel = numbers.get(message.channel)
             if channel is None:
                 channel = numbers[message.channel] = self.topic(raw)
+            payload = message.payload if self.alter is None else self.alter(raw.topic, message.payload)
             try:
-                self.writer.add_message(
-                    channel, message.log_time, message.payload, message.publish_time, message.sequence
-                )
+                self.writer.add_message(channel, message.log_time, payload, message.publish_time, message.sequence)
             except OSError as error:  # of the copy, not of the file that is read
                 text = f"cannot be written: {error.strerror or error}"
                 raise CannotWriteError(text, found=error.errno) from error
@@ -160,14 +171,20 @@ class _Copy:
         scan(one.path, receive=write)
 
 
-def _copy(scans: tuple[Scan, ...], target: Path, file_name: str) -> dict[str, Any]:
+def _copy(
+    scans: tuple[Scan, ...],
+    target: Path,
+    file_name: str,
+    alter: Alter | None = None,
+    about: Mapping[str, Any] | None = None,
+) -> dict[str, Any]:
     """Write everything that was found to one indexed file; return its description for metadata.yaml."""
     with target.open("xb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library=LIBRARY)
-        for name, content in _metadata(scans).items():
+        for name, content in _metadata(scans, about or {}).items():
             writer.add_metadata(name, dict(content))
-        copy = _Copy(writer)
+        copy = _Copy(writer, alter=alter)
         try:
             for one in scans:
                 copy.file(one)
@@ -182,9 +199,13 @@ def _copy(scans: tuple[Scan, ...], target: Path, file_name: str) -> dict[str, An
     return bag
 
 
-def _metadata(scans: tuple[Scan, ...]) -> dict[str, Mapping[str, str]]:
+def _metadata(scans: tuple[Scan, ...], about: Mapping[str, Any]) -> dict[str, Mapping[str, str]]:
     found: dict[str, Mapping[str, str]] = {name: text for one in scans for name, text in one.metadata.items()}
     found.pop(BAG_RECORD, None)  # described the old file
+    if about:
+        told = json.loads(found.get(RUN_RECORD, {}).get("json", "{}"))
+        told = {**told, **about} if isinstance(told, dict) else {RUN_RECORD: told, **about}
+        found[RUN_RECORD] = {"json": json.dumps(told, allow_nan=False, ensure_ascii=False)}
     return found
 
 

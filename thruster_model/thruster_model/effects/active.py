@@ -80,6 +80,10 @@ class ActiveEffects:
         """For `stepper.sense`: `EffectValues`, or `NO_EFFECTS` where no sensor has any."""
         return effect_values(self.sizes) if self._any("sensor") else NO_EFFECTS
 
+    def of_the_log(self) -> "ActiveEffects":
+        """Return those of the log alone."""
+        return ActiveEffects(sizes={name: own for name, own in self.sizes.items() if LIBRARY[name].block == "log"})
+
     def log(self, signal: str, time: Array, values: Array, rng: np.random.Generator) -> tuple[Array, Array]:
         """Return (stamps [s], values) as they are written to the log, each (N,); stamps stay in order."""
         for effect in self._of_the_log(signal):

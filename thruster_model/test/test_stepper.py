@@ -1,0 +1,80 @@
+"""The stepper: a run in pieces is the run at once, for every effect; what is remembered does not grow."""
+
+import numpy as np
+import pytest
+
+from thruster_model.effects.active import ActiveEffects
+from thruster_model.effects.stages import LIBRARY
+from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.stepper import (
+    AT_REST,
+    NOMINAL_SUPPLY,
+    ROWS,
+    PlantState,
+    advance,
+    new_memory,
+    new_sensors,
+    sense,
+    substeps_of,
+)
+from thruster_model.whole_run import readings, simulated_rows
+
+HL = load_parameter_set("hl").coefficients
+DT = 2e-3
+COMMANDS = np.repeat([2.6, -3.1, 0.9, 4.0, -1.2, 0.0], 40)
+GATES = (np.arange(COMMANDS.size) % 30 < 20).astype(float)
+IN_TIME = [effect for effect in LIBRARY.values() if effect.logged is None]
+
+
+def sized(*effects):
+    return ActiveEffects(
+        sizes={e.id: {p.name: 1.0 if p.unit == "s" and p.lower == 1.0 else 0.43 * (p.lower + p.upper)
+                      for p in e.parameters} for e in effects if e.id != "thruster_polarity"}
+    )  # fmt: skip
+
+
+def in_pieces(effects, pieces, start=AT_REST):
+    """Return (true rows, readings) of the run, advanced and read piece by piece."""
+    e, e_sensors = effects.plant, effects.sensors
+    substeps = substeps_of(DT, 1e-3, e)
+    memory, sensors = new_memory(DT, substeps, e, start.u), new_sensors(DT, e_sensors, 8)
+    out, read = np.empty((len(ROWS), COMMANDS.size + 1)), np.empty((5, COMMANDS.size + 1))
+    state, at = start, 0
+    for size in pieces:
+        there = slice(at, at + size)
+        state = advance(state, COMMANDS[there], DT, substeps, HL, e, GATES[there], NOMINAL_SUPPLY, memory, out, at)
+        sense(out, at, at + size, DT, e_sensors, sensors, read)
+        at += size
+    sense(out, at, at + 1, DT, e_sensors, sensors, read)
+    return out, read
+
+
+@pytest.mark.parametrize("effect", [*IN_TIME, None], ids=lambda e: e.id if e else "all")
+def test_a_run_in_pieces_is_the_run_at_once_bit_for_bit(effect):
+    effects = sized(*([effect] if effect else IN_TIME))
+    start = PlantState(5.0, 0.01, 0.02, 0.4)
+    whole = simulated_rows(HL, COMMANDS, DT, start=start, effects=effects.plant, gates=GATES)
+    rows, read = in_pieces(effects, [1, 7, 32, 80, 119, 1], start)
+    assert rows.tobytes() == whole.tobytes()
+    assert read.tobytes() == readings(whole, DT, effects.sensors, 8).tobytes()
+
+
+def test_a_command_that_has_acted_for_long_goes_on_until_the_delayed_one_arrives():
+    rest = simulated_rows(HL, np.full(3000, 2.0), 0.01)[:, -1]
+    start = PlantState(rest[0], rest[1], rest[2], 2.0)
+    late = ActiveEffects(sizes={"command_delay": {"time": 0.1}})
+    rows = simulated_rows(HL, np.zeros(200), DT, start=start, effects=late.plant)
+    np.testing.assert_allclose(rows[:, :51], np.tile(rest[:, None], 51), rtol=1e-6)
+    assert rows[0, 60] < 0.9 * rest[0]
+
+
+@pytest.mark.parametrize("step", [1e-3, 2e-3, 5e-3])
+def test_a_delay_of_the_command_is_exact_between_the_steps_also(step):
+    """Against the delay of whole steps of a fine run; a mean over the step would be off by the ramp limit's work."""
+    fine = simulated_rows(
+        HL, np.repeat(COMMANDS[:200], 40), 5e-5, effects=ActiveEffects(sizes={"command_delay": {"time": 0.0137}}).plant
+    )
+    every = round(step / 5e-5)
+    held = np.repeat(COMMANDS[:200], 2)[:: round(step / 1e-3)]
+    late = simulated_rows(HL, held, step, effects=ActiveEffects(sizes={"command_delay": {"time": 0.0137}}).plant)
+    assert np.max(np.abs(late[0] - fine[0, ::every][: late.shape[1]])) < 0.02
