@@ -15,6 +15,7 @@ from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import BatteryState
 
 from thruster_control import inner_loop_parameters, reference_node
 from thruster_control.inner_loop import AT_REST, compiled_step
@@ -36,7 +37,7 @@ from thruster_runtime.qos import RELIABLE
 PERIOD = 40_000_000  # ns
 KINDS = {
     "state": ThrusterState, "flow": FlowVelocity, "load": WrenchStamped, "estimate": ThrusterEstimate,
-    "thrust_setpoint": ThrustSetpoint, "throttle": Throttle,
+    "thrust_setpoint": ThrustSetpoint, "throttle": Throttle, "battery": BatteryState,
 }  # fmt: skip
 KNOWN = {"n": 60.0, "v": 0.1, "ambient": 0.1}
 
@@ -53,8 +54,9 @@ class Scene:
             self.rest.create_subscription(KINDS[name], f"thruster_1/{name}", messages.append, RELIABLE)
         self.told: list[DiagnosticArray] = []
         self.rest.create_subscription(DiagnosticArray, "/diagnostics", self.told.append, RELIABLE)
-        wanted = {s.topic_name.removeprefix("/thruster_1/") for s in self.subject.subscriptions} & set(KINDS)
-        self.sent = {n: self.rest.create_publisher(KINDS[n], f"thruster_1/{n}", RELIABLE) for n in wanted}
+        heard = {s.topic_name for s in self.subject.subscriptions}
+        topics = {name: "/rov/battery" if name == "battery" else f"/thruster_1/{name}" for name in KINDS}
+        self.sent = {n: self.rest.create_publisher(KINDS[n], t, RELIABLE) for n, t in topics.items() if t in heard}
         self.clock = self.rest.create_publisher(Clock, "/clock", RELIABLE)
         self.executor = make_executor("events", context=context)
         self.executor.add_node(self.subject)
@@ -157,6 +159,18 @@ def test_the_force_table_is_looked_up_at_the_measured_supply_voltage(
     arguments = (math.nan, math.nan, math.nan, True, 0.04, ready.settings, ready.coefficients, math.nan, 0.0, supply)
     assert scene.throttles(1) == [float(compiled_step(AT_REST, 20.0, *arguments)[1].u)]
     assert scene.throttles(1)[0] > 2.5
+
+
+def test_the_force_table_waits_for_a_slower_battery_and_takes_its_voltage(running: Callable[..., Scene]) -> None:
+    scene = running(strategy="force-table", battery_every=0.25)
+    scene.set_point(10, 20.0)
+    scene.send("battery", 0, voltage=14.0)
+    scene.send("state", 10, n=math.nan, supply_voltage=math.nan)
+    assert scene.throttles(0, 0.2) == []  # that voltage is older than the next one can be
+    scene.send("battery", 5, voltage=12.25)
+    ready = load_strategy("force-table")
+    arguments = (math.nan, math.nan, math.nan, True, 0.04, ready.settings, ready.coefficients, math.nan, 0.0, 0.875)
+    assert scene.throttles(1) == [float(compiled_step(AT_REST, 20.0, *arguments)[1].u)]
 
 
 def test_the_steady_flow_law_takes_the_measured_ambient_flow(running: Callable[..., Scene]) -> None:

@@ -1,8 +1,7 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
 A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply
-voltage (the nominal one where that is not measured). Where `rov/thruster_failure` says that the thruster's speed is not
-measured any more, a table of steady states takes the law's place. What is stamped when and waits for what:
+voltage, or that of `rov/battery` (the nominal one where neither is measured). What is stamped when and waits for what:
 `thruster_runtime.triggered_join`.
 """
 
@@ -12,6 +11,8 @@ from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 from rclpy.node import Node
+from rclpy.time import Time
+from sensor_msgs.msg import BatteryState
 
 from thruster_control.inner_loop import Output, Status
 from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy, without_speed
@@ -29,6 +30,7 @@ from thruster_runtime.diagnostics import Level
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
+from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
 
@@ -45,6 +47,7 @@ _WORDS: dict[Status, tuple[Level, str]] = {
     Status.BAD_PERIOD: ("error", "no valid period: the throttle is zero"),
 }
 _BLIND = "the speed is reported lost: a table of steady states, without feedback"
+_BATTERY_TIMEOUT = 5_000_000_000  # ns; a voltage that is older counts no more
 _UNKNOWN = ThrusterEstimate(n=nan, v=nan, ambient=nan, status=ThrusterEstimate.STATUS_INVALID)
 
 
@@ -58,7 +61,7 @@ def _relative(volts: float, nominal: float) -> float:
 
 
 class InnerLoopNode(Node):
-    """Subscribes `estimate` or `state`, `thrust_setpoint` and what the law measures; publishes `throttle`."""
+    """Subscribes `estimate` or `state`, `thrust_setpoint`, what the law measures, the battery; publishes `throttle`."""
 
     def __init__(self, **options: Any) -> None:
         """Refuse wrong parameters, compile the law, then listen; `options` are those of rclpy's Node."""
@@ -88,6 +91,9 @@ class InnerLoopNode(Node):
         if values["load_cell"]:
             inputs["load"] = measured
             listen(self, WrenchStamped, f"{prefix}/load", self._on_load)
+        if values["battery_every"] > 0.0:
+            inputs["battery"] = Input(timeout=_BATTERY_TIMEOUT, every=round(values["battery_every"] * 1e9))
+            self.create_subscription(BatteryState, "rov/battery", self._on_battery, RELIABLE)
         self._frame_id = ""
         self._join = TriggeredJoin("trigger", inputs)
         self._health = JoinHealth(self, self._join)
@@ -118,6 +124,9 @@ class InnerLoopNode(Node):
     def _on_load(self, load: Any) -> None:
         self._take("load", load.stamp, load.wrench_force_x)
 
+    def _on_battery(self, battery: BatteryState) -> None:
+        self._take("battery", Time.from_msg(battery.header.stamp).nanoseconds, battery.voltage)
+
     def _on_state(self, state: Any) -> None:
         self._take("trigger", state.stamp, (state.frame_id, _UNKNOWN, state.supply_voltage))
 
@@ -130,6 +139,8 @@ class InnerLoopNode(Node):
 
     def _control(self, due: Due) -> None:
         frame_id, estimate, volts = due.message
+        if "battery" in due.inputs:
+            volts = _known(held(due, "battery", _BATTERY_TIMEOUT))
         # in simulated time the clock may come after the estimate; none is younger than now
         age = max(0.0, (self.get_clock().now().nanoseconds - due.stamp) / 1e9)
         inputs = Inputs(

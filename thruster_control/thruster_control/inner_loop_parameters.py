@@ -56,6 +56,11 @@ PARAMETERS = (
     ),
     Parameter(name="load_cell", default=False, description="pi-thrust: feed back the load cell's thrust"),
     Parameter(
+        name="battery_every", default=0.0, unit="s", lower=0.0, upper=60.0,
+        description="force-table: period and delay together of rov/battery, whose voltage then counts; "
+        "0: the supply voltage in the thruster's state",
+    ),
+    Parameter(
         name="measured_timeout", default=0.1, unit="s", lower=0.0, above=True, upper=3600.0,
         description="silence after which a measured flow or load is neither waited for nor used",
     ),
@@ -94,6 +99,8 @@ def chosen_strategy(values: Mapping[str, Any]) -> tuple[Ready | None, list[str]]
     problems = []
     if values["load_cell"] and values["strategy"] != "pi-thrust":
         problems.append(f"load_cell: expected the strategy pi-thrust; found {values['strategy']}")
+    if values["battery_every"] > 0.0 and values["strategy"] != "force-table":
+        problems.append(f"battery_every: expected the strategy force-table; found {values['strategy']}")
     try:
         ready = load_strategy(chosen.name, law=changed_law(chosen.law, changes), **own_set)
     except (ValueError, ThrusterControlError, ThrusterModelError) as error:

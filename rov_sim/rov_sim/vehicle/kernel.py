@@ -19,8 +19,8 @@ from rov_sim.vehicle.rates import (
 from rov_sim.vehicle.tables import AT, BODY, END, FIRST, GAINED, LEFT, REACHED, SLOPE, STATE, THRUST, TURNING, WIRING
 from thruster_model.compilation import compiled, inlined
 from thruster_model.equations.dead_zone import ramp_limited
-from thruster_model.stepper import RAMP_STEP
 from thruster_model.pipeline import heat_after
+from thruster_model.stepper import RAMP_STEP
 from thruster_model.thruster_rows import thruster
 
 __all__ = ["advance", "advance_period", "measured", "record_width", "run_vehicle"]
