@@ -19,6 +19,7 @@ KNOWN_VEHICLE = {
     "rov/truth": "nav_msgs/msg/Odometry",
     "rov/setpoint": "thruster_msgs/msg/VehicleSetpoint",
     "rov/odometry": "nav_msgs/msg/Odometry",
+    "rov/odometry_enu": "nav_msgs/msg/Odometry",
     "rov/imu": "sensor_msgs/msg/Imu",
     "rov/velocity": "geometry_msgs/msg/TwistWithCovarianceStamped",
     "rov/depth": "thruster_msgs/msg/Depth",
