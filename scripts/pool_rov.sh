@@ -22,7 +22,8 @@ ros2 run run_bag import_pool "${recordings[@]}" --out "$out/recordings"
 # a recording without any command is moved by hand, which nothing recorded: it is predicted, never fitted
 fitted=() predicted=()
 for run in "$out"/recordings/*/; do
-    if ros2 run run_bag info "$run" | grep -q 'no command was logged'; then predicted+=("$run"); else fitted+=("$run"); fi
+    told=$(ros2 run run_bag info "$run")
+    if [[ $told == *'no command was logged'* ]]; then predicted+=("$run"); else fitted+=("$run"); fi
 done
 # two columns, thrust [N] and command (-1 to 1); its supply voltage is not stated and counts as the nominal one
 awk 'BEGIN { print "command,force,supply" } $1 ~ /^-?[0-9.]+$/ { print $2 "," $1 ",12" }' "$thrusts" >"$out/thrusts.csv"
