@@ -1,6 +1,7 @@
 """The navigation believes in the sensors that are simulated by default, and makes odometry of their messages."""
 
 import os
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -9,10 +10,13 @@ import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 
 from rov_sim.vehicle.sensor_messages import SensorPublishers
-from rov_sim.vehicle.sensors.believed import navigation_settings
+from rov_sim.vehicle.sensors.believed import navigation_parameters, navigation_settings
+from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.live import Sensors
+from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from thruster_estimation.navigation_node import NavigationNode
 from thruster_estimation.navigation_parameters import NAVIGATION_PARAMETERS, chosen_settings
@@ -30,25 +34,32 @@ def test_the_nodes_defaults_are_the_places_and_noise_of_the_simulated_sensors() 
 
 
 def test_the_nodes_defaults_wait_for_readings_at_the_simulated_rates() -> None:
-    defaults, sensors = {p.name: p.default for p in NAVIGATION_PARAMETERS}, load_sensors()
-    for name in ("velocity", "depth"):
-        sensor = getattr(sensors, name)
-        assert defaults[f"{name}_every"] == pytest.approx(1.0 / sensor.rate + sensor.delay)
+    defaults = {p.name: p.default for p in NAVIGATION_PARAMETERS}
+    for name, value in navigation_parameters(load_sensors()).items():
+        expected = defaults[name] or (defaults[name.replace("first", "every")] if name.endswith("first") else 0.0)
+        assert value == pytest.approx(expected, abs=1e-12), name
 
 
-def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest() -> None:
+LATE = replace(load_sensors(), depth=replace(load_sensors().depth, phase=0.03, delay=0.05))
+
+
+@pytest.mark.parametrize(("sensors", "late"), [(load_sensors(), 0.0), (LATE, 0.055)], ids=["default", "late"])
+def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest(
+    sensors: VehicleSensors, late: float
+) -> None:
     """Tick by tick as a plant does it: four readings of the IMU, whatever else is due, one estimate."""
-    tick, sensors = 10_000_000, load_sensors()
+    tick, c = 10_000_000, sensor_coefficients(sensors)._replace(velocity_late=late)
     rest = SimpleNamespace(
         position=np.array([0.0, 0.0, 5.0]), attitude=np.array([1.0, 0.0, 0.0, 0.0]), velocity=np.zeros(6),
         acceleration=np.zeros(6), n=np.zeros(1), supply=1.0, current=0.0,
     )  # fmt: skip
+    given = [Parameter(name, value=value) for name, value in navigation_parameters(sensors, c).items()]
     context = Context()
     rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
-    plant, navigation = Node("plant", context=context), NavigationNode(context=context)
+    plant, navigation = Node("plant", context=context), NavigationNode(context=context, parameter_overrides=given)
     executor = make_executor("events", context=context)
     try:
-        publishers, subject = SensorPublishers(plant, sensors, 1), Sensors(sensors, 4, 1)
+        publishers, subject = SensorPublishers(plant, sensors, 1), Sensors(sensors, 4, 1, c)
         found: list[Odometry] = []
         plant.create_subscription(Odometry, "rov/odometry", found.append, RELIABLE)
         executor.add_node(plant)

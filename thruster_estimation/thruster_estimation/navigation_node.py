@@ -60,8 +60,8 @@ class NavigationNode(Node):
         self._slot: int | None = None  # of the last reading, in periods
         inputs, self._taken = {}, {"velocity": -1, "depth": -1}
         for name in self._taken:
-            every = round(values[f"{name}_every"] * 1e9)
-            inputs[name] = Input(timeout=round(values[f"{name}_timeout"] * 1e9), wait=every > 0, every=every)
+            every, first, timeout = (round(values[f"{name}_{key}"] * 1e9) for key in ("every", "first", "timeout"))
+            inputs[name] = Input(timeout=timeout, wait=every > 0, every=every, first=first)
         self._join = TriggeredJoin("imu", inputs)
         self._health = JoinHealth(self, self._join)
         self._odometry = RecordPublisher(self, Odometry, "rov/odometry")

@@ -57,6 +57,10 @@ def _rate(sensor: str, period: float) -> list[Parameter]:
             "next reading of the IMU at most; 0: not waited for",
         ),
         Parameter(
+            name=f"{sensor}_first", default=0.0, unit="s", lower=0.0, upper=3600.0,
+            description=f"when the first reading of {_WORDS[sensor]} is due; 0: after {sensor}_every",
+        ),
+        Parameter(
             name=f"{sensor}_timeout", default=1.0, unit="s", lower=0.0, above=True, upper=3600.0,
             description=f"silence after which {_WORDS[sensor]} is not waited for",
         ),

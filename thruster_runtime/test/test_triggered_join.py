@@ -131,3 +131,10 @@ def test_a_slower_input_that_comes_late_by_its_delay_holds_nothing_up() -> None:
     assert join.put("state", 250, "") == (), "what was measured at 200 is due at 230"
     (due,) = join.put("depth", 200, "d200")
     assert due.inputs["depth"][-1] == (200, "d200")
+
+
+def test_the_first_of_a_slower_input_is_waited_for_from_when_it_is_due() -> None:
+    join = joined(depth=Input(timeout=1000, every=100, first=130))
+    assert [len(join.put("state", stamp, "")) for stamp in (25, 50, 75, 100, 125)] == [1] * 5
+    assert join.put("state", 150, "") == ()
+    assert len(join.put("depth", 130, "d130")) == 1

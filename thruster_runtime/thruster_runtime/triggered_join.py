@@ -33,12 +33,14 @@ class Input:
         former: what acted until the trigger: enough is one stamped with the former trigger.
         every: of an input slower than the trigger: its period and its delay together [ns]; enough is one stamped later
             than that before the trigger. Its stamps and the trigger's count from the same start.
+        first: of such an input: when the first one is due [ns]; 0: after `every`.
     """
 
     timeout: int
     wait: bool = True
     former: bool = False
     every: int = 0
+    first: int = 0
 
 
 class Due(NamedTuple):
@@ -149,7 +151,7 @@ class TriggeredJoin:
             required = self._former if how.former else stamp - how.every
             if required is None or (kept and kept[-1][0] >= required + (how.every > 0)):
                 continue
-            if how.every and not kept and required < 0:
+            if how.every and not kept and stamp < (how.first or how.every):
                 continue  # the first one is not due yet
             last = kept[-1][0] if kept else self._first
             if last is None or required - last <= how.timeout:
