@@ -19,7 +19,7 @@ out=${2:-$root/runs/pool-rov-$(date +%Y%m%d-%H%M%S)}
 . "$root/scripts/env.sh"
 mkdir -p "$out"
 ros2 run run_bag import_pool "${recordings[@]}" --out "$out/recordings"
-# a recording without any command is moved by hand, which nothing recorded: it is predicted, never fitted
+# a recording without any command is moved by something that nothing recorded: it is predicted, never fitted
 fitted=() predicted=()
 for run in "$out"/recordings/*/; do
     told=$(ros2 run run_bag info "$run")

@@ -46,7 +46,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="attitude_fit", description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs with rov/odometry and throttles")
     parser.add_argument("--vehicle", required=True, metavar="SET", help="vehicle set, by name or YAML file: its layout")
-    validate = "runs that are predicted and never fitted, such as those in which someone pushed by hand"
+    validate = "runs that are predicted and never fitted, such as those moved by what nothing recorded"
     parser.add_argument("--validate", nargs="+", default=[], type=Path, metavar="RUN", help=validate)
     thruster = "parameter set of the model `force_table`, by name or YAML file: force over the throttle"
     parser.add_argument("--thruster", required=True, metavar="SET", help=thruster)
