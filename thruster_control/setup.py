@@ -28,6 +28,7 @@ setup(
     extras_require={"test": ["pytest", "hypothesis", "scipy"]},
     entry_points={
         "console_scripts": [
+            "allocator = thruster_control.allocator_node:main",
             "inner_loop = thruster_control.inner_loop_node:main",
             "reference = thruster_control.reference_node:main",
             "vehicle_reference = thruster_control.vehicle_reference_node:main",

@@ -36,6 +36,7 @@ class Vehicle(NamedTuple):
     buoyancy: float
     r_G: Array
     r_B: Array
+    current: Array
 
 
 def hull(**changed: Any) -> Vehicle:
@@ -49,6 +50,7 @@ def hull(**changed: Any) -> Vehicle:
         buoyancy=1000.0 * 9.81 * 0.0302,
         r_G=np.zeros(3),
         r_B=np.array([0.0, 0.0, -0.01]),
+        current=np.zeros(3),
     )._replace(**changed)
 
 
@@ -67,8 +69,10 @@ def lopsided() -> Vehicle:
 
 
 def terms(c: Vehicle, R: Array, nu: Array) -> Array:
-    """Return C(nu) nu + D(nu) nu + g, written with the matrices of (2.12), (2.13), (2.18) as printed."""
-    v, w, m = nu[:3], nu[3:], c.M_RB[0, 0]
+    """Return what (2.22) cancels, in the current, written with the matrices of (2.12), (2.13), (2.18) as printed."""
+    w, m, v_c = nu[3:], c.M_RB[0, 0], R.T @ c.current
+    through = nu - np.r_[v_c, np.zeros(3)]
+    v = through[:3]
     C_RB = np.block(
         [[m * S(w), -m * S(w) @ S(c.r_G)], [m * S(c.r_G) @ S(w), -S(c.M_RB[3:, 3:] @ w)]],
     )
@@ -76,7 +80,9 @@ def terms(c: Vehicle, R: Array, nu: Array) -> Array:
     C_A = np.block([[np.zeros((3, 3)), -S(a)], [-S(a), -S(b)]])
     f_G, f_B = R.T @ [0, 0, c.weight], R.T @ [0, 0, -c.buoyancy]
     g = -np.r_[f_G + f_B, np.cross(c.r_G, f_G) + np.cross(c.r_B, f_B)]
-    return np.asarray((C_RB + C_A) @ nu + c.D_L @ nu + c.D_Q @ (np.abs(nu) * nu) + g)
+    carried = c.M_A @ np.r_[np.cross(w, v_c), np.zeros(3)]  # the current turns as seen from the body
+    drag = c.D_L @ through + c.D_Q @ (np.abs(through) * through)
+    return np.asarray(C_RB @ nu + C_A @ through + carried + drag + g)
 
 
 def attitude(euler: ArrayLike) -> Array:
@@ -129,7 +135,11 @@ def test_the_thrusts_of_2_22_are_those_worked_out_by_others(ngs: Array) -> None:
 
 
 @pytest.mark.parametrize("form", ["euler", "quaternion"])
-@pytest.mark.parametrize("vehicle", [hull(), lopsided()], ids=["hull", "lopsided"])
+@pytest.mark.parametrize(
+    "vehicle",
+    [hull(), lopsided()._replace(current=np.array([0.2, -0.3, 0.1]))],
+    ids=["hull", "lopsided in a current that it knows"],
+)
 def test_with_ideal_thrust_the_energy_of_the_errors_falls_as_the_proof_says(form: str, vehicle: Vehicle) -> None:
     k_I, K_P = 2.0, np.diag([1.0, 1, 1, 2, 2, 2]) + 0.2
     law = euler_law(K_P, k_I) if form == "euler" else quaternion_law(K_P, k_I)

@@ -51,8 +51,8 @@ class VehicleLoop:
         """Begin at rest; `period` [s] is that of the first step."""
         self._controller, self._settings, self._period = controller, settings, float(period)
         self._failures: dict[int, Failure] = {}
-        self._thrusts = np.zeros(controller.K_t.shape[1])
-        self._lost = failures_in_words(controller.K_t, {}, settings.given_up)
+        self._thrusts = np.zeros(controller.coefficients.K_t.shape[1])
+        self._lost = failures_in_words(controller.coefficients.K_t, {}, settings.given_up)
         self.restart()
 
     def restart(self) -> None:
@@ -75,7 +75,7 @@ class VehicleLoop:
             failure = Failure(FailureKind(kind), effectiveness, stuck_thrust)
             found[thruster] = known(failure, float(self._thrusts[thruster]))
         self._failures = dict(sorted(found.items()))
-        K_t = self._controller.K_t
+        K_t = self._controller.coefficients.K_t
         self._controller = self._controller._replace(allocation=allocation(K_t, self._settings, self._failures))
         self._lost = failures_in_words(K_t, self._failures, self._settings.given_up)
         return ""

@@ -2,7 +2,7 @@
 
 For kernels: all settings are in one tuple, all that is remembered is in another, and nothing is made on the way.
 
-    controller = Controller(quaternion_law(2.0, 1.0), coefficients, limits_of_sets(sets, 3.0), allocation(...), K_t)
+    controller = Controller(quaternion_law(2.0, 1.0), coefficients, limits_of_sets(sets, 3.0), allocation(...))
     memory = controller_memory(6)                                              # of each loop its own
     outer, allocated, share = controller_step(memory, q, nu, set_point, U, dt, controller, T)     # fills T (N,)
 """
@@ -19,6 +19,8 @@ from thruster_control.allocation.settings import Allocation, AllocationMemory, a
 from thruster_control.outer_loop.settings import OuterMemory, outer_memory
 from thruster_control.outer_loop.step import OuterStatus, note_achieved, outer_loop_step
 from thruster_model.compilation import compiled, equation
+from thruster_model.equations.attitude import normalised
+from thruster_model.equations.hydrodynamics import current_in_body
 
 __all__ = ["Controller", "ControllerMemory", "compiled_controller", "controller_memory", "controller_step"]
 
@@ -28,13 +30,12 @@ _EXACT = int(AllocationStatus.EXACT)
 
 
 class Controller(NamedTuple):
-    """What is chosen: law of `settings`, coefficients of the vehicle, limits, allocation, K_t (6, N) of the layout."""
+    """What is chosen: law of `settings`, coefficients of the vehicle as it is believed to be, limits, allocation."""
 
     law: Any
     coefficients: Any
     limits: ThrustLimits
     allocation: Allocation
-    K_t: Array
 
 
 class ControllerMemory(NamedTuple):
@@ -62,7 +63,7 @@ def controller_step(memory, q, nu, sp, U, dt, controller, T):  # type: ignore[no
         memory: `ControllerMemory`, changed in place.
         q, nu: attitude (4,) and velocity (6,), as `outer_loop_step` takes them.
         sp: `VehicleSetPoint`.
-        U: inflow of each thruster (N,) [m/s]; NaN: K_t^T nu, as in still water.
+        U: inflow of each thruster (N,) [m/s]; NaN: that of the vehicle's motion through the current it believes in.
         dt: time since the former step [s].
         controller: `Controller`.
         T: (N,), filled; zeros where the outer loop has nothing to ask.
@@ -73,12 +74,14 @@ def controller_step(memory, q, nu, sp, U, dt, controller, T):  # type: ignore[no
         memory.allocation.side[:] = 0.0
         memory.allocation.along[:] = 0.0
         return outer, _EXACT, 1.0
+    c = controller.coefficients
+    nu_c = current_in_body(normalised((q[0], q[1], q[2], q[3])), c.current)
     for i in range(T.shape[0]):
         memory.U[i] = U[i]
         if not math.isfinite(U[i]):
             total = 0.0
             for j in range(6):
-                total += controller.K_t[j, i] * memory.outer.known[j]
+                total += c.inflow[j, i] * (memory.outer.known[j] - (nu_c[j] if j < 3 else 0.0))
             memory.U[i] = total
     limits_at(controller.limits, memory.U, memory.lower, memory.upper)
     share, status = allocate(memory.wrench, memory.lower, memory.upper, controller.allocation, memory.allocation, T)

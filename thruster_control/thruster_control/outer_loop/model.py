@@ -1,16 +1,17 @@
-r"""The vehicle as the outer loop knows it: C(nu) nu + D(nu) nu + g and products with M.
+r"""The vehicle as the outer loop knows it: what (2.22) cancels, and products with M.
 
-The coefficients c are those of the vehicle's set: M_RB, M_A, D_L, D_Q (6, 6), weight, buoyancy [N], r_G, r_B (3,) [m].
+    M_RB dnu/dt + M_A (dnu/dt - dnu_c/dt) + C_RB(nu) nu + C_A(nu_r) nu_r + D(nu_r) nu_r + g = tau,   nu_r = nu - nu_c
 
-(2.11)  C(nu) nu = [nu_2 x a; nu_2 x b + nu_1 x a],   [a; b] = M nu
-(2.15)  D(nu) nu = D_L nu + D_Q |nu| nu
-(2.18)  g = -[f_G + f_B; r_G x f_G + r_B x f_B],   f_G + f_B = (W - B) J_1^T e_z
+so that C nu + D nu + g of (2.22) stands for all but M dnu/dt. The current v_c is that of the coefficients, zero as a
+rule: what is not known is not cancelled.
 """
 
 from thruster_model.compilation import equation
-from thruster_model.equations.attitude import rotated_back
+from thruster_model.equations.attitude import cross
+from thruster_model.equations.hydrodynamics import current_in_body, restoring
+from thruster_model.equations.rigid_body import coriolis
 
-__all__ = ["add_inertia", "model_terms", "restoring_for"]
+__all__ = ["add_inertia", "model_terms"]
 
 
 @equation
@@ -22,29 +23,34 @@ def add_inertia(c, x, y):  # type: ignore[no-untyped-def]
 
 
 @equation
-def restoring_for(c, d):  # type: ignore[no-untyped-def]
-    """Return g (2.18) as a tuple of six [N, N m] where `d` are the body's axes of a unit vector that points down."""
-    W, B = c.weight, c.buoyancy
-    m = (W * c.r_G[0] - B * c.r_B[0], W * c.r_G[1] - B * c.r_B[1], W * c.r_G[2] - B * c.r_B[2])
-    return (
-        -(W - B) * d[0], -(W - B) * d[1], -(W - B) * d[2],
-        -(m[1] * d[2] - m[2] * d[1]), -(m[2] * d[0] - m[0] * d[2]), -(m[0] * d[1] - m[1] * d[0]),
-    )  # fmt: skip
+def _halves(matrix, x):  # type: ignore[no-untyped-def]
+    """Return the product of a matrix (6, 6) and a tuple of six as two vectors of three."""
+    y = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    for j in range(6):
+        y = (
+            y[0] + matrix[0, j] * x[j], y[1] + matrix[1, j] * x[j], y[2] + matrix[2, j] * x[j],
+            y[3] + matrix[3, j] * x[j], y[4] + matrix[4, j] * x[j], y[5] + matrix[5, j] * x[j],
+        )  # fmt: skip
+    return (y[0], y[1], y[2]), (y[3], y[4], y[5])
 
 
 @equation
 def model_terms(c, q, nu, out):  # type: ignore[no-untyped-def]
-    """Fill out (6,) with C(nu) nu + D(nu) nu + g [N, N m]."""
-    out[:] = 0.0
-    add_inertia(c, nu, out)
-    a, b = (out[0], out[1], out[2]), (out[3], out[4], out[5])
-    u, v, w, p, r, s = nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]
-    out[0], out[1], out[2] = r * a[2] - s * a[1], s * a[0] - p * a[2], p * a[1] - r * a[0]
-    out[3] = r * b[2] - s * b[1] + v * a[2] - w * a[1]
-    out[4] = s * b[0] - p * b[2] + w * a[0] - u * a[2]
-    out[5] = p * b[1] - r * b[0] + u * a[1] - v * a[0]
-    g = restoring_for(c, rotated_back(q, (0.0, 0.0, 1.0)))
+    """Fill out (6,) with all but M dnu/dt of the vehicle's equation of motion [N, N m]."""
+    nu_2 = (nu[3], nu[4], nu[5])
+    v_c = current_in_body(q, c.current)
+    nu_r = (nu[0] - v_c[0], nu[1] - v_c[1], nu[2] - v_c[2], nu[3], nu[4], nu[5])
+    turning = cross(nu_2, v_c)  # -dnu_c/dt
+    a, b = _halves(c.M_RB, (nu[0], nu[1], nu[2], nu[3], nu[4], nu[5]))
+    a_r, b_r = _halves(c.M_A, nu_r)
+    body = coriolis(a, b, (nu[0], nu[1], nu[2]), nu_2)
+    water = coriolis(a_r, b_r, (nu_r[0], nu_r[1], nu_r[2]), nu_2)
+    g = restoring(q, c.weight, c.buoyancy, c.r_G, c.r_B)
+    for i in range(3):
+        out[i] = body[0][i] + water[0][i] + g[0][i]
+        out[3 + i] = body[1][i] + water[1][i] + g[1][i]
     for i in range(6):
-        out[i] += g[i]
         for j in range(6):
-            out[i] += (c.D_L[i, j] + c.D_Q[i, j] * abs(nu[j])) * nu[j]
+            out[i] += (c.D_L[i, j] + c.D_Q[i, j] * abs(nu_r[j])) * nu_r[j]
+        for j in range(3):
+            out[i] += c.M_A[i, j] * turning[j]
