@@ -25,6 +25,8 @@ setup(
             "bench_study_table = rov_sim.cli_bench_study_table:main",
             "emulated_bench = rov_sim.emulated_bench_node:main",
             "experiment_watch = rov_sim.experiment_watch_node:main",
+            "plant = rov_sim.vehicle.plant_node:main",
+            "rov_graph = rov_sim.cli_rov_graph:main",
             "scene = rov_sim.vehicle.scene_node:main",
             "score_experiment = rov_sim.cli_score_experiment:main",
             "score_vehicle = rov_sim.vehicle.cli_score_vehicle:main",

@@ -1,6 +1,7 @@
-"""Wait until a tracking experiment is over: exit status 0 when its set point has been followed to the end, else 1.
+"""Wait until an experiment is over: exit status 0 when its set point has been followed to the end, else 1.
 
-Subscribes thruster_0/thrust_setpoint and /diagnostics. On failure it says what it waited for, and what is the matter
+Subscribes /diagnostics and the set point: of a thruster, whose run has a length, or of the vehicle (rov/setpoint),
+whose run is over when its set point is taken back. On failure it says what it waited for, and what is the matter
 with the nodes that are not well. Time is the wall's: in lockstep simulated time may stand still.
 """
 
@@ -8,6 +9,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from math import isnan
 from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -15,7 +17,7 @@ from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 
 from thruster_control.references import DURATION
-from thruster_msgs.msg import ThrustSetpoint
+from thruster_msgs.msg import ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
@@ -25,9 +27,10 @@ __all__ = ["PARAMETERS", "ExperimentWatch", "main"]
 
 PARAMETERS = (
     Parameter(name="thruster", default=0, lower=0, upper=99, description="index of the thruster"),
+    Parameter(name="vehicle", default=False, description="whether the set point is the vehicle's, not the thruster's"),
     Parameter(
         name="start_delay", default=0.0, unit="s", lower=0.0, upper=3600.0,
-        description="between the first set point and the run, as the reference's",
+        description="thruster: between the first set point and the run, as the reference's",
     ),
     Parameter(name="tail", default=0.5, unit="s", lower=0.0, upper=3600.0, description="to be recorded after the run"),
     Parameter(
@@ -58,20 +61,34 @@ class ExperimentWatch(Node):
         self.trouble = "it was stopped before the run was over"
         self._statuses: dict[str, DiagnosticStatus] = {}
         self._first: int | None = None
+        self._taken_back: int | None = None
         self._begun = self._last = monotonic()
         length = self._values["start_delay"] + DURATION + self._values["tail"]
         self._length = round(1e9 * length)
-        topic = f"thruster_{self._values['thruster']}/thrust_setpoint"
-        self.create_subscription(ThrustSetpoint, topic, self._on_set_point, RELIABLE)
+        if self._values["vehicle"]:
+            self.create_subscription(VehicleSetpoint, "rov/setpoint", self._on_vehicle, RELIABLE)
+        else:
+            topic = f"thruster_{self._values['thruster']}/thrust_setpoint"
+            self.create_subscription(ThrustSetpoint, topic, self._on_thruster, RELIABLE)
         self.create_subscription(DiagnosticArray, "/diagnostics", self._on_diagnostics, RELIABLE)
         self.create_timer(0.1, self._look, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
-    def _on_set_point(self, message: ThrustSetpoint) -> None:
+    def _on_thruster(self, message: ThrustSetpoint) -> None:
         stamp = nanoseconds(message.header.stamp)
         self._first = stamp if self._first is None else self._first
         self._last = self._monotonic()
         if stamp - self._first >= self._length:
             self._end("")
+
+    def _on_vehicle(self, message: VehicleSetpoint) -> None:
+        stamp, there = nanoseconds(message.header.stamp), not isnan(message.attitude[0])
+        self._last = self._monotonic()
+        if there:
+            self._first, self._taken_back = (stamp if self._first is None else self._first), None
+        elif self._first is not None:
+            self._taken_back = stamp if self._taken_back is None else self._taken_back
+            if stamp - self._taken_back >= round(1e9 * self._values["tail"]):
+                self._end("")
 
     def _on_diagnostics(self, message: DiagnosticArray) -> None:
         self._statuses |= {status.name: status for status in message.status}

@@ -1,0 +1,102 @@
+"""Command line: write the parameters of a vehicle's graph into a folder, and say which nodes to start.
+
+Prints one line for each node: NAME PACKAGE EXECUTABLE [OLD:=NEW ...]. In the folder: NAME.yaml for each of them as
+`--params-file` takes it, and composed.yaml for `ros2 run thruster_runtime compose`.
+"""
+
+import argparse
+import re
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rov_sim.vehicle.graph import Experiment, GraphNode, graph_of
+from rov_sim.vehicle.sensors.settings_io import load_sensors
+from run_bag.command_line import user_arguments
+from thruster_model.errors import ThrusterModelError
+from thruster_model.vehicle_set_io import load_vehicle_set
+
+__all__ = ["main"]
+
+_DEFAULT = Experiment(thrusters=1, sensors=load_sensors())
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="rov_graph", description=__doc__.splitlines()[0])
+    parser.add_argument("--out", type=Path, required=True, help="the folder, which exists")
+    for name in ("vehicle", "truth", "strategy", "script", "feedback", "parameter-set"):
+        parser.add_argument(f"--{name}", default=getattr(_DEFAULT, name.replace("-", "_")))
+    for name, unit in (("rate", "Hz"), ("gain", "1/s"), ("u-max", "V"), ("start-delay", "s")):
+        default = getattr(_DEFAULT, name.replace("-", "_"))
+        parser.add_argument(f"--{name}", type=float, default=default, help=f"[{unit}]")
+    parser.add_argument("--seed", type=int, default=_DEFAULT.seed)
+    parser.add_argument("--sensors", default="", help="YAML file of the sensors")
+    parser.add_argument("--effects", default="", help="of the plant")
+    parser.add_argument("--fail", default="", help="such as 'T2 dead at 12 s'")
+    parser.add_argument("--current", default="0 0 0", help="of the water along north, east, down [m/s]")
+    parser.add_argument("--random-wrench", default="0 0 0 0 0 0", help="standard deviations [N, N m]")
+    parser.add_argument("--no-noise", action="store_true", help="of odometry and sensors")
+    parser.add_argument("--no-flow", action="store_true", help="observers are told no ambient flow")
+    parser.add_argument("--real-time", action="store_true", help="by the wall's clock")
+    parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help="PORT may be 'emulated'")
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Write the files; return the exit status."""
+    given = _parser().parse_args(user_arguments(arguments))
+    try:
+        nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"))
+        for node in nodes:
+            _write(given.out / f"{node.name}.yaml", {node.name: {"ros__parameters": dict(node.parameters)}})
+        entries = [
+            {"class": node.kind, "name": node.name, "parameters": dict(node.parameters)}
+            for node in nodes
+            if not node.renamed
+        ]
+        _write(given.out / "composed.yaml", {"nodes": entries, "hand_over": True})
+    except (ValueError, OSError, ThrusterModelError) as error:
+        print(error, file=sys.stderr)
+        return 2
+    for node in nodes:
+        print(_line(node))
+    return 0
+
+
+def _experiment(given: argparse.Namespace) -> Experiment:
+    plant: dict[str, Any] = {
+        "effects": given.effects, "failures": given.fail, "current": given.current,
+        "random_wrench": given.random_wrench,
+    }  # fmt: skip
+    if given.no_noise:
+        plant["noise"] = False
+    return Experiment(
+        thrusters=load_vehicle_set(given.vehicle).coefficients.thrusters, sensors=load_sensors(given.sensors or None),
+        vehicle=given.vehicle, truth=given.truth, strategy=given.strategy, script=given.script,
+        start_delay=given.start_delay, feedback=given.feedback, rate=given.rate, gain=given.gain, u_max=given.u_max,
+        parameter_set=given.parameter_set, flow=not given.no_flow, sensors_file=given.sensors, plant=plant,
+        seed=given.seed, lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),
+    )  # fmt: skip
+
+
+def _hardware(word: str) -> tuple[int, str]:
+    match = re.fullmatch(r"T([1-9]\d*)=(.+)", word)
+    if match is None:
+        raise ValueError(f"hardware: expected T1=PORT or T1=emulated; found {word!r}")
+    return int(match[1]) - 1, match[2]
+
+
+def _write(path: Path, document: Any) -> None:
+    path.write_text(yaml.safe_dump(document, sort_keys=False), "utf-8")
+
+
+def _line(node: GraphNode) -> str:
+    renamed = [f"{old}:={new}" for old, new in node.renamed.items()]
+    return " ".join([node.name, node.package, node.executable, *renamed])
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,201 @@
+"""A vehicle in its water with its sensors, period by period: what a graph of nodes sees of it, without the graph.
+
+From t_k to t_k+1 each thruster holds its throttle, and so does the random wrench. In between the vehicle stops at each
+instant of a sensor. Everything random depends on the seed alone.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from math import isfinite, nan
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rov_sim.vehicle.noisy_odometry import OdometryErrors, OdometryNoise, odometry_with
+from rov_sim.vehicle.plant import VehiclePlant, VehicleSettings
+from rov_sim.vehicle.random_wrench import RandomWrench, WrenchStream
+from rov_sim.vehicle.sensors.coefficients import SensorCoefficients
+from rov_sim.vehicle.sensors.live import Reading, Sensors
+from rov_sim.vehicle.sensors.settings import VehicleSensors
+from rov_sim.vehicle.truth import VehicleTruth
+
+__all__ = ["Failing", "FailureKind", "Instant", "LiveSettings", "LiveVehicle", "Odometry"]
+
+Array = NDArray[np.float64]
+
+
+class FailureKind(IntEnum):
+    """How a thruster fails, numbered as in thruster_msgs/ThrusterFailure."""
+
+    NONE = 0
+    DEAD = 1
+    WEAK = 2
+    STUCK = 3
+
+
+class Failing(NamedTuple):
+    """A failure to come.
+
+    Attributes:
+        thruster: index.
+        kind: dead: no thrust at all; weak: `effectiveness` times the thrust; stuck: the throttle stays as it is.
+        time: when [s].
+        effectiveness: of a weak one [1].
+    """
+
+    thruster: int
+    kind: FailureKind
+    time: float
+    effectiveness: float = nan
+
+
+class Odometry(NamedTuple):
+    """Truth with noise: position (3,) [m], attitude (4,), velocity (6,) [m/s, rad/s]."""
+
+    position: Array
+    attitude: Array
+    velocity: Array
+
+
+class Instant(NamedTuple):
+    """What there is at an instant.
+
+    Attributes:
+        time: [ns] since the start.
+        truth: the true states.
+        readings: of sensors, those that arrived since the former instant.
+        odometry: the truth with noise.
+        failed: failures that began in this instant.
+    """
+
+    time: int
+    truth: VehicleTruth
+    readings: tuple[Reading, ...]
+    odometry: Odometry
+    failed: tuple[Failing, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LiveSettings:
+    """What is simulated.
+
+    Attributes:
+        plant: vehicle with its thrusters; sensors: of it; sensed: their coefficients with effects, None: without.
+        period: between instants [s].
+        wrench: random, on the body; noise: of the odometry.
+        failures: to come.
+        seed: of everything random.
+
+    Raises:
+        ValueError: with all that is wrong.
+    """
+
+    plant: VehicleSettings
+    sensors: VehicleSensors
+    sensed: SensorCoefficients | None = None
+    period: float = 0.04
+    wrench: RandomWrench = field(default_factory=RandomWrench)
+    noise: OdometryNoise = field(default_factory=OdometryNoise)
+    failures: tuple[Failing, ...] = ()
+    seed: int = 0
+
+    def __post_init__(self) -> None:
+        count = self.thrusters
+        wrong = [] if 0.0 < self.period <= 10.0 else [f"period: expected a time up to 10 s; found {self.period} s"]
+        for each in self.failures:
+            if not 0 <= each.thruster < count:
+                wrong.append(f"failures: expected thrusters 0 to {count - 1}; found {each.thruster}")
+            if not (isfinite(each.time) and each.time >= 0.0):
+                wrong.append(f"failures: expected a time of 0 s or more; found {each.time}")
+            if each.kind == FailureKind.WEAK and not 0.0 < each.effectiveness < 1.0:
+                wrong.append(f"failures: expected an effectiveness between 0 and 1; found {each.effectiveness}")
+        if wrong:
+            raise ValueError("; ".join(wrong))
+
+    @property
+    def thrusters(self) -> int:
+        """Number of thrusters."""
+        return self.plant.count
+
+
+class LiveVehicle:
+    """The vehicle, from its initial state.
+
+    Attributes:
+        time: since the start [ns].
+    """
+
+    def __init__(self, settings: LiveSettings) -> None:
+        """Begin."""
+        self._given = settings
+        count = settings.thrusters
+        self._plant = VehiclePlant(settings.plant)
+        self._sensors = Sensors(settings.sensors, settings.seed, count, settings.sensed)
+        self._wrenches = WrenchStream(settings.wrench, settings.period, settings.seed)
+        self._errors = OdometryErrors(settings.noise, settings.seed)
+        self._period = round(1e9 * settings.period)
+        self._coming = sorted(settings.failures, key=lambda each: each.time)
+        self._stuck: dict[int, float] = {}
+        self._held = np.zeros(count)
+        self.time = 0
+
+    def advance(self, throttles: Sequence[float], told: Mapping[int, float] | None = None) -> Instant:
+        """Let a period pass under these throttles [V]; return what there is at its end.
+
+        Args:
+            throttles: one for each thruster; one that is not finite is zero.
+            told: rotor speeds [rad/s] of thrusters that are not simulated, by index: they have these.
+        """
+        commands = np.array([u if isfinite(u) else 0.0 for u in throttles])
+        for i, held in self._stuck.items():
+            commands[i] = held
+        self._held = commands
+        if told:
+            self._turn(told)
+        end = self.time + self._period
+        wrench = self._wrenches.take(1)[0]
+        readings: list[Reading] = []
+        truth = None
+        while self.time < end:
+            instant = self._sensors.next_instant
+            stop = end if instant is None else min(instant, end)
+            truth = self._plant.advance(commands, 1e-9 * (stop - self.time), wrench=wrench)
+            self.time = stop
+            readings += self._sensors.read(stop, truth)
+        assert truth is not None
+        return Instant(self.time, truth, tuple(readings), self._odometry(truth), self._failing())
+
+    def _turn(self, speeds: Mapping[int, float]) -> None:
+        state = self._plant.state
+        for i, n in speeds.items():
+            state.thrusters[i, 0] = n
+        self._go_on(replace(self._plant.settings, initial=state))
+
+    def _scale(self, thruster: int, share: float) -> None:
+        settings = self._plant.settings
+        scale = settings.coefficients.thrust_scale.copy()
+        scale[thruster] = share * self._given.plant.coefficients.thrust_scale[thruster]
+        changed = settings.coefficients._replace(thrust_scale=scale)
+        self._go_on(replace(settings, coefficients=changed, initial=self._plant.state))
+
+    def _go_on(self, settings: VehicleSettings) -> None:
+        self._plant = VehiclePlant(settings, time=self._plant.time)
+
+    def _odometry(self, truth: VehicleTruth) -> Odometry:
+        attitude, velocity = np.empty(4), np.empty(6)
+        odometry_with(truth.attitude, truth.velocity, self._errors.take(1)[0], attitude, velocity)
+        return Odometry(truth.position, attitude, velocity)
+
+    def _failing(self) -> tuple[Failing, ...]:
+        begun = []
+        while self._coming and round(1e9 * self._coming[0].time) <= self.time:
+            failing = self._coming.pop(0)
+            begun.append(failing)
+            self._stuck.pop(failing.thruster, None)
+            share = {FailureKind.DEAD: 0.0, FailureKind.WEAK: failing.effectiveness}.get(failing.kind, 1.0)
+            self._scale(failing.thruster, share)
+            if failing.kind == FailureKind.STUCK:
+                self._stuck[failing.thruster] = float(self._held[failing.thruster])
+        return tuple(begun)
