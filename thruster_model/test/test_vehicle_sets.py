@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 import yaml
 
+from thruster_model.effect_entry import EffectEntry
 from thruster_model.errors import VehicleError
-from thruster_model.vehicle_effect import ActiveVehicleEffect
 from thruster_model.vehicle_parameters import REQUIRED, definition_of
 from thruster_model.vehicle_set_io import (
     available_vehicles,
@@ -85,7 +85,7 @@ def test_a_layout_may_be_an_ardusub_frame() -> None:
 def test_hands_and_effects_are_read() -> None:
     effect = {"id": "thrust_loss", "thruster": 2, "parameters": {"share": {"value": 0.3, "unit": "1"}}}
     vehicle = parsed({**document(), "effects": [effect]})
-    assert vehicle.effects == (ActiveVehicleEffect(id="thrust_loss", sizes={"share": 0.3}, thruster=2),)
+    assert vehicle.effects == (EffectEntry(id="thrust_loss", sizes={"share": 0.3}, units={"share": "1"}, thruster=2),)
     assert list(vehicle.coefficients.hands) == [-1, 1, -1, -1, -1, 1]
     assert parse_vehicle_set(dump_vehicle_set(vehicle), origin="again").effects == vehicle.effects
 

@@ -22,7 +22,9 @@ class VehicleCoefficients(NamedTuple):
     [1/N], share of thrust j lost per newton of thruster i; reaction (3, N) [N m s^2], moment per n|n|; tether (4,):
     drag [N s^2/m^2] and anchor point [m]; supply: relative voltage without load; sag: share of it lost with all
     thrusters at full; wiring (N,): whose command thruster i gets; turning (N,): 0 where a rotor is stuck, else 1;
-    stir: [m/s], axial flow with which an idle thruster leaves v = 0.
+    stir: [m/s], axial flow with which an idle thruster leaves v = 0. What only effects ask for: positions (3, N) [m]
+    of the thrusters, full_thrust (N,) [N] at full throttle in still water, propeller_torque [N m s^2] per n|n|,
+    density of the water [kg/m^3].
     """
 
     M_RB: Any
@@ -47,6 +49,10 @@ class VehicleCoefficients(NamedTuple):
     wiring: Any
     turning: Any
     stir: float
+    positions: Any
+    full_thrust: Any
+    propeller_torque: float
+    density: float
 
     @property
     def thrusters(self) -> int:
@@ -72,6 +78,9 @@ def vehicle_coefficients(
     r_G: ArrayLike = (0.0, 0.0, 0.0),
     hands: ArrayLike | None = None,
     current: ArrayLike = (0.0, 0.0, 0.0),
+    positions: ArrayLike | None = None,
+    propeller_torque: float = 0.0,
+    density: float = 1000.0,
 ) -> VehicleCoefficients:
     """Return the coefficients of a vehicle without effects; drag may be given by its diagonal (6,)."""
     wrenches = _array(K_t)
@@ -99,6 +108,10 @@ def vehicle_coefficients(
         wiring=np.arange(count),
         turning=np.ones(count),
         stir=STIR,
+        positions=np.zeros((3, count)) if positions is None else _array(positions),
+        full_thrust=np.zeros(count),
+        propeller_torque=float(propeller_torque),
+        density=float(density),
     )
 
 

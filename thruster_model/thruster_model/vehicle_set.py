@@ -8,12 +8,12 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from thruster_model.effect_entry import EffectEntry
 from thruster_model.equations.rigid_body import rigid_body_mass
 from thruster_model.equations.vehicle_inflow import thruster_configuration
 from thruster_model.errors import VehicleError
 from thruster_model.parameter_set import Parameter
 from thruster_model.vehicle_coefficients import VehicleCoefficients, vehicle_coefficients
-from thruster_model.vehicle_effect import ActiveVehicleEffect
 from thruster_model.vehicle_layout import LayoutEntry
 from thruster_model.vehicle_parameters import DEFAULTS, REQUIRED, definition_of, matrix_of
 
@@ -46,7 +46,7 @@ class VehicleSet:
     parameters: Mapping[str, Parameter]
     layout: tuple[LayoutEntry, ...]
     model: str
-    effects: tuple[ActiveVehicleEffect, ...] = ()
+    effects: tuple[EffectEntry, ...] = ()
     origin: str = "vehicle set"
 
     def __post_init__(self) -> None:
@@ -116,6 +116,9 @@ class VehicleSet:
             r_B=r_B,
             K_t=self.configuration,
             hands=[thruster.turn for thruster in self.layout],
+            positions=np.array([thruster.position for thruster in self.layout]).T,
+            propeller_torque=v.get("reaction_torque", 0.0),
+            density=v["density"],
         )
 
     def with_values(self, values: Mapping[str, float], *, source: str) -> "VehicleSet":

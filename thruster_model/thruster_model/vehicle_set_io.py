@@ -21,9 +21,9 @@ from typing import Any
 
 import yaml
 
+from thruster_model.effect_entry import EffectEntry
 from thruster_model.errors import VehicleError
 from thruster_model.parameter_set import Parameter
-from thruster_model.vehicle_effect import ActiveVehicleEffect
 from thruster_model.vehicle_layout import FRAMES, LayoutEntry, frame_axes
 from thruster_model.vehicle_set import VehicleSet
 
@@ -186,7 +186,7 @@ def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]
     return x / length, y / length, z / length
 
 
-def _effects(entries: Any, problems: list[str]) -> tuple[ActiveVehicleEffect, ...]:
+def _effects(entries: Any, problems: list[str]) -> tuple[EffectEntry, ...]:
     if not isinstance(entries, list) or not all(isinstance(e, Mapping) and "id" in e for e in entries):
         problems.append(f"key 'effects': expected a list of mappings with an id; found {entries!r}")
         return ()
@@ -199,20 +199,20 @@ def _effects(entries: Any, problems: list[str]) -> tuple[ActiveVehicleEffect, ..
             for name in ("thruster", "other")
             if entry.get(name) is not None and (isinstance(entry[name], bool) or not isinstance(entry[name], int))
         ]
-        sizes = {}
+        sizes, units = {}, {}
         parameters = entry.get("parameters", {})
         for name, size in parameters.items() if isinstance(parameters, Mapping) else ():
             value = _number(size.get("value")) if isinstance(size, Mapping) else None
             if value is None or not isinstance(size.get("unit"), str):
                 wrong.append(f"key '{key}.parameters.{name}': expected value and unit; found {size!r}")
             else:
-                sizes[str(name)] = value
+                sizes[str(name)], units[str(name)] = value, size["unit"]
         problems += wrong
         if not wrong:
             axis, sensor, kind = (None if entry.get(k) is None else str(entry[k]) for k in ("axis", "sensor", "kind"))
             thruster, other = entry.get("thruster"), entry.get("other")
             found.append(
-                ActiveVehicleEffect(
+                EffectEntry(
                     id=str(entry["id"]),
                     sizes=sizes,
                     thruster=thruster,
@@ -220,18 +220,14 @@ def _effects(entries: Any, problems: list[str]) -> tuple[ActiveVehicleEffect, ..
                     axis=axis,
                     sensor=sensor,
                     kind=kind,
+                    units=units,
                 )
             )
     return tuple(found)
 
 
-def dump_vehicle_set(vehicle: VehicleSet, units: Mapping[tuple[str, str], str] | None = None) -> str:
-    """Return the vehicle as YAML text that `parse_vehicle_set` reads back to the same numbers.
-
-    Args:
-        vehicle: the vehicle; its thrusters are written with axes.
-        units: of the effects' parameters, by (effect, parameter); 1 where it names none.
-    """
+def dump_vehicle_set(vehicle: VehicleSet) -> str:
+    """Return the vehicle as YAML text that `parse_vehicle_set` reads back to the same numbers."""
     parameters = {}
     for name, p in vehicle.parameters.items():
         entry: dict[str, Any] = {"value": p.value, "unit": p.unit, "source": p.source}
@@ -250,16 +246,16 @@ def dump_vehicle_set(vehicle: VehicleSet, units: Mapping[tuple[str, str], str] |
         "thrusters": thrusters,
     }  # fmt: skip
     if vehicle.effects:
-        document["effects"] = [_effect_entry(effect, units or {}) for effect in vehicle.effects]
+        document["effects"] = [_effect_entry(effect) for effect in vehicle.effects]
     return yaml.safe_dump(document, sort_keys=False, width=1000, allow_unicode=True)
 
 
-def _effect_entry(effect: ActiveVehicleEffect, units: Mapping[tuple[str, str], str]) -> dict[str, Any]:
+def _effect_entry(effect: EffectEntry) -> dict[str, Any]:
     targets = ("thruster", "other", "axis", "sensor", "kind")
     entry: dict[str, Any] = {"id": effect.id}
     entry |= {key: value for key in targets if (value := getattr(effect, key)) is not None}
     if effect.sizes:
         entry["parameters"] = {
-            name: {"value": size, "unit": units.get((effect.id, name), "1")} for name, size in effect.sizes.items()
+            name: {"value": size, "unit": effect.units.get(name, "1")} for name, size in effect.sizes.items()
         }
     return entry

@@ -2,7 +2,7 @@
 
 Each throttle is held between commands; the acting throttle moves towards the command at u_dot_max. Where one of the
 throttles reaches its command within a step, the step is split there, and while one moves, steps are no longer than
-`RAMP_STEP`: see `stepper.plant_step`. Arguments: see `rates`.
+`RAMP_STEP`: see `stepper.plant_step`. What effects make of a command on its way acts once a step. Arguments: `rates`.
 """
 
 import numpy as np
@@ -16,10 +16,27 @@ from rov_sim.vehicle.rates import (
     supply_left,
     thruster_row,
 )
-from rov_sim.vehicle.tables import AT, BODY, END, FIRST, GAINED, LEFT, REACHED, SLOPE, STATE, THRUST, TURNING, WIRING
+from rov_sim.vehicle.tables import (
+    AT,
+    BODY,
+    END,
+    FIRST,
+    GAINED,
+    LEFT,
+    MEMORY,
+    MIDDLE,
+    REACHED,
+    SLOPE,
+    STATE,
+    THRUST,
+    TURNING,
+    WIRING,
+)
+from thruster_model.acting_throttle import followed
 from thruster_model.compilation import compiled, inlined
+from thruster_model.effects.chains import command_sample
 from thruster_model.equations.dead_zone import ramp_limited
-from thruster_model.pipeline import heat_after
+from thruster_model.pipeline import heat_after, lag_time, ramp_limit
 from thruster_model.stepper import RAMP_STEP
 from thruster_model.thruster_rows import thruster
 
@@ -30,10 +47,10 @@ _SAME_INSTANT = 1e-12  # s
 
 @inlined
 def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
-    """Advance the state by one RK4 step of `dt` [s], the acting throttles going straight to those of row END [V]."""
+    """Advance the state by one RK4 step of `dt` [s], the acting throttles going by row MIDDLE to row END [V]."""
     N = layout.shape[0]
     states, u = BODY + 2 * N, BODY + 2 * N
-    for i in range(sheet.shape[1]):
+    for i in range(BODY + 4 * N):
         sheet[AT, i], sheet[GAINED, i] = sheet[STATE, i], 0.0
     for stage in range(4):  # one place for the rates: a kernel with four copies of them compiles for minutes
         rates(sheet, AT, gate, wrench, body, layout, p, e)
@@ -43,7 +60,7 @@ def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untype
             sheet[GAINED, i] += weight * sheet[SLOPE, i]
             sheet[AT, i] = sheet[STATE, i] + ahead * sheet[SLOPE, i]
         for i in range(u, u + N):
-            sheet[AT, i] = sheet[END, i] if stage == 2 else 0.5 * (sheet[STATE, i] + sheet[END, i])
+            sheet[AT, i] = sheet[END, i] if stage == 2 else sheet[MIDDLE, i]
     sixth = dt / 6.0
     for i in range(states):
         sheet[STATE, i] += sixth * sheet[GAINED, i]
@@ -52,8 +69,8 @@ def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untype
     for i in range(3, 7):
         sheet[STATE, i] *= scale
     for i in range(N):
-        middle, heat = 0.5 * (sheet[STATE, u + i] + sheet[END, u + i]), u + N + i
-        sheet[STATE, heat] = heat_after(sheet[STATE, heat], middle, dt, thruster(p, i), thruster(e, i))
+        heat = u + N + i
+        sheet[STATE, heat] = heat_after(sheet[STATE, heat], sheet[MIDDLE, u + i], dt, thruster(p, i), thruster(e, i))
         sheet[STATE, u + i] = sheet[END, u + i]
 
 
@@ -81,38 +98,48 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untyp
         for i in range(first, last):
             if sheet[REACHED, i] != sheet[STATE, i]:
                 moving = True
-                ramp = abs(sheet[REACHED, i] - sheet[STATE, i]) / thruster(p, i - first).u_dot_max
-                if ramp < piece - _SAME_INSTANT:
+                own = thruster(e, i - first)
+                ramp = abs(sheet[REACHED, i] - sheet[STATE, i]) / ramp_limit(thruster(p, i - first).u_dot_max, own)
+                if ramp < piece - _SAME_INSTANT and lag_time(0.0, own) <= 0.0:
                     piece = ramp
         count = int(piece / RAMP_STEP - 1e-9) + 1 if moving else 1
         for i in range(first, last):
             sheet[FIRST, i] = sheet[STATE, i]
+            sheet[MIDDLE, i] = sheet[STATE, i]
             sheet[END, i] = sheet[STATE, i]
         for k in range(count):
             if moving:
-                _throttles_after(sheet, (k + 1) / count * piece, p, first, last)
+                _throttles_after(sheet, MIDDLE, (k + 0.5) / count * piece, p, e, first, last)
+                _throttles_after(sheet, END, (k + 1) / count * piece, p, e, first, last)
             _rk4(sheet, piece / count, gate, wrench, body, layout, p, e)
         left = left - piece if piece < left - _SAME_INSTANT else 0.0
 
 
 @inlined
-def _throttles_after(sheet, time, p, first, last):  # type: ignore[no-untyped-def]
-    """Fill row END with the acting throttles [V] `time` [s] after those of row FIRST."""
+def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-untyped-def]
+    """Fill a row with the acting throttles [V] `time` [s] after those of row FIRST."""
     for i in range(first, last):
-        rate = thruster(p, i - first).u_dot_max
-        if abs(sheet[REACHED, i] - sheet[FIRST, i]) <= rate * (time + _SAME_INSTANT):
-            sheet[END, i] = sheet[REACHED, i]
+        own = thruster(e, i - first)
+        rate, lag = ramp_limit(thruster(p, i - first).u_dot_max, own), lag_time(0.0, own)
+        if lag > 0.0:
+            sheet[row, i] = followed(sheet[FIRST, i], sheet[REACHED, i], time, rate, lag)
+        elif abs(sheet[REACHED, i] - sheet[FIRST, i]) <= rate * (time + _SAME_INSTANT):
+            sheet[row, i] = sheet[REACHED, i]
         else:
-            sheet[END, i] = ramp_limited(sheet[FIRST, i], sheet[REACHED, i], rate, time)
+            sheet[row, i] = ramp_limited(sheet[FIRST, i], sheet[REACHED, i], rate, time)
 
 
 @inlined
 def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
     """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held."""
     N = layout.shape[0]
+    remembers = sheet.shape[0] > MEMORY
     for _ in range(steps):
         for i in range(N):
-            sheet[REACHED, BODY + 2 * N + i] = layout[i, TURNING] * commands[int(layout[i, WIRING])]
+            u = commands[int(layout[i, WIRING])]
+            if remembers:
+                u = command_sample(sheet[MEMORY + i], u, step, thruster(e, i))
+            sheet[REACHED, BODY + 2 * N + i] = layout[i, TURNING] * u
         _step(sheet, step, gate, wrench, body, layout, p, e)
 
 
@@ -135,7 +162,7 @@ def measured(sheet, gate, wrench, body, layout, p, e, out):  # type: ignore[no-u
     The thrust is what arrives at the vehicle; supply and current are relative.
     """
     N = layout.shape[0]
-    for i in range(sheet.shape[1]):
+    for i in range(BODY + 4 * N):
         sheet[AT, i] = sheet[STATE, i]
     rates(sheet, AT, gate, wrench, body, layout, p, e)
     supply = supply_left(sheet, AT, body, p, e)

@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from rov_sim.vehicle.kernel import advance_period, measured, record_width, run_vehicle
-from rov_sim.vehicle.tables import BODY, STATE, Tables, empty_sheet, tables_of
+from rov_sim.vehicle.tables import BODY, MEMORY, STATE, Tables, empty_sheet, tables_of
 from rov_sim.vehicle.truth import VehicleState, VehicleTrajectory, VehicleTruth, at_rest, trajectory_of, truth_of
+from thruster_model.effects.chains import command_begin, command_memory
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.errors import VehicleError
 from thruster_model.pipeline import memory_length, step_limit
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
-__all__ = ["VehiclePlant", "VehicleSettings", "simulate", "simulate_vehicle"]
+__all__ = ["VehiclePlant", "VehicleSettings", "sheet_of", "simulate", "simulate_vehicle"]
 
 Array = NDArray[np.float64]
 LARGEST_STEP = 1e-3
@@ -76,7 +77,16 @@ class VehicleSettings:
         """Return how many steps a period [s] takes."""
         if not (math.isfinite(period) and period > 0.0):
             raise VehicleError("vehicle", [f"period: expected a positive time; found {period} s"])
-        return max(1, math.ceil(period / self.step - 1e-9))
+        steps = max(1, math.ceil(period / self.step - 1e-9))
+        if self.remembers and abs(period / steps / self.step - 1.0) > 1e-6:
+            expected = f"expected a multiple of the step, {self.step:g} s, at which delays of commands are remembered"
+            raise VehicleError("vehicle", [f"period: {expected}; found {period:g} s"])
+        return steps
+
+    @property
+    def remembers(self) -> bool:
+        """Whether effects of the command remember more than one step."""
+        return any(command_memory(self.step, e) > 1 for e in self.effects)
 
     def _state_problems(self) -> list[str]:
         problems = []
@@ -104,22 +114,28 @@ class VehicleSettings:
         ]
 
 
-def _sheet(settings: VehicleSettings) -> Array:
-    sheet, N = empty_sheet(settings.count), settings.count
-    state = settings.initial
+def sheet_of(settings: VehicleSettings) -> Array:
+    """Return a sheet with the initial state, for kernels."""
+    N, state = settings.count, settings.initial
     assert state is not None
+    plain = all(e is NO_EFFECTS for e in settings.effects)
+    memory = max(command_memory(settings.step, e) for e in settings.effects)
+    sheet = empty_sheet(N, None if plain else memory)
     row = sheet[STATE]
     row[:3], row[3:7], row[7:BODY] = state.position, state.attitude, state.velocity
-    row[BODY:] = np.asarray(state.thrusters, dtype=np.float64).T.ravel()
+    row[BODY : BODY + 4 * N] = np.asarray(state.thrusters, dtype=np.float64).T.ravel()
     stuck = settings.coefficients.turning == 0.0
     row[BODY : BODY + N][stuck] = 0.0
+    row[BODY + 2 * N : BODY + 3 * N][stuck] = 0.0
+    if not plain:
+        for i, e in enumerate(settings.effects):
+            command_begin(sheet[MEMORY + i], float(state.thrusters[i, 2]), settings.step, e)
     return sheet
 
 
-def _state(sheet: Array) -> VehicleState:
-    row = sheet[STATE]
-    N = (row.size - BODY) // 4
-    return VehicleState(row[:3].copy(), row[3:7].copy(), row[7:BODY].copy(), row[BODY:].reshape(4, N).T.copy())
+def _state(sheet: Array, N: int) -> VehicleState:
+    row = sheet[STATE].copy()
+    return VehicleState(row[:3], row[3:7], row[7:BODY], row[BODY : BODY + 4 * N].reshape(4, N).T.copy())
 
 
 def _diverged(time: float, step: float) -> VehicleError:
@@ -166,13 +182,13 @@ def simulate(
     wrenches = _numbers("wrench", np.zeros((K, 6)) if wrench is None else wrench, (K, 6))
     opened = _numbers("gates", np.ones((K, N)) if gates is None else gates, (K, N))
     steps = settings.steps_in(dt)
-    sheet, out = _sheet(settings), np.empty((K + 1, record_width(N)))
+    sheet, out = sheet_of(settings), np.empty((K + 1, record_width(N)))
     if K == 0:
         measured(sheet, np.ones(N), np.zeros(6), *settings.tables, out[0])
     done = run_vehicle(sheet, commands, steps, dt / steps, opened, wrenches, *settings.tables, out)
     if done < K:
         raise _diverged(done * dt, dt / steps)
-    return trajectory_of(dt * np.arange(K + 1), out, _state(sheet))
+    return trajectory_of(dt * np.arange(K + 1), out, _state(sheet, N))
 
 
 def simulate_vehicle(
@@ -199,7 +215,7 @@ class VehiclePlant:
 
     def __init__(self, settings: VehicleSettings, *, time: float = 0.0) -> None:
         self.settings = settings
-        self._sheet = _sheet(settings)
+        self._sheet = sheet_of(settings)
         self._time = time
         self._out = np.empty(record_width(settings.count))
         self._calm, self._open = np.zeros(6), np.ones(settings.count)
@@ -212,7 +228,7 @@ class VehiclePlant:
     @property
     def state(self) -> VehicleState:
         """The state, a copy: a plant made with it goes on from here."""
-        return _state(self._sheet)
+        return _state(self._sheet, self.settings.count)
 
     def truth(self, wrench: ArrayLike | None = None, gates: ArrayLike | None = None) -> VehicleTruth:
         """Return what is true now, under an outer wrench (6,) [N, N m], with gates (N,)."""

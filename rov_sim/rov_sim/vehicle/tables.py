@@ -3,8 +3,9 @@
 Kernels that take dozens of arrays spend their time on counting who holds them. So the body's numbers are tuples, what
 belongs to a thruster is a row of one array, and the state and all that a step needs are rows of one sheet.
 
-Sheet (10, 13 + 4 N), columns of a row: position (3) [m], attitude (4), nu (6), then (N,) each of rotor speed [rad/s],
-axial flow [m/s], acting throttle [V], heat. Row STATE is the state; kernels use the others.
+Sheet, columns of its rows: position (3) [m], attitude (4), nu (6), then (N,) each of rotor speed [rad/s], axial flow
+[m/s], acting throttle [V], heat. Row STATE is the state; from row MEMORY on, where there are effects, is what effects
+of the command remember, a row for each thruster; kernels work in the other rows.
 """
 
 from typing import Any, NamedTuple
@@ -17,8 +18,8 @@ from thruster_model.thruster_rows import ThrusterRows, rows_of
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = [
-    "AT", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION", "LEFT", "REACHED", "REACTION",
-    "REVERSE", "SCALE", "SLOPE", "STATE", "TAU", "THRUST", "TURNING", "WIRING",
+    "AT", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION", "LEFT", "MEMORY", "MIDDLE",
+    "REACHED", "REACTION", "REVERSE", "SCALE", "SLOPE", "STATE", "TAU", "THRUST", "TURNING", "WIRING",
     "Body", "Tables", "empty_sheet", "tables_of",
 ]  # fmt: skip
 
@@ -28,9 +29,9 @@ Matrix = tuple[Vector, ...]
 
 BODY = 13
 """Columns of the body's state; those of the thrusters follow."""
-STATE, AT, SLOPE, GAINED, FIRST, END, REACHED, THRUST, LEFT, TAU = range(10)
-"""Rows of the sheet: state; where rates are taken; rates; what a step gains; throttles at the beginning and end of a
-piece; throttles aimed at; thrusts; what others leave of them; wrench."""
+STATE, AT, SLOPE, GAINED, FIRST, MIDDLE, END, REACHED, THRUST, LEFT, TAU, MEMORY = range(12)
+"""Rows of the sheet: state; where rates are taken; rates; what a step gains; throttles at the beginning, the middle and
+the end of a piece; throttles aimed at; thrusts; what others leave of them; wrench; memory of the first thruster."""
 FORWARD, REVERSE, INFLOW, SCALE, TURNING, WIRING, REACTION, INTERACTION = 0, 6, 12, 18, 19, 20, 21, 24
 """First columns of a thruster's row: see `VehicleCoefficients`; the last ones are shares lost per newton of each."""
 _WORST_CONDITION = 1e12
@@ -67,9 +68,12 @@ class Tables(NamedTuple):
     e: ThrusterRows
 
 
-def empty_sheet(thrusters: int) -> Array:
-    """Return a sheet for so many thrusters."""
-    return np.zeros((10, BODY + 4 * thrusters))
+def empty_sheet(thrusters: int, memory: int | None = None) -> Array:
+    """Return a sheet for so many thrusters; memory: floats that each one's effects of the command remember, if any."""
+    width = BODY + 4 * thrusters
+    if memory is None:
+        return np.zeros((MEMORY, width))
+    return np.zeros((MEMORY + thrusters, max(width, memory)))
 
 
 def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:

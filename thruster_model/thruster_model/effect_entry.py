@@ -1,4 +1,4 @@
-"""An effect that is switched on in a vehicle: which one, how large, and what part of the vehicle it is about.
+"""An effect that a vehicle set switches on: which one, how large, and what part of the vehicle it is about.
 
 What effects there are and which target each takes is known where the vehicle is simulated; here is only the entry.
 """
@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-__all__ = ["ActiveVehicleEffect"]
+__all__ = ["EffectEntry"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ActiveVehicleEffect:
+class EffectEntry:
     """One effect with the sizes of its parameters.
 
     Attributes:
@@ -22,6 +22,7 @@ class ActiveVehicleEffect:
         axis: such as `surge`, or two of them, `surge-pitch`, for a coupling.
         sensor: such as `imu`.
         kind: where an effect has several.
+        units: of the sizes, as stated.
     """
 
     id: str
@@ -31,14 +32,9 @@ class ActiveVehicleEffect:
     axis: str | None = None
     sensor: str | None = None
     kind: str | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         sizes = {str(name): float(value) for name, value in self.sizes.items()}
         object.__setattr__(self, "sizes", MappingProxyType(sizes))
-
-    @property
-    def words(self) -> str:
-        """The effect and its target, for sentences."""
-        parts = [self.id, self.kind, self.sensor, self.axis]
-        parts += [f"thruster {i}" for i in (self.thruster, self.other) if i is not None]
-        return " ".join(part for part in parts if part)
+        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
