@@ -28,7 +28,7 @@ def active_effect(entry: EffectEntry) -> ActiveVehicleEffect:
     wrong = [
         f"key 'effects.{entry.id}.{name}.unit': expected '{units[name]}'; found '{unit}'"
         for name, unit in entry.units.items()
-        if name in units and unit != units[name]
+        if name in units and unit not in units[name].replace(" or ", ", ").split(", ")
     ]
     if wrong:
         raise ValueError("; ".join(wrong))

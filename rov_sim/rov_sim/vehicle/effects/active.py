@@ -107,8 +107,16 @@ def sensing_with(c: Any, effects: Iterable[ActiveVehicleEffect]) -> Any:
 
 
 def body_with(c: Any, effects: Iterable[ActiveVehicleEffect]) -> Any:
-    """Return `VehicleCoefficients` with these effects; those that act elsewhere are passed over."""
+    """Return `VehicleCoefficients` with these effects; those that act elsewhere are passed over.
+
+    Raises:
+        ValueError: an effect of a thruster that the vehicle does not have, or that its coefficients cannot have.
+    """
     for effect, active in _in_order(effects):
+        for target in ("thruster", "other"):
+            i = getattr(active, target)
+            if i is not None and not 0 <= i < c.thrusters:
+                raise ValueError(f"key 'effects.{active.id}.{target}': expected 0 to {c.thrusters - 1}; found {i}")
         if effect.body is not None:
             c = effect.body(c, active)
     return c

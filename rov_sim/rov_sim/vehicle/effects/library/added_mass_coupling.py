@@ -1,0 +1,27 @@
+"""Water that moves with the body along one axis pushes it along another: a hull that is not symmetric."""
+
+from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, axis_pair
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from thruster_model.effects.effect import EffectParameter
+
+
+def body(c, active):  # type: ignore[no-untyped-def]
+    """Return the coefficients with s more in both entries of M_A beside the diagonal."""
+    (a, b), matrix = axis_pair(active.axis), c.M_A.copy()
+    matrix[a, b] += active.size("size")
+    matrix[b, a] += active.size("size")
+    return c._replace(M_A=matrix)
+
+
+EFFECT = VehicleEffect(
+    id="added_mass_coupling",
+    title="coupling of two axes by added mass",
+    block="body",
+    equation="M_A,ab = M_A,ba = s",
+    parameters=(
+        EffectParameter(name="size", unit="kg, kg m or kg m^2", meaning="of the entries more", lower=-20.0, upper=20.0),
+    ),
+    needs=("axis",),
+    choices={"axis": AXIS_PAIRS},
+    body=body,
+)

@@ -1,0 +1,24 @@
+"""Drag in proportion to the square of speed along one axis is more than assumed, or less."""
+
+from rov_sim.vehicle.effects.body_axes import BODY_AXES, axis_index
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from thruster_model.effects.effect import EffectParameter
+
+
+def body(c, active):  # type: ignore[no-untyped-def]
+    """Return the coefficients with that entry of D_Q times (1 + s)."""
+    a, matrix = axis_index(active.axis), c.D_Q.copy()
+    matrix[a, a] *= 1.0 + active.size("share")
+    return c._replace(D_Q=matrix)
+
+
+EFFECT = VehicleEffect(
+    id="quadratic_drag",
+    title="quadratic drag of one axis",
+    block="body",
+    equation="D_Q,aa (1 + s)",
+    parameters=(EffectParameter(name="share", unit="1", meaning="of that entry more", lower=-0.8, upper=0.8),),
+    needs=("axis",),
+    choices={"axis": BODY_AXES},
+    body=body,
+)

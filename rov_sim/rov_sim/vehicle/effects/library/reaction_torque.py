@@ -1,0 +1,37 @@
+"""Propellers turn the vehicle the other way: the moment -h s Q e of each, h = +1 for a right-handed one.
+
+Q = c_Q n|n| with c_Q from the vehicle's set: the thesis' tables hold no propeller's torque (Table 4.2 a tenth of one,
+Table 3.1 three times too much). A set without hands knows no such moment, and says so.
+"""
+
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from thruster_model.effects.effect import EffectParameter
+
+
+def body(c, active):  # type: ignore[no-untyped-def]
+    """Return the coefficients with the moment of all propellers, or of one."""
+    s = active.size("share")
+    if s == 0.0:
+        return c
+    chosen = range(c.thrusters) if active.thruster is None else (active.thruster,)
+    unknown = [i for i in chosen if c.hands[i] == 0.0]
+    if unknown or not c.propeller_torque > 0.0:
+        found = f"thruster {unknown[0]} without one" if unknown else "no propeller torque"
+        raise ValueError(f"reaction_torque: expected the hand of each propeller and a torque per n|n|; found {found}")
+    reaction = c.reaction.copy()
+    for i in chosen:
+        reaction[:, i] -= c.hands[i] * s * c.propeller_torque * c.K_t[:3, i]
+    return c._replace(reaction=reaction)
+
+
+EFFECT = VehicleEffect(
+    id="reaction_torque",
+    title="torque of the propellers on the vehicle",
+    block="thrusters",
+    equation="-h_i s c_Q n|n| e_i",
+    parameters=(
+        EffectParameter(name="share", unit="1", meaning="of the propellers' torque that acts", lower=0.0, upper=1.0),
+    ),
+    may_take=("thruster",),
+    body=body,
+)
