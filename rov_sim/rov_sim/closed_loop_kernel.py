@@ -110,12 +110,13 @@ def run_loop(  # type: ignore[no-untyped-def]
     """Run all periods; fill `dense` (6, N S + 1), `read` (5, N S + 1) and `out` (len(COLUMNS), N).
 
     noise: `Disturbances`; observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows
-    of `stepper.ROWS`; read: what sensors make of them.
+    of `stepper.ROWS`; read: what sensors make of them, `dense` itself where no sensor has an effect.
     """
     dt, S = clock.dt / clock.steps, clock.steps
     throttle = np.empty(S)
     state, acting, seen_U, seen_T, known = start, 0.0, 0.0, 0.0, 0
     p, e, substeps, memory = plant.p, plant.e, plant.substeps, plant.memory
+    apart = dense.shape[0] != read.shape[0]
     for k in range(T_d.size):
         gate = gates[min(k, gates.size - 1) :][:1]
         first = k * S
@@ -126,7 +127,8 @@ def run_loop(  # type: ignore[no-untyped-def]
         else:
             advance(state, throttle[:0], dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         at = max(first + clock.sample, 0)
-        sense(dense, known, at + 1, dt, plant.e_sensors, plant.sensors, read)
+        if apart:
+            sense(dense, known, at + 1, dt, plant.e_sensors, plant.sensors, read)
         known = max(known, at + 1)
         y_n = speed_read(read[0, at], noise.speed[k], wiring.quantised == 1)
         seen_U = noise.told[k]
@@ -140,5 +142,6 @@ def run_loop(  # type: ignore[no-untyped-def]
             throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
             state = advance(state, throttle, dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         acting = out[1, k]
-    sense(dense, known, dense.shape[1], dt, plant.e_sensors, plant.sensors, read)
+    if apart:
+        sense(dense, known, dense.shape[1], dt, plant.e_sensors, plant.sensors, read)
     return state

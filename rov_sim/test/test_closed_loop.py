@@ -1,6 +1,7 @@
 """The closed loop: repeatable, causal, on time, and what another integrator makes of the same steps."""
 
 import math
+import time
 
 import numpy as np
 import pytest
@@ -139,11 +140,28 @@ def test_a_reading_is_taken_at_its_instant(form: str, sample: float) -> None:
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_delay_of_the_command_as_an_effect_is_the_computation_delay(form: str) -> None:
-    """The effect goes another way through the code: between the kernels, period by period."""
+    """The effect goes another way through the code: through the memory of the command's effects."""
     delayed = Plant(coefficients=TRUTH, effects=ActiveEffects(sizes={"command_delay": {"time": 0.02}}))
     one, other = run(form, plant=delayed, seed=4), run(form, timing=Timing(computation=0.02), seed=4)
     np.testing.assert_allclose(one.control, other.control, atol=1e-9)
     np.testing.assert_allclose(one.plant, other.plant, atol=1e-9)
+
+
+def test_a_period_costs_the_same_however_many_came_before_it() -> None:
+    """Ten times as many periods would take a hundred times as long if each went through all of the past."""
+    sizes = {"tach_lag": {"time": 0.05}, "flow_delay": {"time": 0.3}, "command_delay": {"time": 0.02}}
+    plant = Plant(coefficients=TRUTH, effects=ActiveEffects(sizes=sizes))
+    run(plant=plant, periods=10)
+
+    def cost(periods: int) -> float:
+        costs = []
+        for _ in range(5):
+            begin = time.process_time()
+            run(plant=plant, T_d=np.resize(wanted(100), periods))
+            costs.append(time.process_time() - begin)
+        return min(costs)
+
+    assert cost(5000) < 40.0 * cost(500)
 
 
 def test_an_effect_on_a_sensor_reaches_the_controller() -> None:
