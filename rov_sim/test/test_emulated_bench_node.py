@@ -146,7 +146,7 @@ def test_in_real_time_there_is_no_clock_and_the_thruster_turns(make: Callable[..
     [
         ({"parameter_set": "nobody"}, "parameter_set|nobody"),
         ({"effects": "coulomb_friction"}, "expected EFFECT.PARAMETER=SIZE"),
-        ({"effects": "tach_lag.time=0.05"}, "which act on whole recorded series"),
+        ({"effects": "tach_lag.time=5"}, "expected 0 or 0 to 0.4 s; found 5.0"),
         ({"protocol": "morse"}, "protocol"),
         ({"participants": "a/b"}, "participants: expected topics that end in one of"),
         ({"firmware": "/nowhere"}, "device: /nowhere/emulator: expected a file"),
