@@ -8,6 +8,7 @@ import numpy as np
 
 from rov_sim.bench_study.controllers import controller
 from rov_sim.closed_loop import Plant, simulate_loop
+from rov_sim.vehicle import benchmark as vehicle
 from run_bag.benchmark_row import Row
 from thruster_control.inner_loop import AT_REST, inner_loop_step
 from thruster_control.references import DURATION, sine
@@ -27,7 +28,7 @@ def rows(rounds: int = 50) -> list[Row]:
     ours = max(_speed(lambda: simulate_loop(T_d, plant, control), rounds) for _ in range(3))
     few = T_d[: T_d.size // 10]
     plain = max(_speed(lambda: _plain(few, p, control), 1) / 10 for _ in range(3))
-    return [Row("closed loop of one thruster, 1 kHz plant", ours, plain, "x real time")]
+    return [Row("closed loop of one thruster, 1 kHz plant", ours, plain, "x real time"), *vehicle.rows()]
 
 
 def _speed(action, rounds: int) -> float:  # type: ignore[no-untyped-def]
