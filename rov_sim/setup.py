@@ -28,6 +28,7 @@ setup(
             "plant = rov_sim.vehicle.plant_node:main",
             "rov_graph = rov_sim.cli_rov_graph:main",
             "scene = rov_sim.vehicle.scene_node:main",
+            "reference = rov_sim.cli_reference:main",
             "score_experiment = rov_sim.cli_score_experiment:main",
             "score_vehicle = rov_sim.vehicle.cli_score_vehicle:main",
         ]

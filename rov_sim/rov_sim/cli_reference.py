@@ -1,0 +1,84 @@
+"""Command line: the reference of vehicles and of a vehicle's unmodelled effects as Markdown, from their definitions."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+from rov_sim.vehicle.effects.effect import VehicleEffect
+from run_bag.command_line import user_arguments
+from thruster_model.effects.effect import EffectParameter
+from thruster_model.vehicle_parameters import definition_of
+from thruster_model.vehicle_set import VehicleSet
+from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Print the reference; return the exit status."""
+    argparse.ArgumentParser(prog="reference", description=__doc__).parse_args(user_arguments(arguments))
+    print(reference(), end="")
+    return 0
+
+
+def reference() -> str:
+    """Return the whole reference."""
+    head = (
+        "# Vehicles and their effects\n\n"
+        "Made by `ros2 run rov_sim reference`. Body axes x forward, y starboard, z down; thrusters count from 0. A "
+        "standard deviation that no source states is 5 % of the value. Thrusters' models: [models.md](models.md).\n"
+    )
+    vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
+    heads = ["effect", "what it is", "enters", "equation", "parameters", "acts on"]
+    lines = [
+        "\n## Effects of a vehicle\n",
+        "Switched on in a vehicle's set under `effects`, with those of single thrusters (`ambient_current`, "
+        "`tank_recirculation` and those of a load cell excepted).\n",
+        _row(heads),
+        "|" + "---|" * len(heads),
+        *(_effect(effect) for effect in VEHICLE_LIBRARY.values()),
+    ]
+    return head + vehicles + "\n".join(lines) + "\n"
+
+
+def _vehicle(name: str, vehicle: VehicleSet) -> str:
+    heads = ["parameter", "meaning", "value", "std", "unit", "source"]
+    lines = [f"\n## `{name}`: {vehicle.name}\n", f"{vehicle.source}. Thrusters' set: `{vehicle.model}`.\n"]
+    lines += [_row(heads), "|" + "---|" * len(heads)]
+    for key, p in vehicle.parameters.items():
+        definition = definition_of(key)
+        assert definition is not None
+        deviation = f"{vehicle.deviation(key):.3g}"
+        lines.append(_row([key, definition.meaning, f"{p.value:.6g}", deviation, p.unit, p.source]))
+    heads = ["thruster", "position [m]", "axis", "hand"]
+    lines += ["", _row(heads), "|" + "---|" * len(heads)]
+    for thruster in vehicle.layout:
+        position, axis = (", ".join(f"{x:.6g}" for x in each) for each in (thruster.position, thruster.axis))
+        lines.append(_row([thruster.name, position, axis, thruster.hand or "not known"]))
+    return "\n".join(lines) + "\n"
+
+
+def _effect(effect: VehicleEffect) -> str:
+    targets = [*effect.needs, *(f"{target} or all" for target in effect.may_take)]
+    return _row(
+        [
+            f"`{effect.id}`",
+            effect.title,
+            effect.block,
+            effect.equation,
+            "; ".join(_parameter(p) for p in effect.parameters),
+            ", ".join(targets) or "the vehicle",
+        ]
+    )
+
+
+def _parameter(p: EffectParameter) -> str:
+    sign = "±" if p.both_signs else ""
+    return f"{p.name} [{p.unit}] {sign}{p.lower:g} to {p.upper:g}"
+
+
+def _row(cells: Sequence[str]) -> str:
+    return "| " + " | ".join(cell.replace("|", "\\|") for cell in cells) + " |"
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,16 @@
+"""The reference of vehicles in the documentation is the one that the code gives."""
+
+from pathlib import Path
+
+from rov_sim.cli_reference import reference
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+
+DOCS = Path(__file__).resolve().parents[2] / "docs"
+
+
+def test_the_page_is_up_to_date() -> None:
+    assert (DOCS / "vehicles.md").read_text("utf-8") == reference()
+
+
+def test_every_effect_is_listed() -> None:
+    assert all(f"`{name}`" in reference() for name in VEHICLE_LIBRARY)
