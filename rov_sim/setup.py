@@ -10,7 +10,7 @@ setup(
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",
     packages=find_packages(exclude=["test"]),
-    package_data={name: ["vehicle/sensors/*.yaml"]},
+    package_data={name: ["vehicle/sensors/*.yaml", "vehicle_study/plans/*.yaml"]},
     data_files=[
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
@@ -27,6 +27,7 @@ setup(
             "experiment_watch = rov_sim.experiment_watch_node:main",
             "plant = rov_sim.vehicle.plant_node:main",
             "rov_graph = rov_sim.cli_rov_graph:main",
+            "rov_study = rov_sim.cli_rov_study:main",
             "scene = rov_sim.vehicle.scene_node:main",
             "reference = rov_sim.cli_reference:main",
             "score_experiment = rov_sim.cli_score_experiment:main",

@@ -20,7 +20,7 @@ from thruster_model.equations.attitude import cross, rotated, rotated_back
 
 __all__ = [
     "NavigationHistory", "NavigationOutput", "compiled_begin", "compiled_first", "compiled_navigation",
-    "compiled_output", "navigate", "navigation_output",
+    "compiled_output", "navigate", "navigation_motion", "navigation_output",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -45,8 +45,8 @@ class NavigationOutput(NamedTuple):
 
 
 @equation
-def navigation_output(belief, settings):  # type: ignore[no-untyped-def]
-    """Return the `NavigationOutput` of a belief."""
+def navigation_motion(belief, settings):  # type: ignore[no-untyped-def]
+    """Return (position, attitude, velocity) of the body as in `NavigationOutput`, without their covariances."""
     b, s = belief, settings
     r = s.imu_position
     arm = rotated(b.attitude, r)
@@ -55,7 +55,16 @@ def navigation_output(belief, settings):  # type: ignore[no-untyped-def]
     at_imu, lever = rotated_back(b.attitude, b.velocity), cross(omega, r)
     position = (b.position[0] - arm[0], b.position[1] - arm[1], b.position[2] - arm[2])
     velocity = (at_imu[0] - lever[0], at_imu[1] - lever[1], at_imu[2] - lever[2], omega[0], omega[1], omega[2])
+    return position, b.attitude, velocity
 
+
+@equation
+def navigation_output(belief, settings):  # type: ignore[no-untyped-def]
+    """Return the `NavigationOutput` of a belief."""
+    b, s = belief, settings
+    r = s.imu_position
+    arm = rotated(b.attitude, r)
+    position, _, velocity = navigation_motion(belief, settings)
     pose, motion, noise = np.zeros((6, ERRORS)), np.zeros((6, ERRORS)), np.zeros((6, 3))
     in_earth, of_imu = axes(b.attitude), axes(s.imu_rotation)
     unit = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))

@@ -94,6 +94,12 @@ class Plan:
                 raise ValueError(f"group '{group.name}': {error}") from error
         return tuple(found)
 
+    def typical(self, group: Group) -> Case:
+        """Return the case of a group that assumes most of what the plan assumes."""
+        cases = self.cases(group)
+        agreed = [sum(getattr(c.assumptions, k) == a.value for k, a in self.assumed.items()) for c in cases]
+        return cases[agreed.index(max(agreed))]
+
     @property
     def all_cases(self) -> Mapping[str, Case]:
         """All cases by name."""
