@@ -41,10 +41,10 @@ def test_the_thesis_plan_has_both_comparisons_and_what_the_claims_may_depend_on(
 def test_each_combination_of_what_is_varied_is_a_case_and_its_typical_one_is_as_assumed() -> None:
     flow = PLAN.groups[1]
     cases = PLAN.cases(flow)
-    assert len(cases) == 3 * 2 * 2 and len({case.name for case in cases}) == len(cases)
+    assert len(cases) == 3 * 2 and len({case.name for case in cases}) == len(cases)
     assert not any("." in case.name for case in cases)
     typical = PLAN.typical(flow)
-    assert typical.name == "flow-gain_2-rate_25-feedback_truth"
+    assert typical.name == "flow-gain_2-feedback_truth"
     assert all(getattr(typical.assumptions, name) == assumed.value for name, assumed in PLAN.assumed.items())
 
 
@@ -63,7 +63,7 @@ def test_a_plan_survives_its_way_through_plain_text() -> None:
         (("assumed", "feedback", "value"), "luck", "feedback: expected one of exact, truth, estimator; found 'luck'"),
         (("assumed", "duration", "value"), 41.99, "duration: expected whole periods of 0.04 s; found 41.99 s"),
         (("groups", "flow", "strategies"), ["magic"], "group 'flow': expected strategies among .*; found 'magic'"),
-        (("groups", "flow", "change"), {"rate": 50}, "group 'flow': expected rate to be changed or varied; found both"),
+        (("groups", "flow", "change"), {"gain": 3}, "group 'flow': expected gain to be changed or varied; found both"),
         (("groups", "flow"), {"title": "x"}, "group 'flow': expected title, strategies, change, vary"),
         (("groups",), {}, "groups: expected at least one; found none"),
     ],
@@ -96,14 +96,13 @@ def claim(study: Results, key: str):  # type: ignore[no-untyped-def]
 
 
 def test_a_claim_depends_on_what_differs_between_neighbouring_cases_of_different_verdicts() -> None:
-    flow = PLAN.groups[1]
     pitch = {}
-    for case in PLAN.cases(flow):
-        better = 0.05 if case.assumptions.rate == 25 else 0.15
+    for case in PLAN.cases(PLAN.groups[1]):
+        better = 0.05 if case.assumptions.feedback == "truth" else 0.15
         pitch |= {("lookup", case.name): 0.1, ("simplified", case.name): better}
     found = claim(invented(pitch), "6")
-    assert (found.verdict, found.depends) == ("depends", ("rate",))
-    assert found.share(PLAN.all_cases, "flow") == (6, 12)
+    assert (found.verdict, found.depends) == ("depends", ("feedback",))
+    assert found.share(PLAN.all_cases, "flow") == (3, 6)
 
 
 def test_claims_follow_the_scores_and_what_was_not_run_is_not_tested() -> None:

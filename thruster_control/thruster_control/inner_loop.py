@@ -126,7 +126,9 @@ def inner_loop_step(memory, T_d, n, v, U, valid, dt, settings, p, T=np.nan, age=
     wanted = demand(memory, T_d, n, flow, ambient, T, supply, feedback, dt, settings, p)
     if not (math.isfinite(wanted.u) and math.isfinite(wanted.n_d_rate)):
         return _to_zero(memory, run_down, unseen, _RUN_DOWN, flow, ambient, np.nan, dt, settings)
-    u = ramp_limited(memory.u, min(max(wanted.u, -limits.u_max), limits.u_max), rate, dt)
+    u = min(max(wanted.u, -limits.u_max), limits.u_max)
+    if abs(u - memory.u) > rate * dt:  # else exactly what is wanted: rounding would pass for a limit
+        u = ramp_limited(memory.u, u, rate, dt)
     excess = wanted.alpha - input_map(u, p) if u != wanted.u else 0.0
     sigma = memory.sigma
     if dt <= limits.longest_period and (excess == 0.0 or excess * wanted.error > 0.0):

@@ -130,7 +130,7 @@ def simulate_vehicle_loop(
         inner.coefficients,
         record,
     )
-    return VehicleLoopRun(period * np.arange(1, count + 1), record)
+    return VehicleLoopRun(np.asarray(period * np.arange(1, count + 1), dtype=np.float64), record)
 
 
 def _plant(true: VehicleSettings, period: float) -> Plant:

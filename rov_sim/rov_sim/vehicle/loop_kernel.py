@@ -97,7 +97,7 @@ def record_of(periods: int, thrusters: int) -> Record:
     of_body = [np.empty((periods, size)) for size in (15, 3, 4, 6, 4, 6, 6)]
     of_thrusters = [np.empty((periods, thrusters)) for _ in range(7)]
     told = np.empty((periods, thrusters, len(ESTIMATES)))
-    return Record(*of_body, *of_thrusters, told, np.zeros((periods, 3), dtype=np.int64))
+    return Record(*of_body, *of_thrusters, told, status=np.zeros((periods, 3), dtype=np.int64))
 
 
 @compiled

@@ -92,12 +92,13 @@ def _errors(report: Report, study: Results, plan: Plan, group: Group) -> None:
     rows: list[list[object]] = [
         [STRATEGIES[s].title, *(study.mean(s, case, name).value for name in names)] for s in group.strategies
     ]
-    heads = ["Strategy", *(Column(name=name.replace("_", " "), unit=unit, digits=3) for name, unit in names.items())]
+    heads: list[Column | str] = ["Strategy"]
+    heads += [Column(name=name.replace("_", " "), unit=unit, digits=3) for name, unit in names.items()]
     report.table(heads, rows, caption=f"Further scores in the case {case}, means over the seeds.")
     rows = [
         [c.name, *(100.0 * study.mean(s, c.name, "pitch").value for s in group.strategies)] for c in plan.cases(group)
     ]
-    heads = ["Case", *(Column(name=s, unit="%", digits=2) for s in group.strategies)]
+    heads = ["Case", *[Column(name=s, unit="%", digits=2) for s in group.strategies]]
     report.table(heads, rows, caption="Error of pitch in all cases of the group, means over the seeds.")
 
 
