@@ -170,6 +170,14 @@ def test_the_slower_of_the_two_rates_counts() -> None:
     assert step(AT_REST._replace(age=0.0), 20.0, law=(settings, p._replace(u_dot_max=10.0)))[1].u == pytest.approx(0.4)
 
 
+def test_a_throttle_within_its_limits_is_what_is_wanted_to_the_bit_so_that_rounding_is_no_limit() -> None:
+    rng = np.random.default_rng(1)
+    for before in rng.uniform(-2.0, 2.0, 200):
+        memory, out = step(RUNNING._replace(u=float(before), side=0.0), float(rng.uniform(1.0, 8.0)))
+        if abs(out.u - before) < 3.9:  # V in a period, at 100 V/s
+            assert out.status == Status.RUNNING and memory.sigma != RUNNING.sigma
+
+
 # ---- the rig's recordings
 
 
