@@ -94,10 +94,10 @@ class Record(NamedTuple):
 
 def record_of(periods: int, thrusters: int) -> Record:
     """Return an empty record."""
-    of_body = [np.empty((periods, size)) for size in (15, 3, 4, 6, 4, 6, 6)]
-    of_thrusters = [np.empty((periods, thrusters)) for _ in range(7)]
-    told = np.empty((periods, thrusters, len(ESTIMATES)))
-    return Record(*of_body, *of_thrusters, told, status=np.zeros((periods, 3), dtype=np.int64))
+    arrays: list[Any] = [np.empty((periods, size)) for size in (15, 3, 4, 6, 4, 6, 6)]
+    arrays += [np.empty((periods, thrusters)) for _ in range(7)]
+    arrays += [np.empty((periods, thrusters, len(ESTIMATES))), np.zeros((periods, 3), dtype=np.int64)]
+    return Record(*arrays)
 
 
 @compiled
