@@ -8,11 +8,12 @@
 #                                                 strategies on HQ; one report of each
 #
 #   --vehicle SET        ngs bluerov2_heavy bluerov2 pool_rov or a YAML file (ngs)
-#   --truth SET          parameter set of the true thrusters (hq)
+#   --truth SET          parameter set of the true thrusters (the vehicle's own)
 #   --strategy NAME      lookup dead-zone simplified steady-flow hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo (hq-ekf)
 #   --script FILE        set points of the vehicle, by name or YAML file (surge_and_pitch)
 #   --feedback truth|estimator   what is fed back: the truth with noise, or a navigation node's estimate (truth)
 #   --rate HZ            of all loops (25); --gain 1/S: K_P and k_I of the outer loop (2); --u-max V: of throttles (5)
+#   --allocation pseudo-inverse|direction|least-squares      what is done with a wrench beyond the limits (least-squares)
 #   --parameters SET     that observers and laws believe in (the strategy's own)
 #   --seed N             of everything random (0); --no-noise leaves the noise out
 #   --effects 'E.P=SIZE E[T2].P=SIZE ...'    unmodelled effects of vehicle, thrusters and sensors
@@ -34,7 +35,7 @@ strategies=(lookup dead-zone simplified steady-flow hl-ekf hl-nlo hl-kfnlo hq-ek
 compared=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
 
 
-given=() strategy=hq-ekf truth=hq script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
+given=() strategy=hq-ekf truth='' script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
 compare=false real_time=false composed=false
 value() { [ $# -ge 2 ] || refuse "$1: expected a value"; }
 while [ $# -gt 0 ]; do
@@ -48,7 +49,7 @@ while [ $# -gt 0 ]; do
         printf -v "${1#--}" '%s' "$2"
         shift
         ;;
-    --vehicle | --gain | --u-max | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
+    --vehicle | --gain | --u-max | --allocation | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
         given+=("${1/--parameters/--parameter-set}" "$2")
@@ -66,7 +67,7 @@ one_of "$strategy" "${strategies[@]}" || refuse "--strategy: expected one of ${s
 one_of "$feedback" truth estimator || refuse "--feedback: expected truth or estimator; found '$feedback'"
 [[ $seed =~ ^[0-9]+$ ]] || refuse "--seed: expected an integer, 0 or more; found '$seed'"
 [ -z "$out" ] || [ ! -e "$out" ] || refuse "--out: expected a folder that does not exist; $out does"
-if $compare && [ "$strategy $truth" != "hq-ekf hq" ]; then
+if $compare && [ "$strategy $truth" != "hq-ekf " ]; then
     refuse "--compare runs strategies and truths of its own: expected neither here"
 fi
 

@@ -18,7 +18,7 @@ from rclpy.node import Node
 from thruster_control.allocator_parameters import PARAMETERS, chosen_loop
 from thruster_control.outer_loop.settings import VehicleSetPoint
 from thruster_control.vehicle_loop import NOWHERE, Answer
-from thruster_msgs.msg import ThrusterEstimate, ThrusterFailure, ThrustSetpoint, VehicleSetpoint
+from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterFailure, ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import run_node
 from thruster_runtime.parameters import declare, refused
@@ -27,12 +27,15 @@ from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
 
 __all__ = ["AllocatorNode", "main"]
 
-_THRUST, _WRENCH = format_of(ThrustSetpoint), format_of(WrenchStamped)
+_THRUST, _WRENCH, _FLOW = map(format_of, (ThrustSetpoint, WrenchStamped, FlowVelocity))
 _FRAMES = ("map_ned", "base_link_frd")
 
 
 class AllocatorNode(Node):
-    """Subscribes `rov/odometry`, `rov/setpoint`, `rov/thruster_failure`; publishes `thrust_setpoint`, `rov/wrench`."""
+    """Turns `rov/odometry`, `rov/setpoint`, `rov/thruster_failure` into `thrust_setpoint`, `flow` and `rov/wrench`.
+
+    `flow` tells observers the inflow of the vehicle's own motion through still water, U = K_t^T nu as measured.
+    """
 
     def __init__(self, **options: Any) -> None:
         """Refuse wrong parameters, compile the loop, then listen; `options` are those of rclpy's Node."""
@@ -56,6 +59,8 @@ class AllocatorNode(Node):
         self._thrusts = [
             RecordPublisher(self, ThrustSetpoint, f"thruster_{i}/thrust_setpoint") for i in range(loop.thrusters)
         ]
+        told = range(loop.thrusters) if values["flow"] == "kinematic" else ()
+        self._flows = [RecordPublisher(self, FlowVelocity, f"thruster_{i}/flow") for i in told]
         self._wrenches = RecordPublisher(self, WrenchStamped, "rov/wrench")
         listen(self, VehicleSetpoint, "rov/setpoint", self._on_setpoint)
         listen(self, ThrusterFailure, "rov/thruster_failure", self._on_failure)
@@ -105,12 +110,18 @@ class AllocatorNode(Node):
             U[i] = nan if found is None or not isfinite(found) else found
         dt = None if due.former is None else (due.stamp - due.former) / 1e9
         answer = self._loop.advance(dt, q, nu, NOWHERE if set_point is None else set_point, U)
+        self._publish_flows(due.stamp, nu)
         self._publish(due.stamp, answer)
 
     def _publish(self, stamp: int, answer: Answer) -> None:
         self._publish_thrusts(stamp, answer.thrusts.tolist())
         self._wrenches.publish(_WRENCH.record(stamp, _FRAMES[1], *answer.wrench.tolist()))
         self._health.report(stamp, answer.level, answer.words)
+
+    def _publish_flows(self, stamp: int, nu: Any) -> None:
+        for i, publisher in enumerate(self._flows):
+            U = float(self._loop.inflow[:, i] @ nu)
+            publisher.publish(_FLOW.record(stamp, f"thruster_{i}", axial=nan, ambient=U, quality=nan, spike=False))
 
     def _publish_thrusts(self, stamp: int, thrusts: list[float]) -> None:
         for publisher, thrust in zip(self._thrusts, thrusts, strict=True):

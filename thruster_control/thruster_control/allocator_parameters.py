@@ -79,6 +79,10 @@ PARAMETERS = (
         description="inflow as the observers estimate it; false: that of the vehicle's own motion",
     ),
     Parameter(
+        name="flow", default="kinematic", choices=("kinematic", "none"),
+        description="whether observers are told thruster_i/flow: the inflow of the vehicle's own motion",
+    ),
+    Parameter(
         name="period", default=0.04, unit="s", lower=0.0, above=True, upper=10.0,
         description="nominal period, that of the first step",
     ),

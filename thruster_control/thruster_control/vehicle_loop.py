@@ -61,6 +61,11 @@ class VehicleLoop:
         self._thrusts[:] = 0.0
 
     @property
+    def inflow(self) -> Array:
+        """K_t (6, N) of U = K_t^T nu."""
+        return np.asarray(self._controller.coefficients.inflow)
+
+    @property
     def thrusters(self) -> int:
         """Number of thrusters."""
         return int(self._thrusts.size)

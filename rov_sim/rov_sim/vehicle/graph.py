@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from rov_sim.vehicle.sensors.believed import navigation_parameters
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from thruster_control.strategies import STRATEGIES, strategy
 
@@ -46,6 +47,7 @@ class Experiment:
         rate: of all loops [Hz].
         gain: K_P = gain I [1/s], k_I = gain times 1/s [1/s^2].
         u_max: largest throttle [V].
+        allocation: pseudo-inverse, direction or least-squares.
         parameter_set: that observers and laws believe in; "": the strategy's own.
         flow: whether observers are told U = K_t^T nu; else they predict U by (4.5) alone.
         sensors: as the controllers know them; sensors_file: the plant's, "": those of the package.
@@ -62,7 +64,7 @@ class Experiment:
     thrusters: int
     sensors: VehicleSensors
     vehicle: str = "ngs"
-    truth: str = "hq"
+    truth: str = ""
     strategy: str = "hq-ekf"
     script: str = "surge_and_pitch"
     start_delay: float = 1.0
@@ -70,6 +72,7 @@ class Experiment:
     rate: float = 25.0
     gain: float = 2.0
     u_max: float = 5.0
+    allocation: str = "least-squares"
     parameter_set: str = ""
     flow: bool = True
     sensors_file: str = ""
@@ -163,28 +166,14 @@ def _plant(given: Experiment) -> GraphNode:
 
 
 def _navigation(given: Experiment) -> dict[str, Any]:
-    sensors = given.sensors
-    found: dict[str, Any] = {"period": 1.0 / given.rate}
-    for name in ("imu", "velocity", "depth"):
-        sensor = getattr(sensors, name)
-        found |= {f"{name}_{axis}": float(at) for axis, at in zip("xyz", sensor.position, strict=True)}
-        if name != "depth":
-            turns = zip(("roll", "pitch", "yaw"), sensor.rotation, strict=True)
-            found |= {f"{name}_{turn}": float(angle) for turn, angle in turns}
-        if name != "imu":
-            found[f"{name}_every"] = 1.0 / sensor.rate + sensor.delay if sensor.rate > 0.0 else 0.0
-    imu = sensors.imu.noise
-    noise = {
-        "attitude_noise": max(imu[:3]), "gyro_noise": max(imu[3:6]), "force_noise": max(imu[6:9]),
-        "velocity_noise": max(sensors.velocity.noise), "depth_noise": sensors.depth.noise[0],
-    }  # fmt: skip
-    return found | {name: max(float(value), 1e-6) for name, value in noise.items()}
+    return {"period": 1.0 / given.rate, **navigation_parameters(given.sensors)}
 
 
 def _allocator(given: Experiment) -> dict[str, Any]:
     return {
         "vehicle": given.vehicle, "u_max": given.u_max, "K_P_linear": given.gain, "K_P_angular": given.gain,
         "k_I": given.gain, "period": 1.0 / given.rate, "flow": "kinematic" if given.flow else "none",
+        "method": given.allocation,
         **({} if given.lockstep else {"setpoint_timeout": _TIMEOUT, "odometry_timeout": _TIMEOUT}),
     }  # fmt: skip
 
