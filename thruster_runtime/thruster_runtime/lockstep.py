@@ -96,9 +96,16 @@ class Lockstep:
             self._step()
 
     def look(self) -> None:
-        """Let the next instant come if nothing is missing for it; to be called now and then."""
-        self._turn = self._monotonic()
-        self._step()
+        """Let the next instant come if nothing is missing for it; to be called now and then, best by a timer.
+
+        A timer whose callback takes longer than its period would be called again and again before anything else is:
+        so one call in a while does nothing.
+        """
+        now = self._monotonic()
+        if now - self._turn < _LONGEST_TURN:
+            self._step()
+        else:
+            self._turn = now
 
     def waiting_for(self) -> list[str]:
         """Return what the next instant waits for, in words."""

@@ -37,7 +37,7 @@ from thruster_runtime.simulated_time import share_clock
 
 STOPPED, REFUSED = 0, 2
 LAST_WORDS = 2.0
-"""How long a node that ends waits at most for reliable topics to arrive [s]."""
+"""How long a process that ends waits at most for reliable topics to arrive [s]."""
 
 _REFUSALS: tuple[type[Exception], ...] = (
     StartRefused,
@@ -123,8 +123,8 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
                 executor.add_node(node)
                 # First out of the executor, then destroyed: the other way round may crash it.
                 leaving.callback(executor.remove_node, node)
+            leaving.callback(_be_heard, nodes)
             for node in nodes:
-                leaving.callback(_be_heard, node)
                 leaving.callback(getattr(node, "on_stop", _nothing))
             gc.freeze()  # what has been built stays: no callback waits while the collector looks through it
             leaving.callback(gc.unfreeze)
@@ -132,10 +132,10 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
     return STOPPED
 
 
-def _be_heard(node: Node) -> None:
-    """Wait until what a node said at last has arrived: what a process publishes just before it ends may not."""
+def _be_heard(nodes: Sequence[Node]) -> None:
+    """Wait until what nodes said at last has arrived: what a process publishes just before it ends may not."""
     end = time.monotonic() + LAST_WORDS
-    for publisher in node.publishers:
+    for publisher in (publisher for node in nodes for publisher in node.publishers):
         publisher.wait_for_all_acked(Duration(seconds=max(end - time.monotonic(), 0.0)))
 
 
