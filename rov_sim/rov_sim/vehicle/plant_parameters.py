@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 import numpy as np
 from rclpy.node import Node
 
-from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
+from rov_sim.vehicle.effects.active import sensing_with
 from rov_sim.vehicle.effects.words import effects_of_words
 from rov_sim.vehicle.live import Failing, FailureKind, LiveSettings
 from rov_sim.vehicle.noisy_odometry import OdometryNoise
-from rov_sim.vehicle.plant import VehicleSettings
 from rov_sim.vehicle.random_wrench import RandomWrench
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings import QUANTITIES, VehicleSensors
 from rov_sim.vehicle.sensors.settings_io import load_sensors
+from rov_sim.vehicle.settings import active_effects, vehicle_settings
 from rov_sim.vehicle.truth import at_rest
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import load_parameter_set
@@ -183,25 +183,19 @@ def settings_of(node: Node) -> PlantNodeSettings:
 
 def _live(given: Mapping[str, Any]) -> LiveSettings:
     vehicle = load_vehicle_set(given["vehicle"])
-    c, names = vehicle.coefficients, given["truth"].split() or vehicle.models
-    if len(names) not in (1, c.thrusters):
-        raise ValueError(f"truth: expected one parameter set or {c.thrusters}; found {len(names)}")
-    sets = [load_parameter_set(name) for name in names] * (c.thrusters // len(names))
+    sets = [load_parameter_set(name) for name in given["truth"].split() or vehicle.models]
     sensors = load_sensors(given["sensors"] or None)
     sensors = replace(sensors, tachometer=replace(sensors.tachometer, rate=given["rate"]))
     noise = OdometryNoise(given["attitude_noise"], given["velocity_noise"], given["rate_noise"])
     if not given["noise"]:
         sensors, noise = _quiet(sensors), OdometryNoise()
-    entries = ("id", "sizes", "thruster", "other", "axis", "sensor", "kind")
-    own = [ActiveVehicleEffect(**{name: getattr(each, name) for name in entries}) for each in vehicle.effects]
-    effects = (*own, *effects_of_words(given["effects"].split()))
+    added = effects_of_words(given["effects"].split())
     angles = tuple(radians(angle) for angle in _numbers(given, "attitude_deg", 3))
-    plant = VehicleSettings(
-        coefficients=body_with(c._replace(current=np.array(_numbers(given, "current", 3))), effects),
-        thrusters=tuple(each.coefficients for each in sets), effects=thruster_effects(effects, c.thrusters) or (),
-        initial=at_rest(c.thrusters, position=_numbers(given, "position", 3), angles=angles),
-        largest_step=given["largest_step"],
-    )  # fmt: skip
+    initial = at_rest(len(vehicle.layout), position=_numbers(given, "position", 3), angles=angles)
+    plant = vehicle_settings(vehicle, sets, effects=added, initial=initial, largest_step=given["largest_step"])
+    c = plant.coefficients
+    plant = replace(plant, coefficients=c._replace(current=c.current + np.array(_numbers(given, "current", 3))))
+    effects = (*active_effects(vehicle), *added)
     gravity = vehicle.values["gravity"]
     return LiveSettings(
         plant=plant, sensors=sensors, sensed=sensing_with(sensor_coefficients(sensors, gravity), effects), noise=noise,
