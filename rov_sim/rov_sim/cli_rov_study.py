@@ -11,13 +11,13 @@ from pathlib import Path
 
 from rov_sim.study.cli_running import FAILURES, add_running_arguments, failed, problems, run_with_progress, version_here
 from rov_sim.study.results import BASELINE, Results
-from rov_sim.study.results_io import read_results, write_table
+from rov_sim.study.results_io import write_table
 from rov_sim.study.store_io import Store
 from rov_sim.vehicle_study.pictures_io import draw_errors, draw_runs
 from rov_sim.vehicle_study.plan import Plan
 from rov_sim.vehicle_study.plan_io import available_plans, load_plan, plan_of, plan_text
 from rov_sim.vehicle_study.report_io import build_report, write_tables
-from rov_sim.vehicle_study.results_io import contents_of, run_shard, shards
+from rov_sim.vehicle_study.results_io import contents_of, results_of, run_shard, shards
 from rov_sim.vehicle_study.scoring import SCORES, UNITS
 from run_bag import RunError
 from run_bag.command_line import user_arguments
@@ -35,7 +35,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         store = Store(given.out, text, SCORES)
         parts = shards(plan, given.seeds)
         run_with_progress(store, parts, run_shard, given)
-        study = read_results(store, parts)
+        study = results_of(plan, store, given.seeds)
         write_table(study, given.out / "scores.csv", UNITS)
         contents = plan_of(text)[1]
         draw_errors(study, plan, given.out / "rov_study_errors.svg")

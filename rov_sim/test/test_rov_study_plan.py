@@ -11,6 +11,7 @@ from rov_sim.study.results import Results
 from rov_sim.vehicle_study.claims import CLAIMS
 from rov_sim.vehicle_study.judgement import judged
 from rov_sim.vehicle_study.plan_io import load_plan, parse_plan, plan_of, plan_text
+from rov_sim.vehicle_study.results_io import shards
 from rov_sim.vehicle_study.scoring import SCORES
 from rov_sim.vehicle_study.tables import assumption_table, case_table, claim_table, error_table, finding_lines
 
@@ -46,6 +47,18 @@ def test_each_combination_of_what_is_varied_is_a_case_and_its_typical_one_is_as_
     typical = PLAN.typical(flow)
     assert typical.name == "flow-gain_2-feedback_truth"
     assert all(getattr(typical.assumptions, name) == assumed.value for name, assumed in PLAN.assumed.items())
+
+
+def test_what_makes_no_difference_to_a_strategy_is_computed_once() -> None:
+    refitted = next(group for group in PLAN.groups if group.name == "refitted")
+    case = next(c for c in PLAN.cases(refitted) if c.assumptions.feedback == "truth")
+    assert PLAN.computed_as("hq-ekf", case) == "flow-gain_2-feedback_truth"
+    assert PLAN.computed_as("lookup", case) == case.name
+    tank = PLAN.cases(next(group for group in PLAN.groups if group.name == "tank_flow"))
+    assert [PLAN.computed_as("lookup", c) for c in tank] == ["flow-gain_2-feedback_truth", case.name]
+    assert [PLAN.computed_as("hl-nlo", c) for c in tank] == [tank[0].name] * 2
+    parts = shards(PLAN, 30)
+    assert len(parts) == len(set(parts)) and {s.last - s.first for s in parts} == {25, 5}
 
 
 def test_a_plan_survives_its_way_through_plain_text() -> None:

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from vehicle_by_hand import NGS, ByHand, body_acceleration, matrix_of, ngs_configuration
 
+from rov_sim.vehicle.live import LiveSettings, LiveVehicle
 from rov_sim.vehicle.loop import simulate_vehicle_loop
 from rov_sim.vehicle.noisy_odometry import OdometryErrors, OdometryNoise
 from rov_sim.vehicle.sensors.errors import drawn_errors
@@ -15,10 +16,18 @@ from rov_sim.vehicle_study.controllers import inner_loop_of
 from rov_sim.vehicle_study.plan_io import load_plan
 from rov_sim.vehicle_study.results_io import contents_of, sets_of
 from thruster_control import online as law_online
+from thruster_control.allocation.allocate import compiled_allocate
+from thruster_control.allocation.failures import allocation
+from thruster_control.allocation.settings import allocation_memory
+from thruster_control.outer_loop.settings import outer_memory
+from thruster_control.outer_loop.step import compiled_outer_loop
 from thruster_control.strategies import strategy
 from thruster_control.vehicle_set_points import Move, script_of, set_point_at
 from thruster_estimation import online as observer_online
 from thruster_estimation.belief import Level, level
+from thruster_estimation.navigation_belief import Heard
+from thruster_estimation.navigation_online import NAVIGATION_START, LateReading, navigation_advance
+from thruster_estimation.navigation_output import compiled_output
 
 PLAN = load_plan("thesis")
 SETS = sets_of(contents_of(PLAN))
@@ -118,6 +127,67 @@ def test_the_loop_moves_as_its_parts_put_together_by_hand(name: str) -> None:
     scale = np.array([1.0] * 4 + [0.15] * 3 + [0.2] * 3 + [60.0] * 6)
     assert np.max(np.abs(ours - found) / scale) < 2e-4
     assert r.velocity[-1, 0] > 0.1
+
+
+def by_nodes(name: str, given: Assumptions):  # type: ignore[no-untyped-def]
+    """The same run by what the nodes of the graph call: the live vehicle and a step of each loop."""
+    inner, steering, feedback = inner_loop(name, given), steering_of(given, SETS), feedback_of(given, SETS)
+    settings = LiveSettings(
+        plant=drawn_vehicle(given, SETS, (1, SEED)), sensors=feedback.sensors, period=given.period,
+        noise=feedback.noise, seed=SEED,
+    )  # fmt: skip
+    vehicle, N = LiveVehicle(settings), settings.thrusters
+    chosen, room, allocated = (  # of this loop its own
+        allocation(steering.vehicle.K_t, steering.allocation),
+        outer_memory(),
+        allocation_memory(N),
+    )
+    beliefs, loops, held = [observer_online.START] * N, [law_online.START] * N, np.full(N, nan)
+    limit, throttles, found = np.full(N, inf), np.zeros(N), []
+    track, T_d, wrench = NAVIGATION_START, np.zeros(N), np.zeros(6)
+    for j in range(given.periods - 1):
+        now = vehicle.advance(throttles)
+        told = {(each.sensor, each.thruster): each.values for each in now.readings}
+        attitude, velocity = now.odometry.attitude, now.odometry.velocity
+        if feedback.navigation is not None:
+            late = [("velocity", ("velocity_x", "velocity_y", "velocity_z")), ("depth", ("depth",))]
+            others = [
+                LateReading(now.time, dict(zip(fields, told[sensor, -1], strict=True)))
+                for sensor, fields in late
+                if (sensor, -1) in told
+            ]
+            track = navigation_advance(track, now.time, Heard(*told["imu", -1]), others, feedback.navigation)
+            out = compiled_output(track.belief, feedback.navigation)
+            attitude, velocity = np.array(out.attitude), np.array(out.velocity)
+        point = set_point_at(SCRIPT, (j + 1) * given.period)
+        compiled_outer_loop(room, attitude, velocity, point, given.period, steering.law, steering.vehicle, wrench)
+        compiled_allocate(wrench, -limit, limit, chosen, allocated, T_d)
+        U = steering.vehicle.inflow.T @ velocity
+        for i in range(N):
+            measured = observer_online.Measured(now.time, told["tachometer", i][0], float(U[i]), False)
+            beliefs[i] = observer_online.advance(
+                beliefs[i], measured, float(held[i]), inner.observer, inner.coefficients
+            )
+            belief = beliefs[i].belief
+            assert belief is not None
+            estimate, valid = observer_online.states(belief, inner.observer), level(belief.status) != Level.INVALID
+            inputs = law_online.Inputs(now.time, float(T_d[i]), *estimate, valid, nan, 0.0)
+            loops[i], answer = law_online.advance(loops[i], inputs, given.period, inner.law, inner.coefficients)
+            held[i] = answer.u
+        throttles = held.copy()
+        found.append(
+            np.concatenate((now.truth.attitude, now.truth.velocity, now.truth.n, attitude, velocity, throttles))
+        )
+    return np.array(found)
+
+
+@pytest.mark.parametrize(("name", "feedback"), [("hq-ekf", "truth"), ("lookup", "estimator")])
+def test_the_loop_is_what_the_nodes_of_the_graph_call_to_rounding(name: str, feedback: str) -> None:
+    given = assumptions(deviation=0.05, feedback=feedback)
+    found, whole = by_nodes(name, given), run(name, given)
+    r = whole.record
+    ours = np.concatenate((r.attitude, r.velocity, r.n, r.told_attitude, r.told_velocity, whole.of("u")), axis=1)
+    np.testing.assert_allclose(ours, found, rtol=1e-9, atol=1e-9)
 
 
 def test_a_run_depends_on_its_seed_alone() -> None:

@@ -11,16 +11,15 @@ from typing import Any
 
 from rov_sim.closed_loop import Controller
 from rov_sim.vehicle_study.assumptions import Assumptions
+from rov_sim.vehicle_study.plan import ON_TABLE_3_1
 from rov_sim.vehicle_study.refit import refitted_simplified, refitted_table
 from thruster_control.settings import TableLaw
 from thruster_control.strategies import Strategy, settings_for, strategy
 from thruster_estimation.belief import initial_belief
 from thruster_estimation.settings import bench_settings, checked
 
-__all__ = ["ON_TABLE_3_1", "inner_loop_of"]
+__all__ = ["inner_loop_of"]
 
-ON_TABLE_3_1 = ("lookup", "simplified", "dead-zone")
-"""Strategies that the thesis gives Table 3.1, whatever the truth."""
 _LEAST_SPEED_NOISE, _LEAST_FLOW_NOISE = 1e-3, 1e-3  # rad/s, m/s
 _NO_NOISE = 1e-6  # rad/s: the speed is taken as it was measured
 _BENCH_k_U = 0.2395923  # 1/s, which k_11 of NLO is made of

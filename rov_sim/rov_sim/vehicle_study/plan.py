@@ -1,18 +1,20 @@
 """A study's plan: what is assumed, why, and the cases in which strategies are compared."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any, NamedTuple
 
 from rov_sim.vehicle_study.assumptions import Assumptions
 
-__all__ = ["STRATEGIES", "Assumed", "Case", "Group", "Plan"]
+__all__ = ["ON_TABLE_3_1", "STRATEGIES", "Assumed", "Case", "Group", "Plan", "seen_by"]
 
 STRATEGIES = (
     "lookup", "dead-zone", "simplified", "hl-ekf", "hl-nlo", "hl-kfnlo", "hq-ekf", "hq-nlo", "hq-kfnlo", "steady-flow",
 )  # fmt: skip
 """Strategies of the two comparisons."""
+ON_TABLE_3_1 = ("lookup", "simplified", "dead-zone")
+"""Strategies that the thesis gives Table 3.1, whatever the truth; no inflow enters them."""
 
 
 class Assumed(NamedTuple):
@@ -100,10 +102,24 @@ class Plan:
         agreed = [sum(getattr(c.assumptions, k) == a.value for k, a in self.assumed.items()) for c in cases]
         return cases[agreed.index(max(agreed))]
 
+    def computed_as(self, strategy: str, case: Case) -> str:
+        """Return the first case of the plan in which the strategy runs as in this one: it is computed there alone."""
+        cases = [each for group in self.groups if strategy in group.strategies for each in self.cases(group)]
+        wanted = seen_by(strategy, case.assumptions)
+        return next(each.name for each in cases if seen_by(strategy, each.assumptions) == wanted)
+
     @property
     def all_cases(self) -> Mapping[str, Case]:
         """All cases by name."""
         return {case.name: case for group in self.groups for case in self.cases(group)}
+
+
+def seen_by(strategy: str, given: Assumptions) -> Assumptions:
+    """Return the assumptions with a neutral value for what makes no difference to a strategy."""
+    if strategy not in ON_TABLE_3_1:
+        return replace(given, beliefs="published")
+    given = replace(given, inflow="kinematic")
+    return replace(given, observers="told") if strategy in ("lookup", "dead-zone") else given
 
 
 def _word(value: Any) -> str:

@@ -2,16 +2,16 @@
 
 from collections.abc import Mapping
 from functools import lru_cache
+from itertools import product
 from math import isfinite
 from pathlib import Path
 
-from rov_sim.study.results import Results
-from rov_sim.study.results_io import finished_shards, read_results
+from rov_sim.study.results import Results, merged
 from rov_sim.study.store_io import Scores, Shard, Store, shards_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle_study.conditions import Sets
 from rov_sim.vehicle_study.experiment import run_experiment
-from rov_sim.vehicle_study.plan import STRATEGIES, Case, Plan
+from rov_sim.vehicle_study.plan import Case, Plan
 from rov_sim.vehicle_study.plan_io import plan_of
 from rov_sim.vehicle_study.scoring import SCORES, score
 from thruster_control.strategies import strategy
@@ -20,7 +20,7 @@ from thruster_control.vehicle_set_points_io import load_script
 from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_set, parse_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set, parse_vehicle_set
 
-__all__ = ["contents_of", "read_study", "run_shard", "sets_of", "shards"]
+__all__ = ["contents_of", "read_study", "results_of", "run_shard", "sets_of", "shards"]
 
 
 def contents_of(plan: Plan) -> dict[str, str]:
@@ -47,11 +47,22 @@ def sets_of(contents: Mapping[str, str]) -> Sets:
 
 
 def shards(plan: Plan, seeds: int) -> list[Shard]:
-    """Return the shards of a study, group by group."""
-    found: list[Shard] = []
+    """Return the shards of a study, group by group; what is the same in two cases is computed once."""
+    found: dict[Shard, None] = {}
     for group in plan.groups:
-        found += shards_of(group.strategies, [case.name for case in plan.cases(group)], seeds)
-    return found
+        for s, case in product(group.strategies, plan.cases(group)):
+            found |= dict.fromkeys(shards_of((s,), (plan.computed_as(s, case),), seeds))
+    return list(found)
+
+
+def results_of(plan: Plan, store: Store, seeds: int) -> Results:
+    """Return the results of a finished study, all cases of all groups."""
+    parts = [(s, case) for group in plan.groups for case in plan.cases(group) for s in group.strategies]
+    return merged(
+        (s, case.name, store.load(shard))
+        for s, case in parts
+        for shard in shards_of((s,), (plan.computed_as(s, case),), seeds)
+    )
 
 
 def run_shard(text: str, shard: Shard) -> Scores:
@@ -78,9 +89,14 @@ def read_study(folder: Path) -> tuple[str, Results]:
     """Return the plan's text and all results of a study's folder.
 
     Raises:
-        ValueError: no study, or strategies with other seeds than the rest.
+        ValueError: no study, or one that is not finished.
     """
-    text = (folder / "plan.json").read_text("utf-8") if (folder / "plan.json").exists() else ""
-    names = list(plan_of(text)[0].all_cases) if text else []
-    text, found = finished_shards(folder, STRATEGIES, names)
-    return text, read_results(Store(folder, text, SCORES), found)
+    file = folder / "plan.json"
+    if not file.exists():
+        raise ValueError(f"{folder}: expected the folder of a study (plan.json); found none")
+    text = file.read_text("utf-8")
+    plan, store = plan_of(text)[0], Store(folder, text, SCORES)
+    seeds = max((int(path.name.split("-")[-1].split(".")[0]) for path in (folder / "shards").glob("*.json")), default=0)
+    if not seeds or not all(map(store.has, shards(plan, seeds))):
+        raise ValueError(f"{folder}: expected a finished study; resume it first")
+    return text, results_of(plan, store, seeds)
