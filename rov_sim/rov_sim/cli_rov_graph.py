@@ -57,7 +57,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             for node in nodes
             if not node.renamed
         ]
-        _write(given.out / "composed.yaml", {"nodes": entries, "hand_over": True})
+        _write(
+            given.out / "composed.yaml", {"nodes": entries, "hand_over": not given.hardware}
+        )  # else a driver is not heard
     except (ValueError, OSError, ThrusterModelError) as error:
         print(error, file=sys.stderr)
         return 2

@@ -182,7 +182,8 @@ def _observer(given: Experiment, i: int) -> dict[str, Any]:
     speed = max(given.sensors.tachometer.noise[0], 1e-3) if given.strategy != "dead-zone" else _NO_NOISE
     found = {
         "thruster": i, "estimator": given.observer, "period": 1.0 / given.rate, "speed_noise": speed,
-        "parameter_set": given.parameter_set or _believed(given), "wait_for_flow": given.flow,
+        "parameter_set": given.parameter_set or _believed(given),
+        "wait_for_flow": given.flow and i not in given.hardware,
         "throttle": "sent" if i in given.hardware else "commanded", "wait_for_throttle": given.lockstep,
     }  # fmt: skip
     if given.observer != "speed-ekf":
@@ -201,20 +202,22 @@ def _inner_loop(given: Experiment, i: int) -> dict[str, Any]:
     timeout = {} if given.lockstep else {"setpoint_timeout": _TIMEOUT}
     return {
         "thruster": i, "strategy": given.strategy, "u_max": given.u_max, "period": 1.0 / given.rate, **believed,
+        "wait_for_setpoint": i not in given.hardware,  # a device's instants are its own
         **timeout,
     }  # fmt: skip
 
 
 def _driver(given: Experiment, i: int, port: str) -> GraphNode:
     """Return the driver of one thruster; the flow that the rig's instrument measures is not that of the vehicle."""
-    parameters = {"port": port, "lockstep": False, "throttle_limit": min(given.u_max, 3.0), "stale": _TIMEOUT}
+    parameters = {"port": port, "lockstep": False, "throttle_limit": min(given.u_max, 3.0)}
     renamed = {f"thruster_0/{name}": f"thruster_{i}/{name}" for name in ("throttle", "throttle_sent", "state")}
     renamed["thruster_0/flow"] = f"daq/thruster_{i}/flow"
     return _node(given, "driver", "bench_driver", parameters, i)._replace(renamed=renamed)
 
 
 def _bench(given: Experiment, i: int, link: str) -> GraphNode:
-    parameters = {"parameter_set": given.truth, "seed": given.seed, "lockstep": False, "link": link}
+    truth = (given.truth.split() or ["hq"])[0]
+    parameters = {"parameter_set": truth, "seed": given.seed, "lockstep": False, "link": link}
     node = _node(given, "emulated_bench", "rov_sim", parameters, i)
     return node._replace(
         renamed={"thruster_0/truth": f"daq/thruster_{i}/truth", "daq/thruster_0/load": f"daq/thruster_{i}/load"}
