@@ -54,6 +54,9 @@ def test_what_makes_no_difference_to_a_strategy_is_computed_once() -> None:
     case = next(c for c in PLAN.cases(refitted) if c.assumptions.feedback == "truth")
     assert PLAN.computed_as("hq-ekf", case) == "flow-gain_2-feedback_truth"
     assert PLAN.computed_as("lookup", case) == case.name
+    stiff = PLAN.cases(next(group for group in PLAN.groups if group.name == "speed_loop_stiff"))
+    assert [PLAN.computed_as("lookup", c) for c in stiff] == ["speed_loop-gain_2-rate_25"] * 2
+    assert len({PLAN.computed_as("dead-zone", c) for c in stiff}) == 2
     tank = PLAN.cases(next(group for group in PLAN.groups if group.name == "tank_flow"))
     assert [PLAN.computed_as("lookup", c) for c in tank] == ["flow-gain_2-feedback_truth", case.name]
     assert [PLAN.computed_as("hl-nlo", c) for c in tank] == [tank[0].name] * 2

@@ -21,13 +21,13 @@ published: table and simplified model by Table 3.1; refitted: to the true thrust
 quaternion, euler: how the outer loop forms the error of attitude."""
 
 _UNITS = {
-    "vehicle": "set", "hull": "set", "layout": "set", "truth": "set", "script": "set points", "duration": "s",
-    "largest_throttle": "V", "gain": "1/s", "rate": "Hz", "feedback": "choice", "attitude_error": "choice",
-    "attitude_noise": "rad", "rate_noise": "rad/s", "velocity_noise": "m/s", "speed_noise": "rad/s",
+    "vehicle": "set", "hull": "set", "layout": "set", "truth": "set", "script": "set points",
+    "duration": "s", "largest_throttle": "V", "gain": "1/s", "speed_gain": "1/s", "rate": "Hz", "feedback": "choice",
+    "attitude_error": "choice", "attitude_noise": "rad", "rate_noise": "rad/s", "velocity_noise": "m/s", "speed_noise": "rad/s",
     "observers": "choice", "inflow": "choice", "beliefs": "choice", "current_north": "m/s", "current_east": "m/s",
     "deviation": "1", "largest_step": "s",
 }  # fmt: skip
-_ABOVE_ZERO = ("duration", "largest_throttle", "gain", "rate", "largest_step")
+_ABOVE_ZERO = ("duration", "largest_throttle", "gain", "speed_gain", "rate", "largest_step")
 _ANY_SIGN = ("current_north", "current_east")
 
 
@@ -41,6 +41,7 @@ class Assumptions:
         script: set points of the vehicle; duration: of a run [s].
         largest_throttle: of the inner loops [V].
         gain: K_P = gain I [1/s], k_I = gain times 1/s [1/s^2].
+        speed_gain: k_u of (3.13) [1/s], for the strategy `dead-zone`.
         rate: of all loops [Hz].
         feedback, observers, inflow, beliefs, attitude_error: one of `CHOICES`.
         attitude_noise [rad], rate_noise [rad/s], velocity_noise [m/s]: of the feedback `truth`, each axis, each period.
@@ -61,6 +62,7 @@ class Assumptions:
     duration: float
     largest_throttle: float
     gain: float
+    speed_gain: float
     rate: float
     feedback: str
     attitude_error: str

@@ -36,6 +36,8 @@ def inner_loop_of(name: str, given: Assumptions, believed: Any, truth: Any) -> C
     """
     chosen, p = strategy(name), believed
     law = chosen.law._replace(limits=chosen.law.limits._replace(u_max=given.largest_throttle))
+    if name == "dead-zone":
+        law = law._replace(gains=law.gains._replace(k_P=given.speed_gain))
     if given.beliefs == "refitted" and name in ON_TABLE_3_1:
         p = refitted_simplified(truth, given.largest_throttle)
         if isinstance(law, TableLaw):

@@ -116,6 +116,8 @@ class Plan:
 
 def seen_by(strategy: str, given: Assumptions) -> Assumptions:
     """Return the assumptions with a neutral value for what makes no difference to a strategy."""
+    if strategy != "dead-zone":
+        given = replace(given, speed_gain=1.0)
     if strategy not in ON_TABLE_3_1:
         return replace(given, beliefs="published")
     given = replace(given, inflow="kinematic")
