@@ -21,11 +21,11 @@ published: table and simplified model by Table 3.1; refitted: to the true thrust
 quaternion, euler: how the outer loop forms the error of attitude."""
 
 _UNITS = {
-    "vehicle": "set", "hull": "set", "layout": "set", "truth": "set", "script": "set points",
-    "duration": "s", "largest_throttle": "V", "gain": "1/s", "speed_gain": "1/s", "rate": "Hz", "feedback": "choice",
-    "attitude_error": "choice", "attitude_noise": "rad", "rate_noise": "rad/s", "velocity_noise": "m/s", "speed_noise": "rad/s",
-    "observers": "choice", "inflow": "choice", "beliefs": "choice", "current_north": "m/s", "current_east": "m/s",
-    "deviation": "1", "largest_step": "s",
+    "vehicle": "set", "hull": "set", "layout": "set", "truth": "set", "script": "set points", "duration": "s",
+    "largest_throttle": "V", "gain": "1/s", "speed_gain": "1/s", "rate": "Hz", "feedback": "choice",
+    "attitude_error": "choice", "attitude_noise": "rad", "rate_noise": "rad/s", "velocity_noise": "m/s",
+    "speed_noise": "rad/s", "observers": "choice", "inflow": "choice", "beliefs": "choice", "current_north": "m/s",
+    "current_east": "m/s", "deviation": "1", "largest_step": "s",
 }  # fmt: skip
 _ABOVE_ZERO = ("duration", "largest_throttle", "gain", "speed_gain", "rate", "largest_step")
 _ANY_SIGN = ("current_north", "current_east")

@@ -14,9 +14,10 @@ __all__ = ["Judgement", "judged"]
 _WORDS = {
     "vehicle": "vehicle", "hull": "hull", "layout": "places of the thrusters", "truth": "true thrusters",
     "gain": "gains", "speed_gain": "k_u", "rate": "rate", "feedback": "feedback",
-    "observers": "what observers are told", "inflow": "inflow told or not", "beliefs": "parameters believed", "current_north": "current",
-    "current_east": "current", "deviation": "deviations", "largest_throttle": "limit of the throttle",
-    "attitude_error": "form of the attitude error", "speed_noise": "noise of the speed",
+    "observers": "what observers are told", "inflow": "inflow told or not", "beliefs": "parameters believed",
+    "current_north": "current", "current_east": "current", "deviation": "deviations",
+    "largest_throttle": "limit of the throttle", "attitude_error": "form of the attitude error",
+    "speed_noise": "noise of the speed",
 }  # fmt: skip
 
 
