@@ -132,7 +132,7 @@ def test_claims_follow_the_scores_and_what_was_not_run_is_not_tested() -> None:
         "4": "confirmed", "5": "confirmed", "6": "not confirmed", "7": "not confirmed", "8a": "confirmed",
         "8b": "confirmed",
     }  # fmt: skip
-    study.scores["hq-ekf", case]["lost"][3] = 1.0
+    study.scores["hq-ekf", case]["v_largest"][3] = 1.5
     assert claim(study, "8a").verdict == "in part"
 
 
