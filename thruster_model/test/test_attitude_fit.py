@@ -162,7 +162,7 @@ def test_a_run_s_throttles_become_moments_by_the_table_and_k_t(tmp_path: Path):
     assert found.moments[49, 2] == 0.0
     assert found.moments[60, 2] == pytest.approx(-0.1 * float(thruster.force_table.force_at(1700.0, 14.0)))
     assert found.pushed == (False, False, True)
-    with pytest.raises(UnfitDataError, match="expected the channels thruster_1/throttle.commanded"):
+    with pytest.raises(UnfitDataError, match=r"expected the channels thruster_1/throttle\.commanded"):
         read_recording(tmp_path / "run", thruster, np.zeros((6, 2)))
     with pytest.raises(UnfitDataError, match="expected a parameter set of the model 'force_table'; found model 'hl'"):
         read_recording(tmp_path / "run", load_parameter_set("hl"), K_t)
