@@ -176,3 +176,15 @@ def test_a_delayed_command_comes_as_much_later() -> None:
     late = thruster_effects([ActiveVehicleEffect(id="command_delay", sizes={"time": 0.12}, thruster=0)], 6)
     run = simulate(replace(NGS, effects=late), u, 0.04)
     np.testing.assert_allclose(run.u[8:, 0], run.u[5:-3, 1], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("volts", "drag", "surge"), [(3.0, 1, 0.290), (5.0, 1, 0.556), (3.0, 0, 0.523), (5.0, 0, 0.956)]
+)
+def test_surge_ends_where_the_own_stream_takes_the_thrust(volts: float, drag: int, surge: float) -> None:
+    c = NGS.coefficients
+    surge_alone = np.diag([0.0, 1e4, 1e4, 1e3, 1e3, 1e3])  # the others are held
+    keep = np.diag([float(drag), 1, 1, 1, 1, 1])
+    held = c._replace(D_L=keep @ np.asarray(c.D_L) + surge_alone, D_Q=keep @ np.asarray(c.D_Q))
+    run = simulate(replace(NGS, coefficients=held), np.tile([volts] * 4 + [0.0, 0.0], (300, 1)), 0.1)
+    assert run.velocity[-1, 0] == pytest.approx(surge, abs=1.5e-3)
