@@ -30,7 +30,7 @@ _DEVIATION, _STEP = 0.05, 0.01
 
 
 def distances(generator: Generator, truth: Truth) -> dict[str, float]:
-    """Return the distance of every effect of a case, known or not, that moves readings."""
+    """Return the distance of every effect of a case, known or not, that moves the readings of `clean`."""
     hidden = {**truth.effects, **truth.outside}
     if not hidden:
         return {}
@@ -57,6 +57,8 @@ def distances(generator: Generator, truth: Truth) -> dict[str, float]:
             continue
         rest, others = ({k: s for k, s in table.items() if k != name} for table in (effects, outside))
         d = here - clean(rest, others, factors)
+        if not np.any(d):  # an effect of the log, or another class of model, which `clean` does not know
+            continue
         along = loose.T @ d
         found[name] = float(np.sqrt(np.maximum(d @ d - along @ core @ along, 0.0)))
     return found
