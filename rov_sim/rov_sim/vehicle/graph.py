@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 from rov_sim.vehicle.sensors.believed import navigation_parameters
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from thruster_control.strategies import STRATEGIES, strategy
+from thruster_estimation.settings import OBSERVERS
 
 __all__ = ["EMULATED", "Experiment", "GraphNode", "graph_of"]
 
@@ -181,12 +182,15 @@ def _allocator(given: Experiment) -> dict[str, Any]:
 def _observer(given: Experiment, i: int) -> dict[str, Any]:
     speed = max(given.sensors.tachometer.noise[0], 1e-3) if given.strategy != "dead-zone" else _NO_NOISE
     found = {
-        "thruster": i, "estimator": given.observer, "period": 1.0 / given.rate, "speed_noise": speed,
+        "thruster": i, "estimator": given.observer, "period": 1.0 / given.rate,
         "parameter_set": given.parameter_set or _believed(given),
         "wait_for_flow": given.flow and i not in given.hardware,
         "throttle": "sent" if i in given.hardware else "commanded", "wait_for_throttle": given.lockstep,
     }  # fmt: skip
-    if given.observer != "speed-ekf":
+    weighed = OBSERVERS[given.observer]._fields  # gains that are given are told no noise
+    if "r_n" in weighed:
+        found["speed_noise"] = speed
+    if "r_U" in weighed:
         found["flow_noise"] = max(given.plant.get("velocity_noise", given.sensors.velocity.noise[0]), 1e-3)
     return found
 
