@@ -16,5 +16,5 @@ def test_every_strategy_has_observers_that_take_what_the_graph_tells_them(name: 
     observers = [node for node in graph_of(experiment) if node.executable == "observer"]
     assert len(observers) == 6
     for node in observers:
-        assert set(node.parameters) <= set(SHIPPED)
+        assert set(node.parameters) <= {*SHIPPED, "use_sim_time"}
         assert chosen_observer({**SHIPPED, **node.parameters})[1] == []
