@@ -26,6 +26,20 @@ class Parameter:
     source: str
     standard_deviation: float | None = None
 
+    def problems(self, name: str, definition: ParameterDefinition) -> list[str]:
+        """Return what is wrong with it as the parameter of that name and definition, one sentence each."""
+        problems = []
+        key = f"key 'parameters.{name}"
+        if self.unit != definition.unit:
+            problems.append(f"{key}.unit': expected '{definition.unit}'; found '{self.unit}'")
+        if not math.isfinite(self.value) or not definition.lower <= self.value <= definition.upper:
+            expected = f"a number from {definition.lower:g} to {definition.upper:g} {definition.unit}"
+            problems.append(f"{key}.value': expected {expected}; found {self.value!r}")
+        deviation = self.standard_deviation
+        if deviation is not None and not (math.isfinite(deviation) and deviation >= 0):
+            problems.append(f"{key}.standard_deviation': expected a number >= 0 or nothing; found {deviation!r}")
+        return problems
+
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterSet:
@@ -69,7 +83,7 @@ class ParameterSet:
             if name not in names
         ]
         for name in names & set(self.parameters):
-            problems += _parameter_problems(name, self.parameters[name], model.definition(name))
+            problems += self.parameters[name].problems(name, model.definition(name))
         return problems + self._table_problems()
 
     def _table_problems(self) -> list[str]:
@@ -120,17 +134,3 @@ class ParameterSet:
             for name, p in self.parameters.items()
         }
         return replace(self, parameters=changed, source=source)
-
-
-def _parameter_problems(name: str, parameter: Parameter, definition: ParameterDefinition) -> list[str]:
-    problems = []
-    key = f"key 'parameters.{name}"
-    if parameter.unit != definition.unit:
-        problems.append(f"{key}.unit': expected '{definition.unit}'; found '{parameter.unit}'")
-    if not math.isfinite(parameter.value) or not definition.lower <= parameter.value <= definition.upper:
-        expected = f"a number from {definition.lower:g} to {definition.upper:g} {definition.unit}"
-        problems.append(f"{key}.value': expected {expected}; found {parameter.value!r}")
-    deviation = parameter.standard_deviation
-    if deviation is not None and not (math.isfinite(deviation) and deviation >= 0):
-        problems.append(f"{key}.standard_deviation': expected a number >= 0 or nothing; found {deviation!r}")
-    return problems

@@ -12,7 +12,6 @@ force_table: {name: ..., command: ..., supply: ..., force: ...}     where the mo
 import math
 import os
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -23,21 +22,29 @@ from thruster_model.effects.active import ActiveEffects, problems_of
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ForceTableError, ParameterSetError
 from thruster_model.force_table import ForceTable
-from thruster_model.force_table_io import force_table_document, force_table_of, load_yaml
-from thruster_model.parameter_set import Parameter, ParameterSet
+from thruster_model.force_table_io import force_table_document, force_table_of
+from thruster_model.parameter_set import ParameterSet
+from thruster_model.set_document_io import (
+    mapping_of,
+    number,
+    parameter_entries,
+    parameters_of,
+    shipped,
+    text_of,
+    unknown_keys,
+)
 
 __all__ = ["available_sets", "dump_parameter_set", "load_parameter_set", "parse_parameter_set", "write_parameter_set"]
 
 _TOP_KEYS = {"model", "name", "source", "parameters"}
 _OPTIONAL_KEYS = {"effects", "command", "force_table"}
 _COMMAND_KEYS = ("unit", "stop", "per_volt", "lowest", "highest")
-_PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
+_FOLDER = "parameter_sets"
 
 
 def available_sets() -> tuple[str, ...]:
     """Return the names of the sets that come with the package."""
-    folder = resources.files("thruster_model") / "parameter_sets"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+    return shipped(_FOLDER)
 
 
 def load_parameter_set(name_or_path: str | Path) -> ParameterSet:
@@ -46,38 +53,16 @@ def load_parameter_set(name_or_path: str | Path) -> ParameterSet:
     Raises:
         ParameterSetError: neither a known name nor a readable file, or its content is wrong.
     """
-    if str(name_or_path) in available_sets():
-        text = (resources.files("thruster_model") / "parameter_sets" / f"{name_or_path}.yaml").read_text("utf-8")
-        return parse_parameter_set(text, origin=f"{name_or_path}.yaml")
-    path = Path(name_or_path)
-    if not path.is_file():
-        known = ", ".join(available_sets())
-        raise ParameterSetError(str(path), [f"expected a YAML file or one of the known sets ({known}); found neither"])
-    return parse_parameter_set(path.read_text("utf-8"), origin=str(path))
+    text, origin = text_of(name_or_path, _FOLDER, "sets", ParameterSetError)
+    return parse_parameter_set(text, origin=origin)
 
 
 def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
     """Return the parameter set that a YAML text describes; `origin` names it in errors."""
-    try:
-        document = load_yaml(text)
-    except yaml.YAMLError as error:
-        raise ParameterSetError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
-    if not isinstance(document, Mapping):
-        raise ParameterSetError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    document = mapping_of(text, origin, ParameterSetError)
     problems = [f"key '{key}': missing" for key in sorted(_TOP_KEYS - set(document))]
-    problems += [
-        f"key '{key}': unknown; known are {', '.join(sorted(_TOP_KEYS | _OPTIONAL_KEYS))}"
-        for key in set(document) - _TOP_KEYS - _OPTIONAL_KEYS
-    ]
-    entries = document.get("parameters")
-    if "parameters" in document and not isinstance(entries, Mapping):
-        problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
-    parameters = {}
-    for name, entry in entries.items() if isinstance(entries, Mapping) else ():
-        parameter, wrong = _parse_parameter(str(name), entry)
-        problems += wrong
-        if parameter is not None:
-            parameters[str(name)] = parameter
+    problems += unknown_keys("", document, _TOP_KEYS | _OPTIONAL_KEYS)
+    parameters = parameters_of(document.get("parameters", {}), problems)
     sizes, wrong = _parse_effects(document.get("effects", {}))
     problems += wrong
     command = _parse_command(document.get("command"), problems)
@@ -104,7 +89,7 @@ def _parse_command(entry: Any, problems: list[str]) -> CommandScale:
         expected = "unit, stop and per_volt, lowest and highest if there are any"
         problems.append(f"key 'command': expected {expected}; found {found}")
         return VOLTS
-    numbers = {k: _number(v) for k, v in entry.items() if k != "unit"}
+    numbers = {k: number(v) for k, v in entry.items() if k != "unit"}
     wrong = [f"key 'command.{k}': expected a number; found {entry[k]!r}" for k, v in numbers.items() if v is None]
     if not wrong:
         try:
@@ -128,35 +113,6 @@ def _parse_table(entry: Any, problems: list[str]) -> ForceTable | None:
         return None
 
 
-def _parse_parameter(name: str, entry: Any) -> tuple[Parameter | None, list[str]]:
-    key = f"key 'parameters.{name}"
-    if not isinstance(entry, Mapping):
-        return None, [f"{key}': expected value, unit and source; found {entry!r}"]
-    problems = [f"{key}.{k}': missing" for k in ("value", "unit", "source") if k not in entry]
-    problems += [
-        f"{key}.{k}': unknown; known are {', '.join(sorted(_PARAMETER_KEYS))}" for k in set(entry) - _PARAMETER_KEYS
-    ]
-    numbers = {}
-    for field in ("value", "standard_deviation"):
-        if entry.get(field) is not None:
-            number = _number(entry[field])
-            if number is None:
-                problems.append(f"{key}.{field}': expected a number; found {entry[field]!r}")
-            else:
-                numbers[field] = number
-    if problems:
-        return None, problems
-    return (
-        Parameter(
-            value=numbers["value"],
-            unit=str(entry["unit"]),
-            source=str(entry["source"]),
-            standard_deviation=numbers.get("standard_deviation"),
-        ),
-        [],
-    )
-
-
 def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]]:
     """Return the sizes of effects and what is wrong with them."""
     if not isinstance(entries, Mapping):
@@ -170,7 +126,7 @@ def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]
         sizes[str(effect)] = {}
         units = {p.name: p.unit for p in LIBRARY[effect].parameters} if effect in LIBRARY else {}
         for name, entry in parameters.items():
-            value = _number(entry.get("value")) if isinstance(entry, Mapping) else None
+            value = number(entry.get("value")) if isinstance(entry, Mapping) else None
             if value is None:
                 problems.append(f"key 'effects.{effect}.{name}': expected value and unit; found {entry!r}")
                 continue
@@ -181,27 +137,13 @@ def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]
     return sizes, problems + problems_of(sizes)
 
 
-def _number(value: Any) -> float | None:
-    """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
-    try:
-        return None if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
-        return None
-
-
 def dump_parameter_set(parameter_set: ParameterSet) -> str:
     """Return the set as YAML text that `parse_parameter_set` reads back to the same numbers."""
-    parameters = {}
-    for name, p in parameter_set.parameters.items():
-        entry: dict[str, Any] = {"value": p.value, "unit": p.unit, "source": p.source}
-        if p.standard_deviation is not None:
-            entry["standard_deviation"] = p.standard_deviation
-        parameters[name] = entry
     document: dict[str, Any] = {
         "model": parameter_set.model_name,
         "name": parameter_set.name,
         "source": parameter_set.source,
-        "parameters": parameters,
+        "parameters": parameter_entries(parameter_set.parameters),
     }
     if parameter_set.effects.sizes:
         document["effects"] = {

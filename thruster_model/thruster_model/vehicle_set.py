@@ -136,16 +136,7 @@ def _parameter_problems(name: str, parameter: Parameter) -> list[str]:
         return [
             f"{key}': expected a parameter of a vehicle, such as {', '.join(REQUIRED[:6])}, A_u, L_uq; found '{name}'"
         ]
-    problems = []
-    if parameter.unit != definition.unit:
-        problems.append(f"{key}.unit': expected '{definition.unit}'; found '{parameter.unit}'")
-    if not math.isfinite(parameter.value) or not definition.lower <= parameter.value <= definition.upper:
-        expected = f"a number from {definition.lower:g} to {definition.upper:g} {definition.unit}"
-        problems.append(f"{key}.value': expected {expected}; found {parameter.value!r}")
-    deviation = parameter.standard_deviation
-    if deviation is not None and not (math.isfinite(deviation) and deviation >= 0):
-        problems.append(f"{key}.standard_deviation': expected a number >= 0 or nothing; found {deviation!r}")
-    return problems
+    return parameter.problems(name, definition)
 
 
 def _layout_problems(layout: tuple[LayoutEntry, ...]) -> list[str]:

@@ -15,7 +15,6 @@ effects:                optional
 
 import math
 from collections.abc import Mapping
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +22,15 @@ import yaml
 
 from thruster_model.effect_entry import EffectEntry
 from thruster_model.errors import VehicleError
-from thruster_model.parameter_set import Parameter
+from thruster_model.set_document_io import (
+    mapping_of,
+    number,
+    parameter_entries,
+    parameters_of,
+    shipped,
+    text_of,
+    unknown_keys,
+)
 from thruster_model.vehicle_layout import FRAMES, LayoutEntry, frame_axes
 from thruster_model.vehicle_set import VehicleSet
 
@@ -33,13 +40,12 @@ _TOP = {"name", "source", "model", "parameters", "thrusters"}
 _TOP_OPTIONAL = {"frame", "effects"}
 _THRUSTER = {"name", "position", "axis", "yaw_deg", "pitch_deg", "hand", "model"}
 _EFFECT = {"id", "thruster", "other", "axis", "sensor", "kind", "parameters"}
-_PARAMETER = {"value", "unit", "source", "standard_deviation"}
+_FOLDER = "vehicle_sets"
 
 
 def available_vehicles() -> tuple[str, ...]:
     """Return the names of the vehicles that come with the package."""
-    folder = resources.files("thruster_model") / "vehicle_sets"
-    return tuple(sorted(f.name.removesuffix(".yaml") for f in folder.iterdir() if f.name.endswith(".yaml")))
+    return shipped(_FOLDER)
 
 
 def load_vehicle_set(name_or_path: str | Path) -> VehicleSet:
@@ -48,27 +54,16 @@ def load_vehicle_set(name_or_path: str | Path) -> VehicleSet:
     Raises:
         VehicleError: neither a known name nor a readable file, or its content is wrong.
     """
-    if str(name_or_path) in available_vehicles():
-        text = (resources.files("thruster_model") / "vehicle_sets" / f"{name_or_path}.yaml").read_text("utf-8")
-        return parse_vehicle_set(text, origin=f"{name_or_path}.yaml")
-    path = Path(name_or_path)
-    if not path.is_file():
-        known = ", ".join(available_vehicles())
-        raise VehicleError(str(path), [f"expected a YAML file or one of the known vehicles ({known}); found neither"])
-    return parse_vehicle_set(path.read_text("utf-8"), origin=str(path))
+    text, origin = text_of(name_or_path, _FOLDER, "vehicles", VehicleError)
+    return parse_vehicle_set(text, origin=origin)
 
 
 def parse_vehicle_set(text: str, *, origin: str) -> VehicleSet:
     """Return the vehicle that a YAML text describes; `origin` names it in errors."""
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise VehicleError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
-    if not isinstance(document, Mapping):
-        raise VehicleError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    document = mapping_of(text, origin, VehicleError)
     problems = [f"key '{key}': missing" for key in sorted(_TOP - set(document))]
-    problems += _unknown("", document, _TOP | _TOP_OPTIONAL)
-    parameters = _parameters(document.get("parameters", {}), problems)
+    problems += unknown_keys("", document, _TOP | _TOP_OPTIONAL)
+    parameters = parameters_of(document.get("parameters", {}), problems)
     layout = _layout(document.get("thrusters", []), document.get("frame"), problems)
     effects = _effects(document.get("effects", []), problems)
     if problems:
@@ -77,42 +72,6 @@ def parse_vehicle_set(text: str, *, origin: str) -> VehicleSet:
         name=str(document["name"]), source=str(document["source"]), model=str(document["model"]),
         parameters=parameters, layout=layout, effects=effects, origin=origin,
     )  # fmt: skip
-
-
-def _unknown(prefix: str, entry: Mapping[str, Any], known: set[str]) -> list[str]:
-    return [f"key '{prefix}{key}': unknown; known are {', '.join(sorted(known))}" for key in entry if key not in known]
-
-
-def _number(value: Any) -> float | None:
-    """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
-    try:
-        return None if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
-        return None
-
-
-def _parameters(entries: Any, problems: list[str]) -> dict[str, Parameter]:
-    if not isinstance(entries, Mapping):
-        problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
-        return {}
-    found = {}
-    for name, entry in entries.items():
-        key = f"parameters.{name}"
-        if not isinstance(entry, Mapping):
-            problems.append(f"key '{key}': expected value, unit and source; found {entry!r}")
-            continue
-        wrong = [f"key '{key}.{k}': missing" for k in ("value", "unit", "source") if k not in entry]
-        wrong += _unknown(f"{key}.", entry, _PARAMETER)
-        numbers = {k: _number(entry[k]) for k in ("value", "standard_deviation") if entry.get(k) is not None}
-        wrong += [f"key '{key}.{k}': expected a number; found {entry[k]!r}" for k, n in numbers.items() if n is None]
-        problems += wrong
-        value = numbers.get("value")
-        if not wrong and value is not None:
-            found[str(name)] = Parameter(
-                value=value, unit=str(entry["unit"]), source=str(entry["source"]),
-                standard_deviation=numbers.get("standard_deviation"),
-            )  # fmt: skip
-    return found
 
 
 def _layout(entries: Any, frame: Any, problems: list[str]) -> tuple[LayoutEntry, ...]:
@@ -131,7 +90,7 @@ def _layout(entries: Any, frame: Any, problems: list[str]) -> tuple[LayoutEntry,
     found = []
     for i, entry in enumerate(entries):
         key = f"thrusters.{i}"
-        wrong = _unknown(f"{key}.", entry, _THRUSTER)
+        wrong = unknown_keys(f"{key}.", entry, _THRUSTER)
         position = _vector(entry.get("position"), f"{key}.position", wrong)
         axis = _axis(entry, None if axes is None else axes[i], key, wrong)
         hand, model = entry.get("hand"), entry.get("model")
@@ -145,7 +104,7 @@ def _layout(entries: Any, frame: Any, problems: list[str]) -> tuple[LayoutEntry,
 
 
 def _vector(value: Any, key: str, problems: list[str]) -> tuple[float, float, float] | None:
-    numbers = [_number(each) for each in value] if isinstance(value, list) else []
+    numbers = [number(each) for each in value] if isinstance(value, list) else []
     if len(numbers) == 3:
         x, y, z = numbers
         if x is not None and y is not None and z is not None:
@@ -168,7 +127,7 @@ def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]
             return None
         x, y, z = axis
     elif given == ["yaw_deg"]:
-        angles = [_number(entry.get(name)) for name in ("yaw_deg", "pitch_deg")]
+        angles = [number(entry.get(name)) for name in ("yaw_deg", "pitch_deg")]
         if angles[0] is None or angles[1] is None:
             problems.append(f"key '{key}': expected numbers yaw_deg and pitch_deg; found {dict(entry)!r}")
             return None
@@ -193,7 +152,7 @@ def _effects(entries: Any, problems: list[str]) -> tuple[EffectEntry, ...]:
     found = []
     for i, entry in enumerate(entries):
         key = f"effects.{i}"
-        wrong = _unknown(f"{key}.", entry, _EFFECT)
+        wrong = unknown_keys(f"{key}.", entry, _EFFECT)
         wrong += [
             f"key '{key}.{name}': expected the number of a thruster, from 0; found {entry[name]!r}"
             for name in ("thruster", "other")
@@ -202,7 +161,7 @@ def _effects(entries: Any, problems: list[str]) -> tuple[EffectEntry, ...]:
         sizes, units = {}, {}
         parameters = entry.get("parameters", {})
         for name, size in parameters.items() if isinstance(parameters, Mapping) else ():
-            value = _number(size.get("value")) if isinstance(size, Mapping) else None
+            value = number(size.get("value")) if isinstance(size, Mapping) else None
             if value is None or not isinstance(size.get("unit"), str):
                 wrong.append(f"key '{key}.parameters.{name}': expected value and unit; found {size!r}")
             else:
@@ -228,12 +187,6 @@ def _effects(entries: Any, problems: list[str]) -> tuple[EffectEntry, ...]:
 
 def dump_vehicle_set(vehicle: VehicleSet) -> str:
     """Return the vehicle as YAML text that `parse_vehicle_set` reads back to the same numbers."""
-    parameters = {}
-    for name, p in vehicle.parameters.items():
-        entry: dict[str, Any] = {"value": p.value, "unit": p.unit, "source": p.source}
-        if p.standard_deviation is not None:
-            entry["standard_deviation"] = p.standard_deviation
-        parameters[name] = entry
     thrusters = []
     for thruster in vehicle.layout:
         row: dict[str, Any] = {
@@ -242,8 +195,8 @@ def dump_vehicle_set(vehicle: VehicleSet) -> str:
         row |= {key: value for key in ("hand", "model") if (value := getattr(thruster, key)) is not None}
         thrusters.append(row)
     document: dict[str, Any] = {
-        "name": vehicle.name, "source": vehicle.source, "model": vehicle.model, "parameters": parameters,
-        "thrusters": thrusters,
+        "name": vehicle.name, "source": vehicle.source, "model": vehicle.model,
+        "parameters": parameter_entries(vehicle.parameters), "thrusters": thrusters,
     }  # fmt: skip
     if vehicle.effects:
         document["effects"] = [_effect_entry(effect) for effect in vehicle.effects]

@@ -22,7 +22,7 @@ from thruster_model.errors import VehicleError
 from thruster_model.pipeline import memory_length, step_limit
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
-__all__ = ["VehiclePlant", "VehicleSettings", "sheet_of", "simulate", "simulate_vehicle"]
+__all__ = ["VehiclePlant", "VehicleSettings", "sheet_of", "simulate"]
 
 Array = NDArray[np.float64]
 LARGEST_STEP = 1e-3
@@ -189,25 +189,6 @@ def simulate(
     if done < K:
         raise _diverged(done * dt, dt / steps)
     return trajectory_of(dt * np.arange(K + 1), out, _state(sheet, N))
-
-
-def simulate_vehicle(
-    coefficients: VehicleCoefficients,
-    thrusters: tuple[Any, ...],
-    u_commanded: ArrayLike,
-    dt: float,
-    *,
-    initial: VehicleState | None = None,
-    largest_step: float = LARGEST_STEP,
-    effects: tuple[Any, ...] = (),
-    wrench: ArrayLike | None = None,
-    gates: ArrayLike | None = None,
-) -> VehicleTrajectory:
-    """`simulate` with the settings one by one."""
-    settings = VehicleSettings(
-        coefficients=coefficients, thrusters=thrusters, effects=effects, initial=initial, largest_step=largest_step
-    )
-    return simulate(settings, u_commanded, dt, wrench=wrench, gates=gates)
 
 
 class VehiclePlant:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_model.effects.effect import Effect
+from thruster_model.effects.effect import Effect, size_problems
 from thruster_model.effects.stages import LIBRARY, NO_EFFECTS, effect_values
 
 __all__ = ["NOTHING", "ActiveEffects", "problems_of"]
@@ -28,17 +28,7 @@ def problems_of(sizes: Sizes) -> list[str]:
         if name not in LIBRARY:
             problems.append(f"key 'effects.{name}': expected one of {', '.join(LIBRARY)}")
             continue
-        definitions = {p.name: p for p in LIBRARY[name].parameters}
-        for parameter, value in parameters.items():
-            if parameter not in definitions:
-                found = f"found '{parameter}'"
-                problems.append(f"key 'effects.{name}': expected parameters {', '.join(definitions)}; {found}")
-                continue
-            d = definitions[parameter]
-            lowest = -d.upper if d.both_signs else d.lower
-            if not (value == d.neutral or lowest <= value <= d.upper):
-                expected = f"expected {d.neutral:g} or {lowest:g} to {d.upper:g} {d.unit}"
-                problems.append(f"key 'effects.{name}.{parameter}': {expected}; found {value!r}")
+        problems += size_problems(name, LIBRARY[name].parameters, parameters)
     return problems
 
 

@@ -4,11 +4,11 @@ It acts in one of three ways: in the plant, by hooks in the stages of its pipeli
 reads, sample by sample with a memory of its own; or on the log, on stamps and values that have been recorded.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["ON_COMMAND", "ON_SENSOR", "STAGES", "Block", "Effect", "EffectParameter"]
+__all__ = ["ON_COMMAND", "ON_SENSOR", "STAGES", "Block", "Effect", "EffectParameter", "size_problems"]
 
 Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
 
@@ -118,3 +118,19 @@ class Effect:
     def field_of(self, parameter: str) -> str:
         """Return the name of a parameter's field in `EffectValues`."""
         return f"{self.id}_{parameter}"
+
+
+def size_problems(effect: str, parameters: Iterable[EffectParameter], sizes: Mapping[str, float]) -> list[str]:
+    """Return what is wrong with the sizes of an effect, one sentence each: unknown names, sizes beyond the range."""
+    key, problems = f"key 'effects.{effect}", []
+    definitions = {p.name: p for p in parameters}
+    for name, value in sizes.items():
+        if name not in definitions:
+            problems.append(f"{key}': expected parameters {', '.join(definitions)}; found '{name}'")
+            continue
+        d = definitions[name]
+        lowest = -d.upper if d.both_signs else d.lower
+        if not (value == d.neutral or lowest <= value <= d.upper):
+            expected = f"expected {d.neutral:g} or {lowest:g} to {d.upper:g} {d.unit}"
+            problems.append(f"{key}.{name}': {expected}; found {value!r}")
+    return problems

@@ -11,6 +11,7 @@ from rov_sim.vehicle.effects import library
 from rov_sim.vehicle.effects.effect import TARGETS, VehicleEffect
 from thruster_model.effects import stages
 from thruster_model.effects.active import problems_of
+from thruster_model.effects.effect import size_problems
 
 __all__ = ["VEHICLE_LIBRARY", "ActiveVehicleEffect", "body_with", "sensing_with", "thruster_effects"]
 
@@ -64,17 +65,7 @@ class ActiveVehicleEffect:
         key, effect = f"key 'effects.{self.id}", VEHICLE_LIBRARY.get(self.id)
         if effect is None:
             return self._problems_of_thruster(key)
-        wrong = []
-        definitions = {p.name: p for p in effect.parameters}
-        for name, value in self.sizes.items():
-            if name not in definitions:
-                wrong.append(f"{key}': expected parameters {', '.join(definitions)}; found '{name}'")
-                continue
-            d = definitions[name]
-            lowest = -d.upper if d.both_signs else d.lower
-            if not (value == d.neutral or lowest <= value <= d.upper):
-                expected = f"expected {d.neutral:g} or {lowest:g} to {d.upper:g} {d.unit}"
-                wrong.append(f"{key}.{name}': {expected}; found {value!r}")
+        wrong = size_problems(self.id, effect.parameters, self.sizes)
         for target in TARGETS:
             given = getattr(self, target)
             if given is None and target in effect.needs:

@@ -1,0 +1,104 @@
+"""What YAML files of parameter sets and of vehicle sets have in common: where they are found, their parameters.
+
+Problems are sentences that name the key, what was expected and what was found; they are collected, not raised.
+"""
+
+from collections.abc import Collection, Mapping
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from thruster_model.force_table_io import load_yaml
+from thruster_model.parameter_set import Parameter
+
+__all__ = ["mapping_of", "number", "parameter_entries", "parameters_of", "shipped", "text_of", "unknown_keys"]
+
+_PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
+
+
+def shipped(folder: str) -> tuple[str, ...]:
+    """Return the names of the YAML files in a folder of the package."""
+    files = (resources.files("thruster_model") / folder).iterdir()
+    return tuple(sorted(f.name.removesuffix(".yaml") for f in files if f.name.endswith(".yaml")))
+
+
+def text_of(name_or_path: str | Path, folder: str, known: str, error: Any) -> tuple[str, str]:
+    """Return (text, origin) of the file of that name in a folder of the package or, failing that, of that YAML file.
+
+    `known`: what the names in the folder are called; `error`: raised as error(origin, problems) where there is neither.
+    """
+    names = shipped(folder)
+    if str(name_or_path) in names:
+        file = f"{name_or_path}.yaml"
+        return (resources.files("thruster_model") / folder / file).read_text("utf-8"), file
+    path = Path(name_or_path)
+    if not path.is_file():
+        found = f"expected a YAML file or one of the known {known} ({', '.join(names)}); found neither"
+        raise error(str(path), [found])
+    return path.read_text("utf-8"), str(path)
+
+
+def mapping_of(text: str, origin: str, error: Any) -> Mapping[str, Any]:
+    """Return the mapping at the top of a YAML text; error(origin, problems) is raised where there is none."""
+    try:
+        document = load_yaml(text)
+    except yaml.YAMLError as wrong:
+        raise error(origin, [f"expected YAML; found {' '.join(str(wrong).split())}"]) from wrong
+    if not isinstance(document, Mapping):
+        raise error(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    return document
+
+
+def unknown_keys(prefix: str, entry: Mapping[str, Any], known: Collection[str]) -> list[str]:
+    """Return a sentence for each key that is not known."""
+    return [f"key '{prefix}{key}': unknown; known are {', '.join(sorted(known))}" for key in entry if key not in known]
+
+
+def number(value: Any) -> float | None:
+    """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
+    try:
+        return None if isinstance(value, bool) else float(value)
+    except (TypeError, ValueError):
+        return None
+
+
+def parameters_of(entries: Any, problems: list[str]) -> dict[str, Parameter]:
+    """Return the parameters in a mapping of entries with value, unit, source and perhaps standard_deviation."""
+    if not isinstance(entries, Mapping):
+        problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
+        return {}
+    found = {}
+    for name, entry in entries.items():
+        key = f"parameters.{name}"
+        if not isinstance(entry, Mapping):
+            problems.append(f"key '{key}': expected value, unit and source; found {entry!r}")
+            continue
+        wrong = [f"key '{key}.{k}': missing" for k in ("value", "unit", "source") if k not in entry]
+        wrong += unknown_keys(f"{key}.", entry, _PARAMETER_KEYS)
+        numbers = {k: number(entry[k]) for k in ("value", "standard_deviation") if entry.get(k) is not None}
+        wrong += [f"key '{key}.{k}': expected a number; found {entry[k]!r}" for k, n in numbers.items() if n is None]
+        if "value" in entry and entry["value"] is None:
+            wrong.append(f"key '{key}.value': expected a number; found None")
+        problems += wrong
+        value = numbers.get("value")
+        if not wrong and value is not None:
+            found[str(name)] = Parameter(
+                value=value,
+                unit=str(entry["unit"]),
+                source=str(entry["source"]),
+                standard_deviation=numbers.get("standard_deviation"),
+            )
+    return found
+
+
+def parameter_entries(parameters: Mapping[str, Parameter]) -> dict[str, dict[str, Any]]:
+    """Return entries that `parameters_of` reads back to the same numbers."""
+    entries = {}
+    for name, p in parameters.items():
+        entry: dict[str, Any] = {"value": p.value, "unit": p.unit, "source": p.source}
+        if p.standard_deviation is not None:
+            entry["standard_deviation"] = p.standard_deviation
+        entries[name] = entry
+    return entries
