@@ -22,7 +22,8 @@ ALLOWED: dict[str, set[str]] = {
     "thruster_msgs": set(),
     "thruster_runtime": {"thruster_msgs"},
     "run_bag": set(),
-    "thruster_model": {"run_bag"},
+    "system_identification": {"run_bag"},
+    "thruster_model": {"system_identification", "run_bag"},
     "bench_driver": set(),
     "thruster_estimation": {"thruster_model", "run_bag"},
     "thruster_control": {"thruster_model"},
@@ -48,6 +49,7 @@ MAY_IMPORT = {
     "run_bag/errors.py": {"pathlib"},
     # The number of threads of linear algebra is read from the environment when NumPy is loaded.
     "gap_diagnosis/__init__.py": {"os"},
+    "system_identification/__init__.py": {"os"},
 }
 
 

@@ -11,10 +11,10 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
+from system_identification.fitting import Fitted, projector
+from system_identification.noise import Whitener
 
-from gap_diagnosis.disturbances import linearised
-from gap_diagnosis.fitting import Fitted, projector
-from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.linear import linearised
 from gap_diagnosis.prediction import Happened, nearest
 from gap_diagnosis.sensitivities import largest_speed
 from thruster_model.compilation import compiled
@@ -36,7 +36,7 @@ _CHUNK = 64
 _ANSWERING = ("speed", "thrust", "torque")
 
 
-def likely_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) -> Array:
+def likely_steps(anchor: Fitted, noise: Whitener, upper: float, count: int) -> Array:
     """Return the steps [V] up to `upper` that take most off the residuals of a fit, best first, at most `count`.
 
     None where no reading answers to the throttle.
@@ -58,10 +58,10 @@ def likely_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) ->
     def traces(some: Array) -> Array:
         return np.hstack([run.traces(signal, some) for run in runs])
 
-    return _best(anchor, noise.signals[signal].marginal, rows, traces, codes, count)
+    return _best(anchor, noise.level(signal), rows, traces, codes, count)
 
 
-def likely_speed_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: int) -> Array:
+def likely_speed_steps(anchor: Fitted, noise: Whitener, upper: float, count: int) -> Array:
     """Return the tachometer's steps [rad/s] up to `upper` that take most off the residuals of a fit, best first.
 
     At most `count`; none where the speed is not measured. Noise that is added after the converter hides its lattice.
@@ -74,7 +74,7 @@ def likely_speed_steps(anchor: Fitted, noise: NoiseModel, upper: float, count: i
     if not rows.size:
         return np.empty(0)
     rows = rows[:: rows.size // _MOST_SAMPLES + 1]
-    deviation = noise.signals["speed"].marginal
+    deviation = noise.level("speed")
     predicted = problem.predicted(anchor.x)
     speeds = predicted[rows]
     codes = np.arange(1.0 / upper, 1.0 / (_FINEST * deviation), TURN / largest_speed(problem, predicted))
@@ -120,10 +120,10 @@ class _Run:
         gains: by signal, deviations of the noise for each unit of the rotor's speed [s/rad] at these samples.
     """
 
-    def __init__(self, anchor: Fitted, noise: NoiseModel, index: int, happened: Happened) -> None:
+    def __init__(self, anchor: Fitted, noise: Whitener, index: int, happened: Happened) -> None:
         problem = anchor.problem
         recording = problem.recordings[index]
-        linear = linearised(anchor, happened, recording.experiment.dt)
+        linear = linearised(problem, anchor.x, happened, recording.experiment.dt)
         self._throttle = recording.experiment.throttle
         self._keeps = np.ascontiguousarray(linear.transition[:, 0, 0])
         self._pushes = np.ascontiguousarray(linear.gain[:, 0, 0] * linear.by_throttle[0][:, 0])
@@ -136,7 +136,7 @@ class _Run:
             places = nearest(each.signal, recording, sizes, shifts)[known]
             self.rows[each.signal] = np.arange(each.first, each.last)[known]
             self._places[each.signal] = places
-            self.gains[each.signal] = linear.readings[each.signal][places, 0] / noise.signals[each.signal].marginal
+            self.gains[each.signal] = linear.readings[each.signal][places, 0] / noise.level(each.signal)
 
     def traces(self, signal: str, codes: Array) -> Array:
         """Return the whitened answers (C, M) of a signal's samples to steps of these codes per volt, shape (C,)."""

@@ -5,18 +5,20 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.budget import Budget, budget_of
+from system_identification.fitting import fit
+from system_identification.hypothesis import Hypothesis
+from system_identification.noise import whitener
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.how_far import Errors, Shrink, errors_of, held_out, shrink_of
+from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, held_out, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
-from gap_diagnosis.posterior import Posterior, posterior_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import Scatter, found_in_logs, masks_of
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
-from gap_diagnosis.suspects import suspects
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
 from thruster_model.effects.stages import LIBRARY
@@ -26,11 +28,6 @@ from thruster_model.parameter_set import ParameterSet
 __all__ = ["Diagnosis", "Unfit", "diagnose"]
 
 Array = NDArray[np.float64]
-
-
-_PLAIN = 3.0
-"""Evidence for an effect up to which none is in sight."""
-_MINOR = 0.01  # evidence for an effect over that for scattered stamps beside it, up to which none is in sight
 
 
 class Unfit(ValueError):
@@ -55,7 +52,7 @@ class Diagnosis:
         parameter_set: of the simulator.
         warnings: what was left out of the recordings and why.
         reasons: why there is not enough data, where that is the verdict.
-        investigation, posterior: all hypotheses; None where there is not enough data.
+        investigation: all sets that were weighed; None where there is not enough data.
         problem: recordings and parameters, without effects.
         errors: the four numbers; None where there is not enough data.
         shrink: of the claimed effects together; None where nothing with a trace in the predictions is claimed, or
@@ -67,6 +64,9 @@ class Diagnosis:
         checks: single blocks fed with measurements.
         predictions: as stated, re-tuned (held out), with effects (held out, None where none is claimed), (R,) each.
         scatters: what the logs show.
+        budget: where the gap goes; None where there is not enough data.
+        waterfall: errors on runs left out, one cause after the other.
+        straight: whether commands were found to act as straight lines between their samples; None: that was stated.
     """
 
     verdict: Verdict
@@ -74,7 +74,6 @@ class Diagnosis:
     warnings: tuple[str, ...] = ()
     reasons: tuple[str, ...] = ()
     investigation: Investigation | None = None
-    posterior: Posterior | None = None
     problem: Problem | None = None
     errors: Errors | None = None
     shrink: Shrink | None = None
@@ -85,6 +84,9 @@ class Diagnosis:
     checks: tuple[BlockCheck, ...] = ()
     predictions: Mapping[str, Array] = field(default_factory=dict)
     scatters: tuple[Scatter, ...] = ()
+    budget: Budget | None = None
+    waterfall: tuple[Step, ...] = ()
+    straight: bool | None = None
 
 
 def diagnose(
@@ -131,20 +133,27 @@ def diagnose(
     if "tach_quantization" in known:
         known.add("tach_dropout")  # a coarse converter reads zero at low speed too
     given = replace(problem, opaque=opaque)
-    regular = on_regular_stamps(given, checked([r.regular or r for r in recordings]).recordings)
+    asked = given
+    given, straight = _as_commanded(given)
+    regular = on_regular_stamps(given, checked([r.regular or r for r in _held(recordings, straight)]).recordings)
     gain = 0.0 if regular is None else gain_of_regular(given, regular)
 
     def investigated(problem: Problem) -> Investigation:
         wrong = unit_problems(problem)
         if wrong:
             raise Unfit(wrong)
-        listed = suspects({each.signal for each in problem.series}, (*excluded, *known))
-        return investigate(problem, listed, with_ventilation="ventilation" not in excluded, progress=progress)
+        signals = {each.signal for each in problem.series}
+        return investigate(problem, signals, (*excluded, *known), progress=progress)
 
     problem = regular if regular is not None and regular_fit_better(gain) else given
     found = investigated(problem)
-    if regular is not None and found.leading is not None:
-        gain = gain_of_regular(given, regular, found.leading.fitted)
+    if straight is not None and regular is None and found.best.suspects:
+        other = _commanded_otherwise(asked, found, straight)
+        if other is not None:
+            problem, straight = other, not straight
+            given, found = other, investigated(other)
+    if regular is not None and found.best.suspects:
+        gain = gain_of_regular(given, regular, found.best.fitted)
         better = regular if regular_fit_better(gain) else given
         if better is not problem:
             problem, found = better, investigated(better)
@@ -156,18 +165,57 @@ def diagnose(
     scatters = [s for s in in_logs if s.effect not in excluded]
     foreign = [s for s in in_logs if s.effect in excluded]
     progress("verdict")
-    posterior = posterior_of(found, scatters=bool(scatters))
-    verdict = verdict_of(found, posterior, scatters, foreign)
-    progress("held-out data")
-    return _complete(found, posterior, verdict, problem, tuple(warnings), tuple(scatters), foreign, seed)
+    verdict = verdict_of(found, scatters, foreign)
+    progress("runs left out")
+    return _complete(found, verdict, tuple(warnings), tuple(scatters), foreign, straight, seed)
+
+
+def _held(recordings: Sequence[Recording], straight: bool | None) -> list[Recording]:
+    return [r.straight or r for r in recordings] if straight else list(recordings)
+
+
+def _as_commanded(problem: Problem) -> tuple[Problem, bool | None]:
+    """Return the problem with commands held or straight, whichever fits better, and which; None: that is known.
+
+    Where both fit about as well they are held, as most devices do it.
+    """
+    if all(recording.straight is None for recording in problem.recordings):
+        return problem, None
+    lines = _held(problem.recordings, True)
+    other = replace(problem, recordings=tuple(lines))
+    evidence = []
+    for posed in (problem, other):
+        noise = whitener(posed, posed.start())
+        evidence.append(fit(posed, noise, posed.start(), iterations=8).evidence)
+    straight = evidence[1] > evidence[0] + _PLAIN
+    return (other if straight else problem), straight
+
+
+def _commanded_otherwise(asked: Problem, found: Investigation, straight: bool) -> Problem | None:
+    """Return the problem with the other way of commands where it suits the best set better; None where it does not.
+
+    Which way fits was asked of a model without effects, and these may look like the other way.
+    """
+    other = asked if straight else replace(asked, recordings=tuple(_held(asked.recordings, True)))
+    best = found.best
+    posed = other.with_effects(best.system.slots, best.system.gates)
+    start = best.fitted.x if posed.nuisances == best.system.nuisances else posed.start()
+    noise = whitener(posed, start, best.noise.levels)
+    evidence = fit(posed, noise, start, iterations=10).evidence
+    here = whitener(best.system, best.fitted.x, best.noise.levels)
+    return other if evidence > fit(best.system, here, best.fitted.x, iterations=4).evidence + _PLAIN else None
+
+
+_PLAIN = 3.0
+"""Evidence by which straight commands must fit better than held ones."""
 
 
 def _beside_jitter(
     found: Investigation, investigated: Callable[[Problem], Investigation]
 ) -> tuple[Investigation, Scatter | None]:
-    """Return the hypotheses, and the scatter of the stamps that residuals show: None where something else is wrong.
+    """Return the sets, and the scatter of the stamps that residuals show: None where something else is wrong.
 
-    Where it is so large that it looks like something else, hypotheses are weighed by what it leaves of the readings.
+    Where it is so large that it looks like something else, sets are weighed by what it leaves of the readings.
     """
     fitted = found.none.fitted
     jitter = jitter_in(fitted)
@@ -175,19 +223,14 @@ def _beside_jitter(
         return found, jitter
     if is_at_random(fitted, jitter.size):
         beside = investigated(replace(fitted.problem, scales=scales_beside(fitted, jitter.size)))
-        if _is_plain(beside, _MINOR * jitter.log_odds):
+        if _is_plain(beside):
             return beside, jitter
     return found, None
 
 
-def _is_plain(found: Investigation, least: float = 0.0) -> bool:
-    """Tell whether no effect and nothing unknown is in sight: what is wrong with a model grows with a slope as well."""
-    unexplained = found.none.unexplained
-    return (
-        all(candidate.evidence <= max(_PLAIN, least) for candidate in found.candidates)
-        and unexplained is not None
-        and unexplained.evidence <= 1.0
-    )
+def _is_plain(found: Investigation) -> bool:
+    """Tell whether nothing is in sight, named or nameless: what is wrong with a model grows with a slope as well."""
+    return not found.best.suspects and not found.nameless
 
 
 def _has_instants(problem: Problem) -> bool:
@@ -197,55 +240,55 @@ def _has_instants(problem: Problem) -> bool:
 
 def _complete(
     found: Investigation,
-    posterior: Posterior,
     verdict: Verdict,
-    problem: Problem,
     warnings: tuple[str, ...],
     scatters: tuple[Scatter, ...],
     foreign: Sequence[Scatter],
+    straight: bool | None,
     seed: int,
 ) -> Diagnosis:
-    none = found.none.fitted
-    stated = none.x.copy()
+    problem: Problem = found.none.system
+    noise = found.noise
+    stated = found.none.fitted.x.copy()
     stated[: len(problem.names)] = 0.0
-    predictions = {"as_is": problem.predicted(stated), "retuned": held_out(none, found.noise)}
-    shrinks: list[Shrink] = []
+    as_is = problem.predicted(stated)
+    predictions = {"as_is": as_is}
+    waterfall = [step_of("as_is", problem, noise, as_is, np.empty((0, 0)), None, seed)]
+    chain = _chain(found)
+    for each in chain:
+        name = each.keys[-1] if each.keys else "retuned"
+        predicted, unknowns = held_out(each)
+        waterfall.append(step_of(name, problem, noise, predicted, unknowns, waterfall[-1], seed))
+        predictions.setdefault("retuned", predicted)
+        last = predicted
     whole: Shrink | None = None
-    if verdict.chosen is not None and verdict.verdict == "effect":
-        predictions["with_effect"] = held_out(verdict.chosen.fitted, found.noise)
+    shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
+    if verdict.chosen is not None:
+        predictions["with_effect"] = last
         physical = [c for c in verdict.claims if not c.scatters]
         if all(claim.kind != "parametric" for claim in physical):  # parameters would do that by themselves
-            whole = shrink_of(problem, found.noise, predictions["retuned"], predictions["with_effect"], seed)
-        for claim in verdict.claims:
-            if claim.scatters or claim.kind == "parametric":
-                shrinks.append(Shrink(value=None, interval=None))
-            elif len(physical) == 1 and whole is not None:
-                shrinks.append(whole)
-            else:
-                shrinks.append(_of_one(found, claim.key, problem, predictions, seed))
-    else:
-        shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
+            whole = shrink_of(problem, noise, predictions["retuned"], predictions["with_effect"], seed)
+            if len(physical) == 1:
+                shrinks[verdict.claims.index(physical[0])] = whole
     units = {name: signal.unit for name, signal in SIGNALS.items()}
-    errors = errors_of(
-        problem, found.noise, predictions["as_is"], predictions["retuned"], predictions.get("with_effect"), units
-    )
-    by_regime = excess_by_regime(problem, found.noise, none)
-    disturbed = block_evidence(none, found.noise) if verdict.verdict == "unknown" else {}
-    if disturbed and found.stretches is not None and not found.stretches.nameless:
-        disturbed["thrust"] = max(disturbed["thrust"], found.stretches.evidence)
-    marginal = dict(posterior.marginal) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
+    errors = errors_of(problem, noise, as_is, predictions["retuned"], predictions.get("with_effect"), units)
+    none = found.none.fitted
+    by_regime = excess_by_regime(problem, noise, none)
+    lost = found.left_by_none
+    disturbed = block_evidence(lost.fitted, lost.noise) if verdict.verdict == "unknown" else {}
+    marginal = dict(found.inclusion) if verdict.verdict in ("effect", "cannot_tell", "unknown") else {}
     for claim in verdict.claims:
         if claim.scatters:
             marginal[claim.effect] = max(marginal.get(claim.effect, 0.0), claim.probability)
     shares = block_shares(
-        marginal, posterior.unknown if disturbed else 0.0, disturbed, [LIBRARY[s.effect].block for s in foreign]
+        marginal, verdict.unknown if disturbed else 0.0, disturbed, [LIBRARY[s.effect].block for s in foreign]
     )
+    nameless = found.left.unexplained.explained if found.nameless else np.zeros(problem.known.size)
     return Diagnosis(
         verdict=verdict,
         parameter_set=problem.parameter_set,
         warnings=warnings,
         investigation=found,
-        posterior=posterior,
         problem=problem,
         errors=errors,
         shrink=whole,
@@ -253,15 +296,22 @@ def _complete(
         where=tuple(shares),
         regime=worst_regime(by_regime),
         by_regime=by_regime,
-        checks=tuple(block_checks(none, found.noise)),
+        checks=tuple(block_checks(none, noise)),
         predictions=predictions,
         scatters=scatters,
+        budget=budget_of(found.best, as_is, nameless, seed),
+        waterfall=tuple(waterfall),
+        straight=straight,
     )
 
 
-def _of_one(found: Investigation, key: str, problem: Problem, predictions: Mapping[str, Array], seed: int) -> Shrink:
-    """Return how far one of two effects alone shrinks the gap."""
-    alone = next((c for c in found.candidates if c.keys == (key,)), None)
-    if alone is None:
-        return Shrink(value=None, interval=None)
-    return shrink_of(problem, found.noise, predictions["retuned"], held_out(alone.fitted, found.noise), seed)
+def _chain(found: Investigation) -> list[Hypothesis]:
+    """Return re-tuned parameters alone and, one after the other, the sets that lead to the best one."""
+    best, chain = found.best, [found.none]
+    for count in range(1, len(best.suspects) + 1):
+        keys = frozenset(best.keys[:count])
+        if keys in found.search.weighed and found.search.weighed[keys].keys == best.keys[:count]:
+            chain.append(found.search.weighed[keys])
+    if chain[-1] is not best:
+        chain.append(best)
+    return chain

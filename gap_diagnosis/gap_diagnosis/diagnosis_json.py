@@ -4,11 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from system_identification.budget import PARAMETERS
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.how_far import ChannelErrors
-from gap_diagnosis.nearest import best_of
+from gap_diagnosis.verdict import Claim
 
 __all__ = ["as_json"]
 
@@ -34,23 +35,15 @@ def as_json(
             for block, share in diagnosis.where
         ],
         "effects": [
-            {
-                "id": claim.effect,
-                "thruster": thruster,
-                "channel": claim.channel or None,
-                "class": claim.kind,
-                "probability": claim.probability,
-                "group_probability": claim.group_probability,
-                "parameters": {
-                    name: {"value": size.value, "std": size.std, "unit": size.unit}
-                    for name, size in claim.sizes.items()
-                },
+            _effect(claim, thruster, diagnosis)
+            | {
                 "shrink": shrink.value,
                 "shrink_interval": list(shrink.interval) if shrink.interval else None,
-                "indistinguishable_from": list(claim.alike),
             }
             for claim, shrink in zip(verdict.claims, diagnosis.shrinks, strict=True)
         ],
+        "resembles": [_effect(claim, thruster, diagnosis) for claim in verdict.resembles],
+        "budget": _budget(diagnosis),
         "candidates": [
             {"id": key, "probability": probability}
             for key, probability in sorted(verdict.probabilities.items(), key=lambda each: -each[1])
@@ -66,6 +59,69 @@ def as_json(
         "provenance": {"runs": list(runs), "parameter_set": parameter_set, "version": version, "seed": seed},
     }
     return _plain(content)  # type: ignore[no-any-return]
+
+
+def _effect(claim: Claim, thruster: int, diagnosis: Diagnosis) -> dict[str, Any]:
+    return {
+        "id": claim.effect,
+        "thruster": thruster,
+        "channel": claim.channel or None,
+        "axis": None,
+        "other": None,
+        "sensor": None,
+        "kind": None,
+        "class": claim.kind,
+        "probability": claim.probability,
+        "group_probability": claim.group_probability,
+        "parameters": {
+            name: {"value": size.value, "std": size.std, "unit": size.unit} for name, size in claim.sizes.items()
+        },
+        "indistinguishable_from": list(claim.alike),
+    }
+
+
+def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
+    """Return where the gap goes: shares with intervals, and the waterfall on runs left out."""
+    budget, found = diagnosis.budget, diagnosis.investigation
+    if budget is None or found is None:
+        return None
+    levels = found.noise.levels
+    steps = {step.name: step for step in diagnosis.waterfall}
+    claims = {claim.key: claim for claim in (*diagnosis.verdict.claims, *diagnosis.verdict.resembles)}
+    causes = []
+    for suspect in found.best.suspects:
+        share, step, claim = budget.shares[suspect.key], steps.get(suspect.key), claims.get(suspect.key)
+        causes.append(
+            {
+                "id": suspect.effect,
+                "channel": suspect.channel or None,
+                "probability": found.inclusion.get(suspect.key, 0.0),
+                "helps": None if step is None else step.helps,
+                "share": share.value,
+                "interval": [share.low, share.high],
+                "class": None if claim is None else claim.kind,
+                "could_as_well_be": [] if claim is None else list(claim.alike),
+            }
+        )
+    parameters = budget.shares[PARAMETERS]
+    return {
+        "gap": {"rms_as_is": budget.gap, "unit": "noise"},
+        "causes": causes,
+        "parameters": {"share": parameters.value, "interval": [parameters.low, parameters.high]},
+        "unexplained": {
+            "share": budget.unexplained.value,
+            "interval": [budget.unexplained.low, budget.unexplained.high],
+            "significant": found.nameless,
+            "depends_on": [f"{f.signal}: {f.name}" for f in found.left.unexplained.features[:3]]
+            if found.nameless
+            else [],
+        },
+        "disturbance": dict(zip(("rotor", "flow"), levels.pushes, strict=False)),
+        "left_out": [
+            {"step": step.name, "rms": step.rms, "by_run": list(step.by_fold), "helps": step.helps}
+            for step in diagnosis.waterfall
+        ],
+    }
 
 
 def _errors(errors: ChannelErrors) -> dict[str, float | None]:
@@ -95,10 +151,11 @@ def _retuned(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
 
 
 def _unexplained(diagnosis: Diagnosis) -> list[dict[str, Any]]:
-    candidate = best_of(diagnosis)
-    if candidate is None or candidate.unexplained is None:
+    found = diagnosis.investigation
+    if found is None:
         return []
-    return [{"signal": f.signal, "depends_on": f.name, "gain": f.gain} for f in candidate.unexplained.features]
+    features = found.left.unexplained.features
+    return [{"signal": f.signal, "depends_on": f.name, "gain": f.gain} for f in features]
 
 
 def _plain(value: Any) -> Any:

@@ -4,10 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.investigation import Investigation
-from gap_diagnosis.nearest import best_of, share_explained
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
@@ -75,18 +72,7 @@ def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
         share = power(found.screened)
         return (
             "This data cannot tell: no effect is needed to explain it, but only "
-            f"{100 * share:.0f} % of the effects would have shown at a third of their plausible size."
-        )
-    if found is not None and verdict.reason == "noise":
-        return (
-            "This data cannot tell: what no effect explains had to be taken for noise, and that is "
-            f"{found.beyond_sensors:.1f} times what the samples themselves show of the sensors."
-        )
-    leading = diagnosis.posterior.leading if diagnosis.posterior is not None else None
-    if leading is not None and verdict.reason == "parameters":
-        return (
-            f"This data cannot tell: {' and '.join(leading.keys)} together explain it, but parameters beyond their "
-            "stated deviations can imitate both."
+            f"{100 * share:.0f} % of the effects would have shown at a middle size."
         )
     ranked = sorted(verdict.probabilities.items(), key=lambda each: -each[1])[:4]
     listed = [f"{name} {p:.2f}" for name, p in ranked if p > 0.02]
@@ -94,44 +80,21 @@ def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
 
 
 def _unknown_in_words(diagnosis: Diagnosis) -> str:
-    nearest = best_of(diagnosis)
-    left = nearest.unexplained.features if nearest is not None and nearest.unexplained is not None else ()
-    depends = "; ".join(f"{each.signal} on {each.name}" for each in left[:3])
-    pressed = nearest.pressed if nearest is not None else ()
-    if pressed:
-        why = f"{' and '.join(pressed)} would have to be larger than is plausible"
-    else:
-        why = "after the best of them residuals still depend on states and inputs"
-    return (
-        f"None of the known effects explains the gap: {why}"
-        + (f" ({depends})." if depends else ".")
-        + _stretches_in_words(diagnosis)
-        + _nearest_in_words(diagnosis.investigation, nearest)
-    )
-
-
-def _stretches_in_words(diagnosis: Diagnosis) -> str:
-    """Return in which stretches thrust is lost, where that says more than anything else."""
     found = diagnosis.investigation
-    lost = found.stretches if found is not None else None
-    if found is None or lost is None or lost.evidence < max([0.0, *(c.evidence for c in found.candidates)]):
+    if found is None:
         return ""
-    share = lost.fitted.problem.sizes(lost.fitted.x)["ventilation"]["share"]
-    why = "that speed, its rate, the flow or the last second foresee: not air" if lost.nameless else "as by drawn air"
-    return f" In stretches {why}, {100.0 * share:.0f} % of the thrust is lost."
-
-
-def _nearest_in_words(found: Investigation | None, nearest: Candidate | None) -> str:
-    """Return what comes nearest, and how much of the cost beyond the noise it takes off."""
-    if found is None or nearest is None or not nearest.suspects or nearest.evidence <= 0.0:
-        return ""
-    share = share_explained(nearest, found.none)
-    sizes = nearest.fitted.problem.sizes(nearest.fitted.x)
-    named = " with ".join(
-        f"{s.key} ({', '.join(f'{n} {v:.3g}' for n, v in sizes[s.effect].items())})" for s in nearest.suspects
-    )
-    part = f"{100 * share:.0f}" if share < 0.995 else "more than 99"
-    return f" Nearest comes {named}, which takes off {part} % of what lies beyond the noise; it is not claimed."
+    depends = "; ".join(f"{each.signal} on {each.name}" for each in found.left.unexplained.features[:3])
+    text = "The known effects do not explain the gap: residuals still depend on states and inputs"
+    text += f" ({depends})." if depends else "."
+    if found.best.suspects:
+        named = " with ".join(
+            f"{c.key} ({', '.join(f'{n} {s.value:.3g}' for n, s in c.sizes.items())})"
+            for c in diagnosis.verdict.resembles
+        )
+        share = 100.0 * found.named_share
+        part = f"{share:.0f}" if share < 99.5 else "more than 99"
+        text += f" What is at work resembles {named}, which takes off {part} % of what re-tuning leaves."
+    return text
 
 
 def _errors_in_words(diagnosis: Diagnosis) -> str:

@@ -12,18 +12,19 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 
-from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.lines import Line, lines_of
-from gap_diagnosis.noise import NoiseModel, Series
 from gap_diagnosis.prediction import Happened, nearest
+from gap_diagnosis.problem import Problem
 
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
 Array = NDArray[np.float64]
 MOST_FEATURES = 6
-_FREQUENCIES = np.geomspace(0.1, 6.4, 15)  # of modes [Hz]
-_DAMPINGS = (0.04, 0.2)  # over critical
+_FREQUENCIES = np.geomspace(0.15, 6.4, 6)  # of modes [Hz]
+_DAMPINGS = (0.1,)  # over critical
 _HUM = 0.1
 """Power of a line over that of the noise up to which it is listed, but says nothing against a model."""
 
@@ -44,38 +45,24 @@ class Discrepancy(NamedTuple):
     explained: Array
 
 
-def discrepancy(
-    fitted: Fitted, noise: NoiseModel, most: int = MOST_FEATURES, more: Sequence[Array] = ()
-) -> Discrepancy:
-    """Return what the residuals of a fit depend on; `more`: further columns to choose from, each (R,)."""
+def discrepancy(fitted: Fitted, noise: Whitener, most: int = MOST_FEATURES) -> Discrepancy:
+    """Return what the residuals of a fit under a noise depend on."""
     problem = fitted.problem
     happened = problem.happened(fitted.x)
     names, blocks = _features(fitted, happened)
     lines = lines_of(fitted, happened)
     waves = sum((line.explained for line in lines), start=np.zeros(problem.known.size))
-    shown = problem.whitened(noise, np.where(problem.known, waves, np.nan))
+    shown = noise.whiten(waves)
     left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
-    parts: list[_Part] = []
-    columns = 0
-    for signal, block in blocks:
-        parts.append(_Part.of(fitted, noise, signal, block, slice(columns, columns + block.shape[1])))
-        columns = parts[-1].place.stop
-    effects = np.array(more).reshape(len(more), problem.known.size).T
-    beside = problem.whitened(noise, np.where(problem.known[:, None], effects, np.nan))
-    cross = np.hstack([*(fitted.jacobian[p.rows].T @ p.white for p in parts), fitted.jacobian.T @ beside])
-    slope = np.concatenate([*(p.white.T @ left[p.rows] for p in parts), beside.T @ left])
-    gram = np.zeros((slope.size, slope.size))
-    gram[columns:, columns:] = beside.T @ beside
-    for part in parts:
-        gram[part.place, part.place] = part.white.T @ part.white
-        gram[part.place, columns:] = part.white.T @ beside[part.rows]
-        gram[columns:, part.place] = gram[part.place, columns:].T
+    white = np.hstack([noise.whiten(_in_rows(problem, signal, block)) for signal, block in blocks])
+    gram, slope = white.T @ white, white.T @ left
     power = np.diag(gram).copy()
+    cross = fitted.jacobian.T @ white
     retuning = fitted.retuning(cross)
     gram -= cross.T @ retuning
     slope -= retuning.T @ pull
     chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
-    labelled = [(signal, name) for signal, _ in blocks for name in names] + [("all", "an effect")] * len(more)
+    labelled = [(signal, name) for signal, _ in blocks for name in names]
     features = [Feature(*labelled[k], gain) for k, gain in zip(chosen, gains, strict=True)]
     features += [Feature(signal, line.name, 2.0 * odds) for line in lines for signal, odds in line.odds.items()]
     features.sort(key=lambda feature: -feature.gain)
@@ -83,41 +70,24 @@ def discrepancy(
     if chosen:
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
-    explained = effects @ weights[columns:] - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
-    for part in parts:
-        explained[part.rows] += part.raw @ weights[part.place]
+    explained = waves - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
+    for place, (signal, block) in enumerate(blocks):
+        explained[problem.signal_rows[signal]] += block @ weights[place * len(names) : (place + 1) * len(names)]
     evidence += sum(line.evidence for line in lines if _matters(fitted, noise, line))
-    return Discrepancy(tuple(features), evidence, explained + waves)
+    return Discrepancy(tuple(features), evidence, explained)
 
 
-class _Part(NamedTuple):
-    """The basis at the samples of one signal: their rows (M,), its place among all columns, those columns (M, K), and
-    the same whitened.
-    """
-
-    rows: NDArray[np.int64]
-    place: slice
-    raw: Array
-    white: Array
-
-    @classmethod
-    def of(cls, fitted: Fitted, noise: NoiseModel, signal: str, columns: Array, place: slice) -> "_Part":
-        problem = fitted.problem
-        rows = problem.signal_rows[signal]
-        series, first = [], 0
-        for each in problem.series:
-            if each.signal == signal:
-                series.append(Series(each.recording, signal, first, first + each.last - each.first))
-                first = series[-1].last
-        worth = columns if problem.scales is None else columns * problem.scales[rows, None]
-        white = noise.whiten(series, np.where(problem.known[rows, None], worth, np.nan))
-        return cls(rows, place, columns, white)
+def _in_rows(problem: Problem, signal: str, block: Array) -> Array:
+    """Return columns at the samples of one signal (M, K) among all rows, (R, K)."""
+    rows = np.zeros((problem.known.size, block.shape[1]))
+    rows[problem.signal_rows[signal]] = block
+    return rows
 
 
-def _matters(fitted: Fitted, noise: NoiseModel, line: Line) -> bool:
+def _matters(fitted: Fitted, noise: Whitener, line: Line) -> bool:
     """Tell whether a line is a noteworthy part of what is left of a signal: every machine hums a little."""
     places = fitted.problem.signal_rows
-    powers = [float(np.mean(line.explained[places[n]] ** 2)) / noise.signals[n].marginal ** 2 for n in line.odds]
+    powers = [float(np.mean(line.explained[places[n]] ** 2)) / noise.level(n) ** 2 for n in line.odds]
     return max(powers) > _HUM
 
 

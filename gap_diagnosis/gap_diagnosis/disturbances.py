@@ -18,48 +18,27 @@ A few disturbances of a block are chosen greedily, nuisances re-tuned beside the
 Automatica 40, 225), with a basis in place of a random walk.
 """
 
-from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 
 from gap_diagnosis.discrepancy import MOST_FEATURES, basis_of, chosen_greedily
-from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.noise import NoiseModel
+from gap_diagnosis.linear import linearised
 from gap_diagnosis.prediction import Happened, nearest
 from thruster_model.compilation import compiled
-from thruster_model.effects.stages import NO_EFFECTS, effect_values
-from thruster_model.equations.classes import axial_rate, rotor_rate
-from thruster_model.equations.thruster import ambient_acceleration
 from thruster_model.identification.prediction import seen
-from thruster_model.pipeline import pipeline
 
-__all__ = ["Linear", "block_evidence", "linearised"]
+__all__ = ["block_evidence"]
 
 Array = NDArray[np.float64]
-_STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
-_THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _JUMPS = (-0.4, -0.2, -0.1, 0.1, 0.2, 0.4)  # of a clock [s]: too far for a slope, and for what a lag makes
-_READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 
 
-class Linear(NamedTuple):
-    """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
-    (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates
-    (N, 3).
-    """
-
-    transition: Array
-    gain: Array
-    readings: dict[str, Array]
-    by_throttle: list[Array]
-    readings_by_throttle: list[dict[str, Array]]
-    by_force: Array
-    by_moment: Array
-
-
-def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
+def block_evidence(fitted: Fitted, noise: Whitener) -> dict[str, float]:
     """Return for each block the logarithm of evidence for a disturbance there, above that of none."""
     problem = fitted.problem
     blocks: dict[str, list[list[Array]]] = {}
@@ -83,12 +62,12 @@ def block_evidence(fitted: Fitted, noise: NoiseModel) -> dict[str, float]:
     return evidence
 
 
-def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Happened) -> Iterator[tuple[str, Any]]:
+def _answers(fitted: Fitted, noise: Whitener, index: int, happened: Happened) -> Iterator[tuple[str, Any]]:
     """Yield (block, answers of all readings (R, K)) of one recording; rows of others are zero."""
     problem = fitted.problem
     recording = problem.recordings[index]
     dt = recording.experiment.dt
-    linear = linearised(fitted, happened, dt)
+    linear = linearised(problem, fitted.x, happened, dt)
     basis = basis_of(happened.outputs, happened.throttle, dt)[1]
     size = np.sqrt(np.mean(basis**2, axis=1, keepdims=True))
     basis = basis / np.where(size > 0.0, size, 1.0)
@@ -135,12 +114,12 @@ def _answers(fitted: Fitted, noise: NoiseModel, index: int, happened: Happened) 
     yield "log", np.hstack([rows(late), *(rows({name: late[name]}) for name in names), jumps])
 
 
-def _whitened(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
+def _whitened(fitted: Fitted, noise: Whitener, columns: Array) -> Array:
     """Return columns (R, K) whitened where samples are known."""
-    return fitted.problem.whitened(noise, np.where(fitted.problem.known[:, None], columns, np.nan))
+    return noise.whiten(np.where(fitted.problem.known[:, None], columns, np.nan))
 
 
-def _likeliest(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
+def _likeliest(fitted: Fitted, noise: Whitener, columns: Array) -> Array:
     """Return that column (R,) of several (R, K) which explains most of the residuals by itself."""
     white = _whitened(fitted, noise, columns)
     explained = (white.T @ fitted.white) ** 2 / np.maximum(np.sum(white**2, axis=0), 1e-12)
@@ -150,54 +129,6 @@ def _likeliest(fitted: Fitted, noise: NoiseModel, columns: Array) -> Array:
 def _shifted(values: Array, dt: float, by: float) -> Array:
     """Return by how much values every `dt` [s] differ from those of `by` [s] before."""
     return seen(values, dt, dt * np.arange(values.size, dtype=np.float64) - by, 0.0) - values
-
-
-def linearised(fitted: Fitted, happened: Happened, dt: float) -> Linear:
-    """Return the model of a fit, linearised along what happened in one recording, every `dt` [s]."""
-    problem = fitted.problem
-    p = problem.parameter_set.model.coefficients(problem.values(fitted.x))
-    in_plant = problem.sizes(fitted.x)
-    e = effect_values(in_plant) if in_plant else NO_EFFECTS
-    u = happened.throttle
-    state = (happened.outputs["speed"], happened.outputs["axial"], happened.outputs["ambient"])
-
-    def at(states: Sequence[Array], throttle: Array) -> list[Array]:
-        n, v, ambient = states
-        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, 1.0, p, e)
-        return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
-
-    columns = []
-    for k, step in enumerate(_STEPS):
-        above = [x + step * (j == k) for j, x in enumerate(state)]
-        below = [x - step * (j == k) for j, x in enumerate(state)]
-        columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
-    by_throttle = [
-        [(a - b) / (2.0 * step) for a, b in zip(at(state, u + step), at(state, u - step), strict=True)]
-        for step in _THROTTLE_STEPS
-    ]
-    rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
-    step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
-    square = step @ step
-    eye = np.eye(3)
-    cube = square @ step
-    zero, one = np.zeros_like(u), np.ones_like(u)
-    n, v, ambient = state
-
-    def slope(rate: Any, *arguments: Any) -> Array:
-        """Return by how much a rate, linear in its last argument before the coefficients, moves for a unit of it."""
-        return np.asarray(rate(*arguments, one, p)) - np.asarray(rate(*arguments, zero, p)) + zero
-
-    by_moment = np.asarray(rotor_rate(n, one, zero, 1.0, p)) - np.asarray(rotor_rate(n, zero, zero, 1.0, p)) + zero
-    by_force = np.stack((zero, slope(axial_rate, v, ambient), slope(ambient_acceleration, ambient)), axis=1)
-    return Linear(
-        transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
-        gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
-        readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},
-        by_throttle=[np.stack(slopes[:3], axis=1) for slopes in by_throttle],
-        readings_by_throttle=[{name: slopes[row] for name, row in _READINGS.items()} for slopes in by_throttle],
-        by_force=by_force,
-        by_moment=np.stack((by_moment, zero, zero), axis=1),
-    )
 
 
 @compiled

@@ -10,19 +10,18 @@ in standard deviations; of the two ways round the smaller counts. The programme 
 distance (max-min); pairs that no programme separates do not count.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.noise import Whitener, white_noise
 from threadpoolctl import threadpool_limits
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Limits, Programme, programmes
 from gap_diagnosis.experiment_rivals import Rival, in_experiment, recording_of_programme, rivals_of
 from gap_diagnosis.experiment_words import SURE, as_sentence, inseparable_in_words
-from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.sensitivities import sensitivities_of
 
 __all__ = ["NextExperiment", "Separation", "design", "distances"]
 
@@ -89,9 +88,9 @@ def design(
     rivals, pairs = rivals_of(found)
     if not pairs or found.investigation is None:
         return None
-    noise = found.investigation.noise
+    noise = {name: found.investigation.noise.level(name) for name in found.investigation.noise.levels.sensors}
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
-        apart_now = {(i, k): _distance_now(rivals[i], rivals[k], noise) for i, k in pairs}
+        apart_now = {(i, k): _distance_now(rivals[i], rivals[k], found.investigation.noise) for i, k in pairs}
         pairs = [pair for pair in pairs if apart_now[pair] < SURE]
         if not pairs:
             return None
@@ -120,7 +119,7 @@ def design(
 
 
 def _chosen(
-    tried: Sequence[Programme], rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: NoiseModel
+    tried: Sequence[Programme], rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: Mapping[str, float]
 ) -> tuple[tuple[int, Programme], Array]:
     """Return (place and programme chosen, distances (weighed programmes, pairs)).
 
@@ -140,26 +139,28 @@ def _chosen(
 
 
 def _raw(
-    programme: Programme, rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: NoiseModel
+    programme: Programme, rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: Mapping[str, float]
 ) -> list[float]:
     recording = recording_of_programme(rivals[0].problem, programme)
     posed = [in_experiment(rival, recording) for rival in rivals]
-    white = [problem.whitened(noise, problem.predicted(x)) for problem, x, _ in posed]
+    plain = white_noise(posed[0][0], noise)
+    white = [plain.whiten(problem.predicted(x)) for problem, x, _ in posed]
     return [float(np.linalg.norm(white[i] - white[k])) for i, k in pairs]
 
 
 def distances(
-    programme: Programme, rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: NoiseModel
+    programme: Programme, rivals: Sequence[Rival], pairs: Sequence[tuple[int, int]], noise: Mapping[str, float]
 ) -> list[float]:
     """Return how far apart pairs of hypotheses would be in an experiment, re-tuned [std]."""
     recording = recording_of_programme(rivals[0].problem, programme)
     posed = [in_experiment(rival, recording) for rival in rivals]
-    white = [problem.whitened(noise, problem.predicted(x)) for problem, x, _ in posed]
+    plain = white_noise(posed[0][0], noise)
+    white = [plain.whiten(problem.predicted(x)) for problem, x, _ in posed]
     able = {b for i, k in pairs for a, b in ((i, k), (k, i)) if rivals[b].imitates(rivals[a])}
     moves = {}
     for place in able:
         problem, x, root = posed[place]
-        moves[place] = problem.whitened(noise, sensitivities_of(problem, x)) @ root
+        moves[place] = plain.whiten(np.nan_to_num(problem.sensitivities(x))) @ root
     return [
         min(
             _left(white[a] - white[b], moves[b])
@@ -170,16 +171,16 @@ def distances(
     ]
 
 
-def _distance_now(first: Rival, second: Rival, noise: NoiseModel) -> float:
+def _distance_now(first: Rival, second: Rival, noise: Whitener) -> float:
     """Return how far apart two hypotheses are in the present recordings, re-tuned, priors included [std]."""
     white = []
     for rival in (first, second):
-        rows = np.where(rival.problem.known, rival.problem.predicted(rival.x), np.nan)
-        white.append(rival.problem.whitened(noise, rows))
+        white.append(noise.whiten(rival.problem.predicted(rival.x)))
     found = []
     for imitator, truth, difference in ((second, first, white[0] - white[1]), (first, second, white[1] - white[0])):
         if imitator.imitates(truth):
-            nuisances, jacobian = imitator.fitted.problem.nuisances, imitator.fitted.jacobian
+            nuisances = imitator.fitted.problem.nuisances
+            jacobian = noise.whiten(np.nan_to_num(imitator.fitted.sensitivities))
             weight = np.full(jacobian.shape[1], 12.0)  # a size is as uncertain as its range
             weight[:nuisances] = 1.0
             pull = jacobian.T @ difference

@@ -4,18 +4,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.fitting import Fitted
+from system_identification.hypothesis import Hypothesis
+from system_identification.rating import Rated
 
-from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Programme
-from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.preparing import CELL, DT, held_on_grid
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.screening import Screened
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.ventilation import RATE
-from gap_diagnosis.verdict import QUIET, VISIBLE
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import Experiment, Measurement
 
@@ -66,14 +66,14 @@ def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
     all that are probable stand against each other.
     """
     investigation, verdict = found.investigation, found.verdict
-    if investigation is None or found.posterior is None:
+    if investigation is None:
         return [], []
     leading = verdict.chosen if verdict.verdict == "effect" else None
     if leading is not None:
         remaining = [leading, *_lookalikes(found, leading)][:MOST]
     else:
         remaining = _probable(found)
-    quiet = leading is None and found.posterior.none > QUIET
+    quiet = leading is None and not investigation.best.suspects
     if quiet:
         remaining = [investigation.none, *(each for each in remaining if each is not investigation.none)][:MOST]
     rivals = [_rival(each) for each in remaining]
@@ -88,9 +88,9 @@ def rivals_of(found: Diagnosis) -> tuple[list[Rival], list[tuple[int, int]]]:
     return rivals, [(0, k) for k in range(1, len(rivals))]
 
 
-def _lookalikes(found: Diagnosis, leading: Candidate) -> list[Candidate]:
+def _lookalikes(found: Diagnosis, leading: Hypothesis) -> list[Hypothesis]:
     assert found.investigation is not None
-    by_keys = {frozenset(c.keys): c for c in found.investigation.candidates}
+    by_keys = found.investigation.search.weighed
     result = []
     for claim in found.verdict.claims:
         if claim.scatters:
@@ -103,52 +103,48 @@ def _lookalikes(found: Diagnosis, leading: Candidate) -> list[Candidate]:
     return result
 
 
-def _probable(found: Diagnosis) -> list[Candidate]:
-    assert found.investigation is not None and found.posterior is not None
-    posterior = found.posterior
-    rated = [(posterior.none, found.investigation.none)]
-    rated += [(posterior.of(each.named), each) for each in found.investigation.candidates if each.named]
-    ranked = sorted(rated, key=lambda each: -each[0])
-    probable = [candidate for probability, candidate in ranked if probability >= PROBABLE][:MOST]
-    return probable or [ranked[0][1]]
+def _probable(found: Diagnosis) -> list[Hypothesis]:
+    assert found.investigation is not None
+    looked = found.investigation
+    probable = [each for each in looked.ranked if looked.probabilities[each.keys] >= PROBABLE]
+    return probable[:MOST] or [looked.none]
 
 
-def _nearest(investigation: Investigation, alone: Candidate) -> list[Candidate]:
-    others = [c for c in (investigation.none, *investigation.candidates) if c is not alone]
+def _nearest(investigation: Investigation, alone: Hypothesis) -> list[Hypothesis]:
+    others = [c for c in investigation.ranked if c is not alone]
     # What holds the lone one and more always costs less, and is no rival.
     others = [c for c in others if not set(alone.keys) < set(c.keys) or not alone.keys]
     return sorted(others, key=lambda c: c.fitted.cost)[:_FEW]
 
 
-def _hidden(investigation: Investigation) -> list[Screened]:
+def _hidden(investigation: Investigation) -> list[Rated]:
     """Return suspects that would not have been seen at a third of their plausible size: the likeliest of each block."""
-    best: dict[str, Screened] = {}
+    best: dict[str, Rated] = {}
     for each in sorted(investigation.screened, key=lambda s: -s.visibility):
-        if each.visibility <= VISIBLE:
-            best.setdefault(each.suspect.block, each)
+        if each.visibility <= RULES.visible:
+            best.setdefault(LIBRARY[each.suspect.effect].block, each)
     return list(best.values())[:MOST]
 
 
-def _unseen(investigation: Investigation, screened: Screened) -> Rival:
+def _unseen(investigation: Investigation, rated: Rated) -> Rival:
     """Return a suspect at a third of its plausible size, nuisances re-tuned to first order to what was recorded."""
-    none, noise = investigation.none.fitted, investigation.noise
-    grid, problem = screened.suspect.grid, screened.problem
-    middle = int(np.argmin(np.abs(grid[:, 0] - 0.35 * np.max(grid[:, 0]))))
-    sizes = grid[middle if len(screened.suspect.slots) == 1 else len(grid) // 2]
+    none, noise = investigation.none.fitted, investigation.none.noise
+    suspect = rated.suspect
+    problem = none.problem.with_effects(suspect.slots, tuple(suspect.gates))
+    middle = int(np.argmin(np.abs(suspect.grid[:, 0] - 0.35 * np.max(suspect.grid[:, 0]))))
+    sizes = suspect.grid[middle if len(suspect.slots) == 1 else len(suspect.grid) // 2]
     known = none.covariance
     change = problem.predicted(np.concatenate((none.x, sizes))) - none.problem.predicted(none.x)
-    white = problem.whitened(noise, np.where(problem.known, change, np.nan))
+    white = noise.whiten(change)
     x = np.concatenate((none.x - known @ (none.jacobian.T @ white), sizes))
     covariance = np.zeros((len(problem.names) + len(problem.slots),) * 2)
     own = len(problem.names)
     covariance[:own, :own] = known[:own, :own]
     covariance[own:, own:] = np.eye(len(problem.slots)) / 12.0
-    return Rival(
-        keys=(screened.suspect.key,), problem=problem, x=problem.bounded(x), fitted=none, covariance=covariance
-    )
+    return Rival(keys=(suspect.key,), problem=problem, x=problem.bounded(x), fitted=none, covariance=covariance)
 
 
-def _rival(candidate: Candidate) -> Rival:
+def _rival(candidate: Hypothesis) -> Rival:
     """Return a fitted hypothesis; a size that may as well be neutral is taken as large as the recordings allow.
 
     It is moved to two standard deviations from neutral, at most to a third of the plausible range, and what else is

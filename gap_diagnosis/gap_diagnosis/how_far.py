@@ -1,25 +1,22 @@
-"""How far the gap shrinks: as stated, re-tuned, with the effect, and the noise floor, all on data held out in blocks.
-
-Recordings are cut into quarters; each fold leaves out one quarter of every recording, another one in each. A
-hypothesis is fitted to the rest and simulated freely over the whole recording; what counts is the quarter left out.
-"""
+"""How far the gap shrinks, on runs left out: as stated, re-tuned, with one effect after the other, and the noise."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.hypothesis import Hypothesis
+from system_identification.left_out import folds_of, left_out
+from system_identification.noise import Whitener
 
-from gap_diagnosis.fitting import Fitted, fit
-from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 
-__all__ = ["FOLDS", "ChannelErrors", "Errors", "Shrink", "errors_of", "folds_of", "held_out", "shrink_of"]
+__all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "errors_of", "held_out", "shrink_of", "step_of"]
 
 Array = NDArray[np.float64]
-FOLDS = 4
 _BLOCK = 2.0  # [s], of the bootstrap
 _DRAWS = 400
+_HELPS = 4000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,38 +40,67 @@ class Errors:
 
 @dataclass(frozen=True, kw_only=True)
 class Shrink:
-    """1 - (with_effect^2 - floor^2)/(retuned^2 - floor^2), its 90 % interval, and whether there was a gap to shrink."""
+    """1 - (with_effect^2 - floor^2)/(retuned^2 - floor^2), its 90 % interval; None: there was nothing to shrink."""
 
     value: float | None
     interval: tuple[float, float] | None
 
 
-def folds_of(problem: Problem) -> NDArray[np.int64]:
-    """Return which fold each row belongs to, shape (R,)."""
-    folds = np.zeros(problem.series[-1].last, dtype=np.int64)
-    for each in problem.series:
-        experiment = problem.recordings[each.recording].experiment
-        share = experiment.measurements[each.signal].time / max(experiment.duration, 1e-9)
-        folds[each.rows] = (np.clip(share * FOLDS, 0, FOLDS - 1).astype(np.int64) + each.recording) % FOLDS
-    return folds
+@dataclass(frozen=True, kw_only=True)
+class Step:
+    """One step of the waterfall.
+
+    Attributes:
+        name: "as_is", "retuned" or the key of the effect that is added.
+        rms: of all errors over the noise, channels alike.
+        by_fold: the same for each run, or part, that was left out.
+        helps: probability that this step makes a new run better; None for the first.
+        unknowns: of the fits without each of these, (F, K).
+    """
+
+    name: str
+    rms: float
+    by_fold: tuple[float, ...]
+    helps: float | None
+    unknowns: Array
 
 
-def held_out(fitted: Fitted, noise: NoiseModel) -> Array:
-    """Return predictions (R,) of every row by fits that have not seen its fold."""
-    folds = folds_of(fitted.problem)
-    result = np.full(folds.size, np.nan)
-    for k in range(FOLDS):
-        kept = folds != k
-        if not np.any(fitted.problem.known & ~kept) or not np.any(fitted.problem.known & kept):
-            continue
-        again = fit(fitted.problem, noise, fitted.x, iterations=3, rows=kept, near=fitted, polish=False)
-        result[~kept] = again.problem.predicted(again.x)[~kept]
-    return result
+def held_out(found: Hypothesis) -> tuple[Array, Array]:
+    """Return predictions (R,) of every row by fits that have not seen it, and the unknowns of these fits (F, K)."""
+    problem: Problem = found.system
+    local = np.zeros(found.fitted.x.size, dtype=np.bool_)
+    for k, slot in enumerate(problem.situations):
+        local[len(problem.names) + k] = slot.recording is not None
+    result = left_out(found.fitted, found.noise, local)
+    return result.predicted, result.unknowns
+
+
+def step_of(
+    name: str, problem: Problem, noise: Whitener, predicted: Array, unknowns: Array, before: Step | None, seed: int
+) -> Step:
+    """Return a step of the waterfall from left-out predictions (R,)."""
+    folds = folds_of(problem)
+    squares = np.full((int(folds.max()) + 1, len(problem.signal_names)), np.nan)
+    for k in range(squares.shape[0]):
+        for s, signal in enumerate(problem.signal_names):
+            rows = problem.signal_rows[signal]
+            rows = rows[problem.known[rows] & (folds[rows] == k) & np.isfinite(predicted[rows])]
+            if rows.size:
+                errors = (problem.measured[rows] - predicted[rows]) / noise.level(signal)
+                squares[k, s] = float(np.mean(np.minimum(errors**2, 1e6)))
+    by_fold = np.sqrt(np.nanmean(squares, axis=1))
+    helps = None
+    if before is not None:
+        gained = np.array(before.by_fold) ** 2 - by_fold**2
+        weights = np.random.default_rng(seed).dirichlet(np.ones(gained.size), _HELPS)
+        helps = float(np.mean(weights @ gained > 0.0))
+    rms = float(np.sqrt(np.nanmean(squares)))
+    return Step(name=name, rms=rms, by_fold=tuple(by_fold.tolist()), helps=helps, unknowns=unknowns)
 
 
 def errors_of(
     problem: Problem,
-    noise: NoiseModel,
+    noise: Whitener,
     as_is: Array,
     retuned: Array,
     with_effect: Array | None,
@@ -86,7 +112,7 @@ def errors_of(
         rows = own[problem.known[own]]
         if not rows.size:
             continue
-        floor = noise.signals[signal].marginal
+        floor = noise.level(signal)
         values = [
             None if p is None else float(np.sqrt(np.nanmean((problem.measured[rows] - p[rows]) ** 2)))
             for p in (as_is, retuned, with_effect)
@@ -107,19 +133,19 @@ def errors_of(
     return Errors(total=total, channels=channels)
 
 
-def shrink_of(problem: Problem, noise: NoiseModel, retuned: Array, with_effect: Array, seed: int) -> Shrink:
+def shrink_of(problem: Problem, noise: Whitener, retuned: Array, with_effect: Array, seed: int) -> Shrink:
     """Return the shrink with its interval by a bootstrap over blocks of 2 s; None where the excess is within noise."""
     blocks: dict[tuple[int, int], tuple[float, float, float]] = {}
     counts = {name: int(np.sum(problem.known[rows])) for name, rows in problem.signal_rows.items()}
     for each in problem.series:
         time = problem.recordings[each.recording].experiment.measurements[each.signal].time
         number = (time / _BLOCK).astype(np.int64)
-        scale = noise.signals[each.signal].marginal ** 2 * max(counts[each.signal], 1) * len(counts)
+        scale = noise.level(each.signal) ** 2 * max(counts[each.signal], 1) * len(counts)
         measured = problem.measured[each.rows]
         known = problem.known[each.rows] & np.isfinite(retuned[each.rows]) & np.isfinite(with_effect[each.rows])
         before = np.where(known, (measured - retuned[each.rows]) ** 2, 0.0) / scale
         after = np.where(known, (measured - with_effect[each.rows]) ** 2, 0.0) / scale
-        floor = np.where(known, noise.signals[each.signal].marginal ** 2, 0.0) / scale
+        floor = np.where(known, noise.level(each.signal) ** 2, 0.0) / scale
         for b in np.unique(number):
             here = number == b
             old = blocks.get((each.recording, int(b)), (0.0, 0.0, 0.0))

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.fitting import Fitted
+from system_identification.system import Series
 
-from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.noise import Series
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter
 
 __all__ = ["is_at_random", "jitter_in", "jitter_of", "scales_beside"]
@@ -90,7 +90,7 @@ def is_at_random(fitted: Fitted, size: float) -> bool:
         on = _slope(fitted, each)
         if on is None:
             continue
-        steep = np.abs(on.rate) * size > _STEEP * problem.sample_noise.signals[each.signal].marginal
+        steep = np.abs(on.rate) * size > _STEEP * problem.levels[each.signal]
         late = np.where(steep, on.residuals, np.nan) / np.where(steep, on.rate, 1.0)
         late = np.clip(late, -3.0 * size, 3.0 * size)
         times.append(late[np.isfinite(late)])
@@ -111,7 +111,7 @@ def scales_beside(fitted: Fitted, size: float) -> Array:
     for each in problem.series:
         on = _slope(fitted, each)
         if on is not None:
-            noise = problem.sample_noise.signals[each.signal].marginal
+            noise = problem.levels[each.signal]
             scales[each.rows] = 1.0 / np.hypot(1.0, size * on.rate / noise)
     return scales
 

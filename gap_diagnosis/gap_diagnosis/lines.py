@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft, rfftfreq
 from scipy.ndimage import maximum_filter1d, median_filter
+from system_identification.fitting import Fitted
 
-from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.prediction import Happened
 
 __all__ = ["A_LINE", "Line", "lines_of"]

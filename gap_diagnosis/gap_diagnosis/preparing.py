@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +19,14 @@ from gap_diagnosis.recording import LogFindings, Recording, initial_state
 from thruster_model.identification.experiment import Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
 
-__all__ = ["DT", "held_on_grid", "recording_of", "with_log_findings"]
+__all__ = ["DT", "held_on_grid", "line_on_grid", "recording_of", "with_log_findings"]
 
 Array = NDArray[np.float64]
 DT = 0.01
 """Period of the simulation [s]; RK4 is exact to a millionth at this step."""
 _PUNCTUAL = 5e-4  # [s]
+_DENSE = 3e-3
+"""Period of commands [s] up to which it makes no difference how they act in between."""
 LEAST_SCATTER = 5e-4
 """Scatter of stamps [s] from which on it is asked whether it is the log's."""
 CELL = 0.04
@@ -49,6 +52,20 @@ def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     return np.asarray(np.where(quiet, values[inside[1:]], means))
 
 
+def line_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
+    """Return the means over the `count` periods of `dt` [s] of straight lines through samples; 0 before the first."""
+    known = np.isfinite(values)
+    time, values = time[known], values[known]
+    if time.size < 2:
+        return held_on_grid(time, values, dt, count)
+    edges = np.clip(dt * np.arange(count + 1), time[0], None)
+    integral = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
+    place = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, time.size - 1)
+    ahead = np.minimum(edges - time[place], np.append(np.diff(time), np.inf)[place])
+    slope = np.append(np.diff(values) / np.maximum(np.diff(time), 1e-12), 0.0)[place]
+    return np.asarray(np.diff(integral[place] + values[place] * ahead + 0.5 * slope * ahead**2) / dt)
+
+
 def _step_for(time: Array, values: Array) -> float:
     """Return the step [s] of a simulation in which commands change at steps: `DT` or a little less, else a quarter.
 
@@ -71,6 +88,7 @@ def recording_of(
     clock_deviations: Mapping[str, float] | None = None,
     supply: tuple[Array, Array] | None = None,
     regular: bool = False,
+    hold: str | None = "previous",
 ) -> Recording:
     """Return a recording of point samples (or means over cells, where samples come fast).
 
@@ -82,6 +100,8 @@ def recording_of(
         clock_deviations: how far the clocks of "throttle" and "flow" may be off [s].
         supply: stamps [s] and voltage of the supply [V]; None: not measured.
         regular: put all samples at regular instants, as if the scatter of their stamps were the log's.
+        hold: how commands act between their samples, "previous" or "linear"; None: not known, "previous" is taken and
+            the other one kept beside.
 
     The simulation's clock starts with the throttle's, so that commands begin with its steps.
     """
@@ -92,14 +112,15 @@ def recording_of(
     if regular:
         throttle = (regular_stamps(throttle[0])[0], throttle[1])
         signals = {name: (regular_stamps(time)[0], values) for name, (time, values) in signals.items()}
-    step = _step_for(*throttle)
+    step = DT / 3.0 if hold == "linear" else _step_for(*throttle)  # no coarser stairs than the simulation itself
     begins = float(throttle[0][0]) % step
     begins -= step if begins > step - 1e-6 else 0.0
     throttle = (throttle[0] - begins, throttle[1])
     signals = {name: (time - begins, values) for name, (time, values) in signals.items()}
     clocks = dict(clock_deviations or {})
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
-    commands = held_on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
+    on_grid = line_on_grid if hold == "linear" else held_on_grid
+    commands = on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():
@@ -133,12 +154,22 @@ def recording_of(
         ),
     )
     found = with_log_findings(experiment, thruster, scatter, periods)
-    if regular or max(scatter.values()) < LEAST_SCATTER:
-        return found
-    again = recording_of(
-        name, *given, thruster=thruster, clock_deviations=clock_deviations, supply=supply, regular=True
-    )
-    return replace(found, regular=again)
+
+    def again(**other: Any) -> Recording:
+        settings = {"thruster": thruster, "clock_deviations": clock_deviations, "supply": supply, "hold": hold}
+        return recording_of(name, *given, **{**settings, **other})
+
+    if not regular and max(scatter.values()) >= LEAST_SCATTER:
+        found = replace(found, regular=again(regular=True))
+    if hold is None and _moves_between(*given[0]):
+        found = replace(found, straight=again(regular=regular, hold="linear"))
+    return found
+
+
+def _moves_between(time: Array, values: Array) -> bool:
+    """Tell whether it matters how commands act between their samples: these are rare, and change."""
+    changes = np.diff(values[np.isfinite(values)]) != 0.0
+    return time.size > 2 and float(np.median(np.diff(time))) > _DENSE and bool(np.any(changes))
 
 
 def with_log_findings(

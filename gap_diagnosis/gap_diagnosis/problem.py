@@ -11,15 +11,27 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.suspects import Suspect
+from system_identification.system import Linear, Series, SizeSlot
 
-from gap_diagnosis.noise import NoiseModel, Series, white_noise
-from gap_diagnosis.prediction import JUMPING, LOG_CHANNELS, NO_GATES, Happened, Situation, Sizes, predict, simulated
+from gap_diagnosis import sensitivities
+from gap_diagnosis.linear import linear_run
+from gap_diagnosis.prediction import (
+    JUMPING,
+    LOG_CHANNELS,
+    NO_GATES,
+    Happened,
+    Situation,
+    Sizes,
+    acts_in_plant,
+    predict,
+    simulated,
+)
 from gap_diagnosis.recording import Recording
-from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["CONVENTION", "DEFAULT_DEVIATION", "Problem", "SizeSlot", "Slot", "deviations_of"]
+__all__ = ["CONVENTION", "DEFAULT_DEVIATION", "Problem", "Slot", "deviations_of"]
 
 Array = NDArray[np.float64]
 DEFAULT_DEVIATION = 0.05
@@ -39,25 +51,6 @@ class Slot(NamedTuple):
     kind: str
     of: str
     deviation: float
-
-
-class SizeSlot(NamedTuple):
-    """One unknown size of an effect, and its plausible range."""
-
-    effect: str
-    parameter: str
-    lower: float
-    upper: float
-
-    @property
-    def width(self) -> float:
-        """Of the range; 1 where the size has only one value."""
-        return (self.upper - self.lower) or 1.0
-
-    @property
-    def unit(self) -> str:
-        """Of the size."""
-        return next(p.unit for p in LIBRARY[self.effect].parameters if p.name == self.parameter)
 
 
 def deviations_of(parameter_set: ParameterSet) -> dict[str, float]:
@@ -152,22 +145,52 @@ class Problem:
         names = dict.fromkeys(each.signal for each in self.series)
         return {n: np.concatenate([np.arange(s.first, s.last) for s in self.series if s.signal == n]) for n in names}
 
+    @property
+    def parameters(self) -> int:
+        """How many of the unknowns are parameters."""
+        return len(self.names)
+
+    @property
+    def signal_names(self) -> tuple[str, ...]:
+        """Of all signals."""
+        return tuple(self.signal_rows)
+
     @cached_property
-    def sample_noise(self) -> NoiseModel:
-        """White noise of each signal by its samples alone: the median over the recordings."""
-        levels = {
-            name: float(
-                np.median(
-                    [
-                        self.recordings[s.recording].experiment.measurements[name].noise
-                        for s in self.series
-                        if s.signal == name
-                    ]
-                )
-            )
-            for name in self.signal_rows
-        }
-        return white_noise(levels)
+    def levels(self) -> dict[str, float]:
+        """Standard deviation of each signal's noise by its samples alone: the median over the recordings."""
+        found: dict[str, list[float]] = {}
+        for each in self.series:
+            measurement = self.recordings[each.recording].experiment.measurements[each.signal]
+            found.setdefault(each.signal, []).append(measurement.noise)
+        return {name: float(np.median(levels)) for name, levels in found.items()}
+
+    @cached_property
+    def single(self) -> dict[str, float]:
+        """Standard deviation of the noise of a single reading, where a sample is the mean of several."""
+        averaged: dict[str, float] = {}
+        for each in self.series:
+            recording = self.recordings[each.recording]
+            width = recording.experiment.measurements[each.signal].width
+            period = recording.log.period.get(each.signal, width) or width
+            averaged[each.signal] = max(averaged.get(each.signal, 1.0), width / period if period else 1.0)
+        return {name: level * float(np.sqrt(averaged[name])) for name, level in self.levels.items()}
+
+    @property
+    def spread(self) -> Array:
+        """How many times noisier than its signal each row is, shape (R,)."""
+        return np.ones(self.known.size) if self.scales is None else 1.0 / self.scales
+
+    def movable(self) -> NDArray[np.bool_]:
+        """Return which unknowns a slope can improve, shape (K,)."""
+        return sensitivities.movable(self)
+
+    def sensitivities(self, x: Array, columns: Sequence[int] | None = None) -> Array:
+        """Return d predicted / d unknowns, shape (R, K) or those of `columns` alone; NaN where nothing counts."""
+        return sensitivities.sensitivities_of(self, x, columns)
+
+    def linear(self, x: Array) -> list[Linear]:
+        """Return each recording, linearised along what is simulated for x."""
+        return [linear_run(self, x, index, happened) for index, happened in enumerate(self.happened(x))]
 
     @cached_property
     def times(self) -> Array:
@@ -295,10 +318,8 @@ class Problem:
         """Return the same problem with unknown sizes of other effects."""
         return replace(self, slots=slots, gates=gates or self.gates)
 
-    def whitened(self, noise: NoiseModel, rows: Array) -> Array:
-        """Return rows (R,) or (R, K) whitened by the noise."""
-        return noise.whiten(self.series, self.scaled(rows))
-
-    def scaled(self, rows: Array) -> Array:
-        """Return rows (R,) or (R, K) by what they are worth."""
-        return rows if self.scales is None else (rows.T * self.scales).T
+    def tried(self, x: Array, suspect: Suspect) -> Array:
+        """Return the predictions (G, R) with a suspect at each size of its grid beside these effects."""
+        posed = self.with_effects((*self.slots, *suspect.slots), tuple(suspect.gates))
+        known = None if acts_in_plant(suspect.effect) else self.happened(x)
+        return np.array([posed.predicted(np.concatenate((x, sizes)), happened=known) for sizes in suspect.grid])

@@ -64,6 +64,7 @@ class Recording:
         log: what the log shows.
         thruster: its index.
         regular: the same with regular stamps, where the stamps scatter.
+        straight: the same with straight lines between commands, where it is not known how they act and it matters.
     """
 
     experiment: Experiment
@@ -72,6 +73,7 @@ class Recording:
     log: LogFindings = field(default_factory=LogFindings)
     thruster: int = 0
     regular: "Recording | None" = None
+    straight: "Recording | None" = None
 
     @property
     def name(self) -> str:
@@ -84,11 +86,11 @@ class Recording:
 
 
 def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantState, dict[str, float]]:
-    """Return the state at the start and how uncertain it is; nothing is uncertain where thruster and water rest.
+    """Return the state at the start and how uncertain it is, by field of `PlantState`.
 
-    A thruster rests where its speed's first samples lie within four standard deviations of zero (and 3 rad/s), whatever
-    the first command is: it has just been given; without a speed, where no throttle is given. One that turns at its
-    first sample may run with the first command, or be about to after that command: nothing before it tells.
+    A thruster rests where no throttle is given for a while and its speed's first samples lie within four standard
+    deviations of zero (and 3 rad/s); the water may still move, by what its meter does not see. Where commands come at
+    once, it may run with the first one, or be about to after it: nothing before it tells.
     """
     first = {name: _first(m.time, m.values) for name, m in experiment.measurements.items()}
     moving = [
@@ -97,19 +99,24 @@ def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantS
         if name != "torque"
         and abs(value) > 4.0 * experiment.measurements[name].noise / np.sqrt(max(count, 1)) + _TINY[name]
     ]
-    u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
-    if "speed" not in moving and (abs(u) <= idle or "speed" in first):
-        # The water may still move, from a run before; or its meter is off zero, or there is a current: not the start's.
+    noise = {name: m.noise for name, m in experiment.measurements.items()}
+    given = np.flatnonzero(np.abs(experiment.throttle) > idle)
+    waits = experiment.dt * float(given[0] if given.size else experiment.throttle.size)
+    if "speed" not in moving and (waits >= _AT_REST or "speed" not in first):
+        # Or its meter is off zero, or there is a current: not the start's.
         water = [abs(first[name][0]) for name in ("axial", "ambient") if name in moving]
-        return AT_REST, {"v": 0.5, "ambient": max(0.1, *water)} if water else {}
-    n = first["speed"][0] if "speed" in first else 0.0
-    ambient = first["ambient"][0] if "ambient" in first else 0.0
-    axial = first["axial"][0] if "axial" in first else 0.0
-    noise = experiment.measurements["speed"].noise if "speed" in first else 30.0
-    deviations = {"n": max(5.0, 5.0 * noise, 0.5 * abs(n)), "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
+        if water:
+            return AT_REST, {"v": 0.5, "ambient": max(0.1, *water)}
+        return AT_REST, {"ambient": noise["ambient"]} if "ambient" in noise else {}
+    u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
+    n, ambient, axial = (first[name][0] if name in first else 0.0 for name in ("speed", "ambient", "axial"))
+    spread = noise.get("speed", 6.0)
+    deviations = {"n": max(5.0, 5.0 * spread, 0.5 * abs(n)), "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
     return PlantState(n, axial, ambient, u), deviations
 
 
+_AT_REST = 0.3
+"""Time without a command [s] after which a rotor that does not turn rests."""
 _TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
 
 

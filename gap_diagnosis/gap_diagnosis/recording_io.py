@@ -81,8 +81,15 @@ def _alike(first: Recording, second: Recording) -> bool:
 
 
 def _renamed(recording: Recording, name: str) -> Recording:
-    regular = None if recording.regular is None else _renamed(recording.regular, name)
-    return replace(recording, experiment=replace(recording.experiment, name=name), regular=regular)
+    def other(beside: Recording | None) -> Recording | None:
+        return None if beside is None else _renamed(beside, name)
+
+    return replace(
+        recording,
+        experiment=replace(recording.experiment, name=name),
+        regular=other(recording.regular),
+        straight=other(recording.straight),
+    )
 
 
 def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
@@ -123,16 +130,29 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         signals["speed"] = _signed(*signals["speed"], commands)
     deviations = {k: float(v or 0.0) for k, v in dict(run.metadata.get("clock_deviation", {})).items()}
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
+    hold = _hold_of(run)
     recordings: list[Recording] = []
     supply = _supply(run, f"{prefix}/state.supply_voltage")
     for begins, own, measured in parts:
         name = run.name if len(parts) == 1 else f"{run.name} from {begins:.1f} s"
         volts = None if supply is None else (supply[0] - begins, supply[1])
-        made = recording_of(name, own, measured, thruster=thruster, clock_deviations=deviations, supply=volts)
+        made = recording_of(
+            name, own, measured, thruster=thruster, clock_deviations=deviations, supply=volts, hold=hold
+        )
         left_out = [_why_left_out(prefix, s, measured[s]) for s in measured if s not in made.experiment.measurements]
         told = (*(warnings if not recordings else ()), *left_out)
         recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
     return recordings
+
+
+def _hold_of(run: Run) -> str | None:
+    """Return how a run says that its commands act between samples; None: it does not say."""
+    stated = run.metadata.get("hold")
+    told = stated.get("throttle") if isinstance(stated, Mapping) else None
+    if told not in (None, "previous", "linear"):
+        expected = "expected metadata hold.throttle previous or linear"
+        raise UnfitDataError([f"{run.name}: {expected}; found {told!r}"])
+    return told
 
 
 def _supply(run: Run, name: str) -> Samples | None:

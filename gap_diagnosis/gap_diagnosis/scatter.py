@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import poisson
 
 from gap_diagnosis.recording import Recording
 
@@ -17,6 +18,10 @@ __all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "masks_of", "scattered_bef
 
 Array = NDArray[np.float64]
 LEAST_SPIKES = 0.012
+_ORDINARY = 0.005
+"""Share of outliers that any logger may have, in any channel."""
+_CHANCE = 1e-4
+"""Probability of that many spikes among so many outliers."""
 JITTER_ODDS = 8.0
 """Logarithm of the odds from which on stamps are said to scatter."""
 LATTICE_MATTERS = 1.0  # step over the noise's deviation from which on a converter counts
@@ -81,8 +86,10 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     if of and hit >= 5 and hit / of > 0.003:
         share = hit / of
         found.append(_share_found("dropped_samples", "", share, of, hit, "repeat the sample before them"))
+    lone = _shares([recording.log.lone for recording in recordings]).values()
+    others = max(_ORDINARY, sum(h for h, _ in lone) / max(sum(n for _, n in lone), 1))
     for signal, (hit, of) in _shares([recording.log.spikes for recording in recordings]).items():
-        if of and hit / of > LEAST_SPIKES:
+        if of and hit / of > LEAST_SPIKES and poisson.sf(hit - 1, others * of) < _CHANCE:
             share = hit / of / _VISIBLE
             found.append(_share_found("flow_spikes", signal, share, of, hit, "are spikes"))
     hole = _hole(recordings)

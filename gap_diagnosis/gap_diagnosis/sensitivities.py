@@ -1,13 +1,16 @@
 """How the predictions of a problem change with its unknowns: by differences inside their ranges."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.prediction import Happened, acts_in_plant
-from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import ROUNDED, SEARCHED
+
+if TYPE_CHECKING:
+    from gap_diagnosis.problem import Problem
 
 __all__ = ["largest_speed", "movable", "sensitivities_of"]
 
@@ -18,12 +21,12 @@ _TURN = 0.05
 """Codes at the largest speed within which what a tachometer's converter adds does."""
 
 
-def movable(problem: Problem) -> NDArray[np.bool_]:
+def movable(problem: "Problem") -> NDArray[np.bool_]:
     """Return which unknowns a fit may move, shape (K,): those that it can improve by a slope."""
     return np.array([True] * problem.nuisances + [slot.effect not in (SEARCHED, ROUNDED) for slot in problem.slots])
 
 
-def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
+def sensitivities_of(problem: "Problem", x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
     """Return d predicted / d unknowns by differences inside the ranges, shape (R, K); missing rows are NaN.
 
     Where readings jump as a state passes a threshold, a sample that has just passed it would swamp its column: of
@@ -56,7 +59,7 @@ def sensitivities_of(problem: Problem, x: Array, columns: Sequence[int] | None =
     return result
 
 
-def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happened: Sequence[Happened]) -> Array:
+def _slope(problem: "Problem", x: Array, k: int, step: float, here: Array, happened: Sequence[Happened]) -> Array:
     """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`."""
     moved = x.copy()
     moved[k] += step
@@ -70,7 +73,7 @@ def _slope(problem: Problem, x: Array, k: int, step: float, here: Array, happene
     return result
 
 
-def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Happened]) -> Array:
+def _slope_of_step(problem: "Problem", x: Array, k: int, happened: Sequence[Happened]) -> Array:
     """Return the change of all rows (R,) for a unit of a tachometer's step, while most codes stay the same."""
     width = problem.slots[k - problem.nuisances].width
     here = problem.predicted(x, happened=happened)
@@ -79,13 +82,13 @@ def _slope_of_step(problem: Problem, x: Array, k: int, happened: Sequence[Happen
     return np.asarray((problem.predicted(moved, happened=happened) - here) / (moved[k] - x[k]))
 
 
-def largest_speed(problem: Problem, predicted: Array) -> float:
+def largest_speed(problem: "Problem", predicted: Array) -> float:
     """Return the largest speed [rad/s] among predictions (R,), at least 1."""
     speeds = [predicted[each.rows] for each in problem.series if each.signal == "speed"]
     return max([1.0, *(float(np.nanmax(np.abs(each))) for each in speeds)])
 
 
-def _moves_plant(problem: Problem, k: int) -> bool:
+def _moves_plant(problem: "Problem", k: int) -> bool:
     if k < len(problem.names):
         return True
     if k < problem.nuisances:
@@ -93,7 +96,7 @@ def _moves_plant(problem: Problem, k: int) -> bool:
     return acts_in_plant(problem.slots[k - problem.nuisances].effect)
 
 
-def _inward(problem: Problem, k: int, unit: float, step: float) -> float:
+def _inward(problem: "Problem", k: int, unit: float, step: float) -> float:
     """Return a step of an unknown that stays inside its range."""
     if k < problem.nuisances:
         return 10.0 * step
@@ -103,7 +106,7 @@ def _inward(problem: Problem, k: int, unit: float, step: float) -> float:
     return step if _inside(problem, k, unit + step) else -step
 
 
-def _inside(problem: Problem, k: int, unit: float) -> bool:
+def _inside(problem: "Problem", k: int, unit: float) -> bool:
     """Tell whether an unknown may have a value: sizes are bounded by their ranges."""
     if k < problem.nuisances:
         return True

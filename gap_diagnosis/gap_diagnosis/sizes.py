@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
+from system_identification.suspects import Suspect
 
-from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.suspects import JAGGED, Suspect
+from gap_diagnosis.suspects import JAGGED
 
 __all__ = ["Size", "sizes_of"]
 
@@ -23,7 +24,7 @@ class Size:
     unit: str
 
 
-def sizes_of(fitted: Fitted, noise: NoiseModel, suspect: Suspect) -> dict[str, Size]:
+def sizes_of(fitted: Fitted, noise: Whitener, suspect: Suspect) -> dict[str, Size]:
     """Return the sizes of a suspect in a fitted hypothesis, by parameter."""
     problem = fitted.problem
     deviations = np.sqrt(np.diag(fitted.covariance))
@@ -40,7 +41,7 @@ def sizes_of(fitted: Fitted, noise: NoiseModel, suspect: Suspect) -> dict[str, S
     return result
 
 
-def _width(fitted: Fitted, noise: NoiseModel, place: int) -> float:
+def _width(fitted: Fitted, noise: Whitener, place: int) -> float:
     """Return by how much a size over its range must change for the cost to rise by one; the other unknowns stay."""
     problem = fitted.problem
     at = problem.nuisances + place
@@ -50,7 +51,7 @@ def _width(fitted: Fitted, noise: NoiseModel, place: int) -> float:
         for sign in (-1.0, 1.0):
             moved = fitted.x.copy()
             moved[at] += sign * step
-            white = problem.whitened(noise, problem.residuals(problem.bounded(moved)))
+            white = noise.whiten(problem.residuals(problem.bounded(moved)))
             rises.append(float(white @ white - fitted.white @ fitted.white))
         if max(rises) > 1.0:
             break

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from system_identification.fitting import Fitted, fit
+from system_identification.noise import white_noise
 
-from gap_diagnosis.fitting import Fitted, fit
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter, masks_of, scattered_before_sorting
@@ -42,7 +43,7 @@ def gain_of_regular(given: Problem, regular: Problem, like: Fitted | None = None
         if like is not None:  # other nuisances differ: where stamps are replaced, clocks are uncertain
             start[: len(posed.names)] = like.x[: len(posed.names)]
             start[posed.nuisances :] = like.x[like.problem.nuisances :]
-        costs.append(fit(posed, given.sample_noise, start, iterations=20).cost)
+        costs.append(fit(posed, white_noise(given), start, iterations=20).cost)
     return costs[0] - costs[1]
 
 

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
+from system_identification.rating import rated, tried
 
-from gap_diagnosis.fitting import fit
-from gap_diagnosis.noise import white_noise
 from gap_diagnosis.preparing import DT
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.screening import rated, refined, tried
 from gap_diagnosis.sizes import sizes_of
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.unit_check import unit_problems
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement
 from thruster_model.parameter_set import ParameterSet
@@ -123,23 +124,23 @@ def diagnose_steady_states(
     wrong = unit_problems(problem, least=5)
     if wrong:
         raise UnfitDataError(wrong)
-    noise = white_noise({name: deviations[name] for name in measured})
+    noise = white_noise(problem, dict(deviations))
     progress("re-tuning")
     base = fit(problem, noise, problem.start(), iterations=25)
-    listed = [s for s in suspects(set(measured)) if s.block != "log" and s.effect not in _OF_TIME]
+    listed = [s for s in suspects(set(measured)) if LIBRARY[s.effect].block != "log" and s.effect not in _OF_TIME]
     progress(f"{len(listed)} suspects")
     explanations = []
-    for screened in rated(base, noise, tried(base, noise, listed))[:_TRIED]:
-        start = np.concatenate((screened.anchor.x, refined(screened, noise).sizes))
-        fitted = fit(screened.problem, noise, start, iterations=25)
-        sizes = {name: (size.value, size.std) for name, size in sizes_of(fitted, noise, screened.suspect).items()}
+    for each in rated(base, noise, tried(base, listed, lambda s: problem.tried(base.x, s)))[:_TRIED]:
+        start = np.concatenate((base.x, each.sizes))
+        fitted = fit(problem.with_effects(each.suspect.slots), noise, start, iterations=25)
+        sizes = {name: (size.value, size.std) for name, size in sizes_of(fitted, noise, each.suspect).items()}
         explanations.append(
             Explanation(
-                effect=screened.suspect.effect, sizes=sizes, evidence=fitted.evidence - base.evidence, cost=fitted.cost
+                effect=each.suspect.effect, sizes=sizes, evidence=fitted.evidence - base.evidence, cost=fitted.cost
             )
         )
     stated = problem.start()
-    white = problem.whitened(noise, problem.residuals(stated))
+    white = noise.whiten(problem.residuals(stated))
     return SteadyDiagnosis(
         throttle=u,
         measured=measured,

@@ -1,12 +1,12 @@
 """The effects as suspects: which sizes are tried first, and what a recording can say about them at all."""
 
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.suspects import Suspect
+from system_identification.system import SizeSlot
 
-from gap_diagnosis.problem import SizeSlot
 from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["JAGGED", "LIMIT", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "key_of", "suspects"]
@@ -33,33 +33,6 @@ def key_of(effect: str, channel: str) -> str:
     return f"{effect}:{channel}" if channel else effect
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Suspect:
-    """One hypothesis: an effect, for log effects with the channel concerned.
-
-    Attributes:
-        effect: identifier.
-        channel: of `log_alignment`, else "".
-        slots: unknown sizes.
-        grid: sizes to try first, over their ranges' widths, shape (G, number of slots).
-    """
-
-    effect: str
-    channel: str
-    slots: tuple[SizeSlot, ...]
-    grid: Array
-
-    @property
-    def key(self) -> str:
-        """Unique name."""
-        return key_of(self.effect, self.channel)
-
-    @property
-    def block(self) -> str:
-        """Where the effect enters."""
-        return LIBRARY[self.effect].block
-
-
 def suspects(signals: set[str], excluded: tuple[str, ...] = ()) -> list[Suspect]:
     """Return all suspects that recordings of these signals can speak of, in the library's order."""
     found = []
@@ -79,7 +52,7 @@ def suspects(signals: set[str], excluded: tuple[str, ...] = ()) -> list[Suspect]
 
 
 def _suspect(name: str, parameters: tuple, channel: str) -> Suspect:  # type: ignore[type-arg]
-    slots = tuple(SizeSlot(name, p.name, -p.upper if p.both_signs else p.lower, p.upper) for p in parameters)
+    slots = tuple(SizeSlot(name, p.name, -p.upper if p.both_signs else p.lower, p.upper, p.unit) for p in parameters)
     axes = [_axis(name, slot, first=place == 0) for place, slot in enumerate(slots)]
     return Suspect(effect=name, channel=channel, slots=slots, grid=np.array(list(product(*axes))))
 

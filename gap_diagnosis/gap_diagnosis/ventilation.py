@@ -15,47 +15,27 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
+from system_identification.fitting import Fitted
+from system_identification.hypothesis import Hypothesis
+from system_identification.suspects import Suspect
+from system_identification.system import Series, SizeSlot
 
-from gap_diagnosis.fitting import Fitted, fit
-from gap_diagnosis.noise import NoiseModel, Series
-from gap_diagnosis.problem import Problem, SizeSlot
+from gap_diagnosis.problem import Problem
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["RATE", "Stretches", "stretches_of"]
+__all__ = ["RATE", "air_beside"]
 
 Array = NDArray[np.float64]
 RATE = 1.0
 """Of changes between water and air [1/s], where one is needed."""
 LEAST_GAIN = 8.0
 """Logarithm of evidence for the gates alone below which air is not considered."""
-
-
 _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
-_ROUNDS = 3
 _SINGLE = 1.9  # changes that one reading may pay for
 _LITTLE = 0.01  # share of thrust
 _RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 and 10 per second costs
-
-
-class Stretches(NamedTuple):
-    """Thrust lost in stretches: the fit with their gates, how many changes these have in how many seconds in which air
-    would show, and whether the states foresee them: then it is not air, but something without a name. `gained`:
-    logarithm of evidence for thrust gained in stretches, which no air does: noise with outliers to either side does.
-    """
-
-    fitted: Fitted
-    changes: int
-    seconds: float
-    foreseeable: bool
-    gained: float = 0.0
-
-    @property
-    def evidence(self) -> float:
-        """Logarithm of the probability of the data, less what all hypotheses share."""
-        chance = self.changes * np.log(_period(self.fitted.problem) / self.seconds) + gammaln(self.changes)
-        return self.fitted.evidence + float(chance) - _RATES - self.gained
 
 
 class _Decoded(NamedTuple):
@@ -67,53 +47,30 @@ class _Decoded(NamedTuple):
     seconds: float
 
 
-def stretches_of(
-    base: Fitted, noise: NoiseModel, least: float = LEAST_GAIN, start: Array | None = None
-) -> Stretches | None:
-    """Return in which stretches thrust is lost as air would take it, on top of `base`; None without thrust, or losses.
+def air_beside(beside: Hypothesis) -> Suspect | None:
+    """Return air as a suspect beside a hypothesis, with the stretches in which thrust is lost as air would take it.
 
-    Gates are decoded, sizes fitted, and gates decoded again with what the fit says the thrust would be in water.
-
-    Args:
-        base: the hypothesis without air.
-        noise: by which residuals are weighed.
-        least: logarithm of evidence for the gates alone from which on they are worth a fit.
-        start: unknowns of `base` to decode from first; None: its own, into which the loss may have pulled them.
+    None without thrust or losses, and where the states foresee the stretches: then it is not air. Thrust that is gained
+    in stretches, which no air does, is taken off: noise with outliers to either side has both.
     """
-    problem = base.problem
+    problem = beside.system
     series = [each for each in problem.series if each.signal == "thrust"]
     speeds = {each.recording: each for each in problem.series if each.signal == "speed"}
     if not series or any(each.recording not in speeds for each in series):
         return None
-    slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper) for p in LIBRARY["ventilation"].parameters)
-    deviation = noise.signals["thrust"].marginal
-    best: Stretches | None = None
-    unknowns = base.x if start is None else start
-    in_water = problem.predicted(unknowns)
-    shares: tuple[float, ...] = _SHARES
-    for _ in range(_ROUNDS):
-        falls = _falls(problem, slots, unknowns, in_water)
-        decoded = _decoded(problem, series, speeds, in_water, falls, deviation, shares, _ONSETS)
-        if decoded is None or decoded.gain < max(least, LEAST_GAIN):
-            break
-        posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
-        sizes = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
-        fitted = fit(posed, noise, np.concatenate((unknowns, sizes)), near=base)
-        found = Stretches(fitted, decoded.changes, decoded.seconds, foreseeable=False)
-        if best is not None and found.evidence <= best.evidence + 0.5:
-            break
-        best = found._replace(foreseeable=_foreseeable(problem, series, fitted, decoded.gates))
-        if best.foreseeable:
-            break
-        unknowns = fitted.x[: base.x.size]
-        in_water = problem.predicted(unknowns)
-        share = fitted.problem.sizes(fitted.x)["ventilation"]["share"]
-        shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
-    if best is None:
+    slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper, p.unit) for p in LIBRARY["ventilation"].parameters)
+    deviation = beside.noise.level("thrust")
+    in_water = problem.predicted(beside.fitted.x)
+    falls = _falls(problem, slots, beside.fitted.x, in_water)
+    found = _decoded(problem, series, speeds, in_water, falls, deviation, _SHARES, _ONSETS)
+    if found is None or found.gain < LEAST_GAIN or _foreseeable(problem, series, beside.fitted, found.gates):
         return None
-    beside = best.fitted.problem.predicted(best.fitted.x)
-    gained = _decoded(problem, series, speeds, beside, -falls, deviation, _SHARES, _ONSETS)
-    return best if gained is None else best._replace(gained=gained.gain)
+    gained = _decoded(problem, series, speeds, in_water, -falls, deviation, _SHARES, _ONSETS)
+    period = _period(problem)
+    chance = found.changes * np.log(period / found.seconds) + float(gammaln(max(found.changes, 1))) - _RATES
+    sizes = np.array([[found.share / slots[0].width, found.onset / slots[1].width]])
+    price = -float(chance) + (gained.gain if gained is not None else 0.0)
+    return Suspect(effect="ventilation", channel="", slots=slots, grid=sizes, price=price, gates=found.gates)
 
 
 def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:

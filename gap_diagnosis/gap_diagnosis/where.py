@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 
-from gap_diagnosis.fitting import Fitted
-from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.equations.classes import loads
@@ -36,7 +36,7 @@ class BlockCheck:
     error: float
 
 
-def block_checks(fitted: Fitted, noise: NoiseModel) -> list[BlockCheck]:
+def block_checks(fitted: Fitted, noise: Whitener) -> list[BlockCheck]:
     """Return how well single equations do when fed with measurements: thrust and torque by measured speed, and so on.
 
     Beside the free run's own errors, which carry every upstream error downstream.
@@ -56,7 +56,7 @@ def block_checks(fitted: Fitted, noise: NoiseModel) -> list[BlockCheck]:
 
         def compare(block: str, name: str, inputs: str, predicted: Array) -> None:
             m = measured[name]  # noqa: B023
-            error = (m.values - np.interp(m.time, grid, predicted)) / noise.signals[name].marginal  # noqa: B023
+            error = (m.values - np.interp(m.time, grid, predicted)) / noise.level(name)  # noqa: B023
             sums.setdefault((block, name, inputs), []).append(error[np.isfinite(error)])
 
         if "speed" in measured:
@@ -113,7 +113,7 @@ def block_shares(
     return sorted(((block, share / whole) for block, share in kept.items()), key=lambda each: -each[1])
 
 
-def excess_by_regime(problem: Problem, noise: NoiseModel, fitted: Fitted) -> dict[str, dict[str, float]]:
+def excess_by_regime(problem: Problem, noise: Whitener, fitted: Fitted) -> dict[str, dict[str, float]]:
     """Return by regime and signal the mean square of residuals over that of the noise, less one."""
     result: dict[str, dict[str, float]] = {}
     sums: dict[tuple[str, str], tuple[float, int]] = {}
@@ -124,7 +124,7 @@ def excess_by_regime(problem: Problem, noise: NoiseModel, fitted: Fitted) -> dic
             if each.recording != index:
                 continue
             at = experiment.measurements[each.signal].time
-            square = (fitted.residuals[each.rows] / noise.signals[each.signal].marginal) ** 2
+            square = (fitted.residuals[each.rows] / noise.level(each.signal)) ** 2
             for regime, mask in _regimes(happened.outputs["speed"], happened.throttle, grid, problem).items():
                 here = np.interp(at, grid, mask) > 0.5
                 inside = square[here & np.isfinite(square)]

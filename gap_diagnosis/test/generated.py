@@ -1,6 +1,7 @@
 """Recordings of the blind check's own generator, as the tests of the diagnosis need them."""
 
 import numpy as np
+from system_identification.noise import white_noise
 
 from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.signals import rich_campaign
@@ -29,3 +30,8 @@ def campaign(effects=None, *, outside=None, model="hl", seed=1, spread=0.05, dur
         )
         for run in recorded
     ]
+
+
+def noise_of(problem):
+    """Return the generator's own white noise as the map that whitens a problem's rows."""
+    return white_noise(problem, {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})

@@ -3,17 +3,19 @@
 import numpy as np
 import pytest
 from generated import campaign
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 
 from gap_diagnosis.converter_steps import SPACING, likely_steps
 from gap_diagnosis.diagnosis import diagnose
-from gap_diagnosis.fitting import fit
 from gap_diagnosis.problem import Problem, deviations_of
 
 
 def _base(effects, channels=("n", "ambient", "thrust", "torque")):
     stated, recordings = campaign(effects, seed=3, duration=20.0, channels=channels)
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    return fit(problem, problem.sample_noise, problem.start()), problem.sample_noise
+    noise = white_noise(problem)
+    return fit(problem, noise, problem.start()), noise
 
 
 @pytest.mark.parametrize("step", [0.05, 0.11, 0.3])

@@ -39,12 +39,15 @@ def test_the_four_numbers_fall_from_stated_to_noise(coulomb):
     assert total.with_effect == pytest.approx(total.noise_floor, abs=0.05)
 
 
-def test_the_json_is_plain_and_its_probabilities_sum_to_one(coulomb):
+def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
     written = content(coulomb)
     assert json.loads(json.dumps(written, allow_nan=False)) == written
     assert written["verdict"] in VERDICTS
-    total = sum(each["probability"] for each in written["candidates"]) + written["p_none"] + written["p_unknown"]
+    budget = written["budget"]
+    total = budget["parameters"]["share"] + budget["unexplained"]["share"] + sum(c["share"] for c in budget["causes"])
     assert total == pytest.approx(1.0, abs=1e-9)
+    assert [step["step"] for step in budget["left_out"]] == ["as_is", "retuned", "coulomb_friction"]
+    assert written["p_none"] < 0.01
     assert sum(each["share"] for each in written["where"]) == pytest.approx(1.0)
     effect = written["effects"][0]
     assert {"id", "thruster", "channel", "class", "probability", "parameters", "shrink", "shrink_interval"} <= set(

@@ -2,21 +2,18 @@
 
 import numpy as np
 import pytest
-from generated import campaign
+from generated import campaign, noise_of
+from system_identification.fitting import fit
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.fitting import fit
-from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.where import block_shares
-
-NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
 
 
 def evidence_of(outside):
     stated, recordings = campaign(outside=outside, seed=5, duration=15.0, runs=2)
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    return block_evidence(fit(problem, NOISE, problem.start()), NOISE)
+    return block_evidence(fit(problem, noise_of(problem), problem.start()), noise_of(problem))
 
 
 @pytest.mark.parametrize(
@@ -44,7 +41,7 @@ def test_recordings_need_not_have_the_same_channels():
     stated, recordings = campaign(outside={"load_cell_creep": {"share": 0.4, "time": 2.0}}, seed=5, runs=2)
     few = campaign(outside={"load_cell_creep": {"share": 0.4, "time": 2.0}}, seed=6, runs=1, channels=("n", "ambient"))
     problem = Problem(recordings=(*recordings, *few[1]), parameter_set=stated, deviations=deviations_of(stated))
-    evidence = block_evidence(fit(problem, NOISE, problem.start()), NOISE)
+    evidence = block_evidence(fit(problem, noise_of(problem), problem.start()), noise_of(problem))
     assert max(evidence, key=evidence.get) == "sensor"
 
 

@@ -69,7 +69,7 @@ def proposed(found):
 
 
 def test_a_slow_ramp_does_not_tell_a_slow_tachometer_from_a_slow_driver(found):
-    assert {c.keys[0] for c in found.investigation.candidates} >= set(LAGS)
+    assert {key for keys in found.investigation.search.weighed for key in keys} >= set(LAGS)
     assert not [c for c in found.verdict.claims if c.group_probability > 0.9 and not c.alike]
 
 
@@ -83,7 +83,7 @@ def test_the_experiment_separates_the_two_better_than_the_recordings_did(propose
 def test_no_random_programme_separates_the_closest_pair_better_and_the_median_one_far_worse(found, proposed):
     rivals, pairs = rivals_of(found)
     limits = Limits(largest=2.5, rate=HL.values["u_dot_max"], duration=20.0, dead_zone=(-1.0, 1.0))
-    noise = found.investigation.noise
+    noise = {n: found.investigation.noise.level(n) for n in found.investigation.noise.levels.sensors}
     least = [min(distances(each, rivals, pairs, noise)) for each in programmes(limits, count=27, seed=99)]
     chosen = min(each.distance for each in proposed.separates)
     assert chosen > 1.5 * np.median(least)

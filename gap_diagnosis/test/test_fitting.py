@@ -4,18 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from generated import campaign
+from generated import campaign, noise_of
 from scipy.optimize import least_squares
+from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
 
-from gap_diagnosis.candidate import Candidate, extended
-from gap_diagnosis.fitting import across_jumps, fit, fit_past_jumps, outlying
-from gap_diagnosis.noise import white_noise
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.screening import rated, tried
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
-
-NOISE = white_noise({"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4})
 
 
 def problem_of(effects, **options):
@@ -32,11 +27,11 @@ def gain():
 
 
 def test_a_size_in_the_span_of_the_parameters_is_followed_to_the_bottom_of_its_valley(gain):
-    found = fit(gain, NOISE, gain.start([0.05]), iterations=25)
+    found = fit(gain, noise_of(gain), gain.start([0.05]), iterations=25)
     deviation = float(np.sqrt(found.covariance[-1, -1]))
     assert abs(found.x[-1] - 0.3) < 3.0 * deviation < 0.15
     other = least_squares(
-        lambda x: np.concatenate((gain.whitened(NOISE, gain.residuals(x)), x[: gain.nuisances])),
+        lambda x: np.concatenate((noise_of(gain).whiten(gain.residuals(x)), x[: gain.nuisances])),
         found.x,
         method="trf",
         diff_step=1e-4,
@@ -49,10 +44,10 @@ def test_a_size_in_the_span_of_the_parameters_is_followed_to_the_bottom_of_its_v
 def test_where_parameters_are_held_at_the_ends_of_their_ranges_the_others_are_at_their_best():
     problem, _ = problem_of({"throttle_gain": {"share": 0.4}}, seed=13)
     narrow = replace(problem, deviations={name: 0.2 * deviation for name, deviation in problem.deviations.items()})
-    found = fit(narrow, NOISE, narrow.start(), iterations=25)
+    found = fit(narrow, noise_of(narrow), narrow.start(), iterations=25)
     assert np.sum(np.abs(found.x) == 8.0) >= 2
     other = least_squares(
-        lambda x: np.concatenate((narrow.whitened(NOISE, narrow.residuals(x)), x)),
+        lambda x: np.concatenate((noise_of(narrow).whiten(narrow.residuals(x)), x)),
         narrow.start(),
         bounds=(-8.0, 8.0),
         diff_step=1e-4,
@@ -63,7 +58,7 @@ def test_where_parameters_are_held_at_the_ends_of_their_ranges_the_others_are_at
 
 def test_parameters_come_out_within_their_deviations():
     problem, _ = problem_of({}, seed=12)
-    found = fit(problem, NOISE, problem.start(), iterations=12)
+    found = fit(problem, noise_of(problem), problem.start(), iterations=12)
     count = float(np.sum(problem.known))
     assert found.cost == pytest.approx(count, abs=5.0 * np.sqrt(2.0 * count))
     assert np.max(np.abs(found.x)) < 3.5
@@ -81,7 +76,7 @@ def test_sensitivities_agree_with_differences_taken_by_hand(gain):
 def test_an_effect_without_influence_is_as_uncertain_as_its_range():
     problem, listed = problem_of({}, seed=12)
     posed = problem.with_effects(listed["throttle_saturation"].slots)
-    found = fit(posed, NOISE, posed.start([1.25]), iterations=5)
+    found = fit(posed, noise_of(posed), posed.start([1.25]), iterations=5)
     assert np.sqrt(found.covariance[-1, -1]) == pytest.approx(1.0 / np.sqrt(12.0), rel=1e-6)
 
 
@@ -94,25 +89,25 @@ def reversal():
 def test_samples_at_a_jump_do_not_hold_a_fit_back(reversal):
     start = reversal.start([0.35])
     count = float(np.sum(reversal.known))
-    held = fit(reversal, NOISE, start, iterations=25)
-    found = fit_past_jumps(reversal, NOISE, start)
+    held = fit(reversal, noise_of(reversal), start, iterations=25)
+    found = fit_past_jumps(reversal, noise_of(reversal), start)
     assert held.cost > 2.0 * count
     assert found.cost == pytest.approx(count, abs=5.0 * np.sqrt(2.0 * count))
     assert reversal.sizes(found.x)["flow_reversal_loss"]["share"] == pytest.approx(0.75, abs=0.02)
 
 
 def test_a_last_sample_on_the_wrong_side_of_a_jump_is_got_across(reversal):
-    best = fit_past_jumps(reversal, NOISE, reversal.start([0.35]))
+    best = fit_past_jumps(reversal, noise_of(reversal), reversal.start([0.35]))
     place = reversal.names.index("k_w")  # it moves the instants of reversal
     for moved in np.linspace(0.3, 3.0, 10):
         start = best.x.copy()
         start[place] += moved
-        held = fit(reversal, NOISE, start, iterations=25)
+        held = fit(reversal, noise_of(reversal), start, iterations=25)
         if held.cost > best.cost + 50.0 and np.sum(outlying(reversal, held.residuals)) <= 2:
             break
     else:
         pytest.fail("no start is held by a sample or two")
-    assert across_jumps(held, NOISE).cost < best.cost + 25.0
+    assert across_jumps(held, noise_of(reversal)).cost < best.cost + 25.0
 
 
 def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
@@ -131,16 +126,3 @@ def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
 def test_at_the_end_of_its_range_a_size_that_makes_readings_jump_still_has_a_slope(reversal, size):
     at = reversal.start([size / 0.9])
     assert np.nanmax(np.abs(sensitivities_of(reversal, at, [reversal.nuisances]))) > 0.0
-
-
-def test_a_second_effect_does_no_worse_than_the_first_alone():
-    """Its size as first proposed may lead across jumps of the first, whose samples then hold the fit."""
-    problem, listed = problem_of({"flow_reversal_loss": {"share": 0.8}, "dead_zone_shift": {"voltage": 0.3}}, seed=14)
-    first, second = listed["flow_reversal_loss"], listed["dead_zone_shift"]
-    posed = problem.with_effects(first.slots)
-    alone = fit_past_jumps(posed, NOISE, posed.start([0.9]))
-    screened = rated(alone, NOISE, tried(alone, NOISE, [second]))[0]
-    start = np.concatenate((alone.x, [0.75]))
-    assert fit(screened.problem, NOISE, start, iterations=25, near=alone).cost > 1.3 * alone.cost
-    single = Candidate(suspects=(first,), fitted=alone, evidence=0.0, noise=NOISE)
-    assert extended(single, screened, False, start).fitted.cost <= alone.cost

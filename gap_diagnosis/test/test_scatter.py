@@ -7,7 +7,8 @@ import pytest
 from generated import campaign
 from scipy.signal import lfilter
 
-from gap_diagnosis.fitting import fit
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 from gap_diagnosis.jitter import jitter_of
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
@@ -53,7 +54,7 @@ def sound():
     """Recordings without effect, fitted."""
     stated, recordings = campaign({}, seed=4)
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    return fit(problem, problem.sample_noise, problem.start())
+    return fit(problem, white_noise(problem), problem.start())
 
 
 def with_residuals(fitted, residuals_of):

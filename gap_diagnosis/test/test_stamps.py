@@ -3,7 +3,8 @@
 import numpy as np
 from scipy.signal import lfilter
 
-from gap_diagnosis.fitting import fit
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
@@ -46,7 +47,7 @@ def test_samples_taken_when_their_stamps_say_are_left_there_once_the_effect_is_k
     slots = next(s for s in suspects(set(NOISE)) if s.effect == "tach_lag").slots
     for problem in (given, regular):  # whichever of the two the hypothesis was fitted on
         posed = problem.with_effects(slots)
-        like = fit(posed, given.sample_noise, posed.start([0.2]), iterations=25)
+        like = fit(posed, white_noise(given), posed.start([0.2]), iterations=25)
         assert gain_of_regular(given, regular, like) < -100.0
 
 

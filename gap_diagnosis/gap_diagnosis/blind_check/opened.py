@@ -21,6 +21,7 @@ _SCORED: Mapping[str, tuple[str, ...]] = {
         "id", "channel", "probability", "group_probability", "indistinguishable_from", "parameters", "shrink",
     ),
     "where": ("block", "share"),
+    "budget": (),
 }  # fmt: skip
 
 

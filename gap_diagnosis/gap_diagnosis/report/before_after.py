@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.noise import Whitener
 
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.report.telling import Telling, run_error, telling_runs
 from gap_diagnosis.report.wording import AS_STATED, COLOURS, KINDS, RETUNED, WITH_EFFECT, axis_of
@@ -47,7 +47,7 @@ def add_before_and_after(report: Report, found: Diagnosis) -> None:
 
 
 def _table(
-    report: Report, problem: Problem, noise: NoiseModel, predictions: Mapping[str, Array], runs: list[Telling],
+    report: Report, problem: Problem, noise: Whitener, predictions: Mapping[str, Array], runs: list[Telling],
     what: str,
 ) -> None:  # fmt: skip
     rows: list[list[object]] = []
@@ -74,7 +74,7 @@ def _table(
 
 
 def _figure(
-    report: Report, problem: Problem, noise: NoiseModel, predictions: Mapping[str, Array], run: Telling, what: str
+    report: Report, problem: Problem, noise: Whitener, predictions: Mapping[str, Array], run: Telling, what: str
 ) -> None:
     name = problem.recordings[run.recording].name
     duration = problem.recordings[run.recording].experiment.duration
@@ -100,7 +100,7 @@ def _figure(
 
 def _drawn(
     problem: Problem,
-    noise: NoiseModel,
+    noise: Whitener,
     predictions: Mapping[str, Array],
     index: int,
     window: tuple[float, float],
@@ -119,8 +119,8 @@ def _drawn(
             continue
         t, measured = time[inside], problem.measured[each.rows][inside]
         series = [Series(name="measured", x=t, y=measured, role="data", points=points)]
-        left = [_band(noise.signals[each.signal].marginal, t)]
-        reach = _BEYOND * max(float(np.nanmax(measured) - np.nanmin(measured)), noise.signals[each.signal].marginal)
+        left = [_band(noise.level(each.signal), t)]
+        reach = _BEYOND * max(float(np.nanmax(measured) - np.nanmin(measured)), noise.level(each.signal))
         for name, rows in predictions.items():
             simulated = rows[each.rows][inside]
             near = np.abs(simulated - np.nanmean(measured)) <= reach

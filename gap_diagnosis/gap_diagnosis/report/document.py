@@ -7,6 +7,7 @@ from typing import Any
 from gap_diagnosis.diagnose_io import with_effect
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.report.before_after import add_before_and_after
+from gap_diagnosis.report.budget import add_budget
 from gap_diagnosis.report.candidates import add_candidates
 from gap_diagnosis.report.experiment import add_next_experiment
 from gap_diagnosis.report.how_far import add_how_far
@@ -32,6 +33,7 @@ def diagnosis_report(found: Diagnosis, content: Mapping[str, Any]) -> Report:
         report.warning(text)
     add_verdict(report, content)
     if found.problem is not None and found.investigation is not None:
+        add_budget(report, found, content)
         add_how_far(report, found, content)
         add_where(report, found, content)
         add_candidates(report, found, content)

@@ -1,8 +1,8 @@
 """What each candidate explains: which residuals it takes off, by channel, and what strain it takes off parameters."""
 
 import numpy as np
+from system_identification.hypothesis import Hypothesis
 
-from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.report.wording import signals_of, titles_of
 from run_bag.report import Cell, Column, Report
@@ -16,7 +16,7 @@ _LISTED = 6
 def add_explained(report: Report, found: Diagnosis) -> None:
     """Add what the leading candidates take off the squared, whitened residuals of each channel."""
     looked = found.investigation
-    if looked is None or found.problem is None or not looked.candidates:
+    if looked is None or found.problem is None or not looked.best.suspects:
         return
     signals = signals_of(found.problem)
     rows_of = found.problem.signal_rows
@@ -26,7 +26,7 @@ def add_explained(report: Report, found: Diagnosis) -> None:
     table: list[list[object]] = []
     table.append(["samples", *(float(counts[s]) for s in signals), None])
     table.append(["left by re-tuning alone", *(before[s] for s in signals), _strain(looked.none)])
-    for candidate in looked.candidates[:_LISTED]:
+    for candidate in [each for each in looked.ranked if each.suspects][:_LISTED]:
         white = candidate.fitted.white
         gains = [before[s] - float(np.sum(white[rows_of[s]] ** 2)) for s in signals]
         largest = int(np.argmax(gains))
@@ -48,6 +48,6 @@ def add_explained(report: Report, found: Diagnosis) -> None:
     )
 
 
-def _strain(candidate: Candidate) -> float:
+def _strain(candidate: Hypothesis) -> float:
     nuisances = candidate.fitted.x[: candidate.fitted.problem.nuisances]
     return float(nuisances @ nuisances)

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.noise import Whitener
 
-from gap_diagnosis.noise import NoiseModel
 from gap_diagnosis.problem import Problem
 
 __all__ = ["Telling", "run_error", "telling_runs"]
@@ -30,7 +30,7 @@ class Telling(NamedTuple):
 
 
 def telling_runs(
-    problem: Problem, noise: NoiseModel, before: Array, after: Array | None, window: float = 6.0
+    problem: Problem, noise: Whitener, before: Array, after: Array | None, window: float = 6.0
 ) -> list[Telling]:
     """Return the runs, the most telling one first.
 
@@ -54,20 +54,20 @@ def telling_runs(
     return sorted(found, key=lambda each: -each.drop)
 
 
-def run_error(problem: Problem, noise: NoiseModel, predicted: Array, recording: int) -> float:
+def run_error(problem: Problem, noise: Whitener, predicted: Array, recording: int) -> float:
     """Return the RMS of one run's errors over the noise of their channels; 1 is noise alone."""
     squares = _squares(problem, noise, predicted, recording)[1]
     return float(np.sqrt(np.nanmean(squares)))
 
 
-def _squares(problem: Problem, noise: NoiseModel, predicted: Array, recording: int) -> tuple[Array, Array]:
+def _squares(problem: Problem, noise: Whitener, predicted: Array, recording: int) -> tuple[Array, Array]:
     """Return times [s] and squared errors over the noise of all channels of a run, NaN where unknown."""
     times, squares = [np.empty(0)], [np.empty(0)]
     for each in problem.series:
         if each.recording == recording:
             times.append(problem.recordings[recording].experiment.measurements[each.signal].time)
             error = problem.measured[each.rows] - predicted[each.rows]
-            squares.append((error / noise.signals[each.signal].marginal) ** 2)
+            squares.append((error / noise.level(each.signal)) ** 2)
     return np.concatenate(times), np.concatenate(squares)
 
 

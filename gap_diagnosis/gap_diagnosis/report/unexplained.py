@@ -6,12 +6,11 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from system_identification.fitting import Fitted
+from system_identification.hypothesis import Hypothesis
 
-from gap_diagnosis.candidate import Candidate
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.fitting import Fitted
 from gap_diagnosis.lines import A_LINE
-from gap_diagnosis.nearest import best_of
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
 from thruster_model.identification.experiment import SIGNALS
@@ -37,23 +36,18 @@ def add_unexplained(report: Report, found: Diagnosis, content: Mapping[str, Any]
     """Add the features that residuals depend on, and the residuals against the strongest ones."""
     report.section("What stays unexplained")
     features = content["unexplained"]
-    candidate = best_of(found)
+    candidate = found.investigation.best if found.investigation else None
     what = titles_of(candidate.keys) if candidate and candidate.keys else "re-tuning alone"
-    if candidate and candidate.pressed:
-        report.paragraph(
-            f"To explain that much, {titles_of(candidate.pressed)} would have to be larger than is plausible: the fit "
-            "ends at the end of the size's range and the data want more. It only resembles what is at work."
-        )
     if not features:
         report.paragraph(
-            f"Nothing: after {what} the residuals depend on none of some two hundred functions of states, inputs, "
+            f"Nothing: after {what} the residuals depend on none of some four hundred functions of states, inputs, "
             "their past and time beyond what a search among so many finds by chance, and have no line in their spectra."
         )
         return
     total = sum(each["gain"] for each in features)
     report.paragraph(
         f"After {what} residuals still depend on states or inputs. Functions were chosen one after the other out of "
-        "some two hundred, parameters re-tuned beside each, and lines of the residuals' spectra beside them; a gain "
+        "some four hundred, parameters re-tuned beside each, and lines of the residuals' spectra beside them; a gain "
         "well above 10 is hardly chance. What they name is a description of the structure, not its cause."
     )
     report.table(
@@ -68,11 +62,13 @@ def add_unexplained(report: Report, found: Diagnosis, content: Mapping[str, Any]
 
 
 def _pictures(
-    report: Report, none: Candidate | None, candidate: Candidate | None, features: list[Mapping[str, Any]]
+    report: Report, none: Hypothesis | None, candidate: Hypothesis | None, features: list[Mapping[str, Any]]
 ) -> None:
     if candidate is None or none is None:
         return
-    shown = {RETUNED: none} if candidate is none else {RETUNED: none, "with " + titles_of(candidate.keys): candidate}
+    shown = (
+        {RETUNED: none} if not candidate.suspects else {RETUNED: none, "with " + titles_of(candidate.keys): candidate}
+    )
     drawn = [f for f in features if f["signal"] in SIGNALS and not f["depends_on"].startswith(A_LINE)]
     pairs = [(f["signal"], _variable(f["depends_on"])) for f in drawn]
     plots = [_plot(shown, *pair) for pair in list(dict.fromkeys(pairs))[:_DRAWN]]
@@ -93,7 +89,7 @@ def _variable(name: str) -> str:
     return next((letter for letter in "UvTun" if letter in letters), "n")
 
 
-def _plot(shown: Mapping[str, Candidate], signal: str, variable: str) -> Plot:
+def _plot(shown: Mapping[str, Hypothesis], signal: str, variable: str) -> Plot:
     series = []
     for number, (name, candidate) in enumerate(shown.items()):
         at, means, errors = _binned(*_residuals(candidate.fitted, signal, variable))

@@ -1,14 +1,14 @@
 """Fit of a hypothesis by Levenberg and Marquardt, and its evidence by Laplace's method."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
-from gap_diagnosis.noise import NoiseModel
-from gap_diagnosis.problem import Problem
-from gap_diagnosis.sensitivities import movable, sensitivities_of
+from system_identification.noise import Whitener, white_noise
+from system_identification.system import System
 
 __all__ = ["Fitted", "across_jumps", "fit", "fit_from_afar", "fit_past_jumps", "outlying"]
 
@@ -28,7 +28,7 @@ class Fitted:
     """A hypothesis at its most probable unknowns.
 
     Attributes:
-        problem: the hypothesis.
+        problem: the hypothesis, a `System`.
         x: unknowns, shape (K,).
         residuals: measured less predicted in the signals' units, NaN = missing, shape (R,).
         white: the same whitened, shape (R,).
@@ -38,7 +38,7 @@ class Fitted:
         evidence: logarithm of the probability of the data, less what all hypotheses share.
     """
 
-    problem: Problem
+    problem: Any
     x: Array
     residuals: Array
     white: Array
@@ -67,8 +67,8 @@ class Fitted:
 
 
 def fit(
-    problem: Problem,
-    noise: NoiseModel,
+    problem: System,
+    noise: Whitener,
     x: Array,
     *,
     iterations: int = 8,
@@ -91,10 +91,10 @@ def fit(
     x = problem.bounded(x)
     residuals, white, cost = _cost(problem, noise, x, counts)
     borrowed = near is not None
-    sensitivities = _borrowed(problem, x, near) if near is not None else sensitivities_of(problem, x)
-    jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
+    sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
+    jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
     rows_known = int(np.sum(problem.known & counts))
-    damping, moved = 1e-6, movable(problem)
+    damping, moved = 1e-6, problem.movable()
     for _ in range(iterations):
         moving, gradient = _unheld(problem, x, jacobian * moved, white)
         information = _information(moving, problem.nuisances)
@@ -126,8 +126,8 @@ def fit(
             sensitivities = _borrowed(problem, x, near)
         else:
             borrowed = False
-            sensitivities = sensitivities_of(problem, x)
-        jacobian = problem.whitened(noise, sensitivities) * counts[:, None]
+            sensitivities = problem.sensitivities(x)
+        jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
     return Fitted(
         problem=problem,
         x=x,
@@ -136,18 +136,18 @@ def fit(
         sensitivities=sensitivities,
         jacobian=jacobian,
         cost=cost,
-        evidence=_evidence(problem, cost, jacobian),
+        evidence=_evidence(problem, noise, cost, jacobian),
     )
 
 
-def _unheld(problem: Problem, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
+def _unheld(problem: System, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
     """Return Jacobian and pull of the unknowns that can follow it: none at an end of its range moves outwards."""
     gradient = _pull(jacobian, white, x, problem.nuisances)
     held = (gradient != 0.0) & (problem.bounded(x + 1e-9 * np.sign(gradient)) == x)
     return jacobian * ~held, np.where(held, 0.0, gradient)
 
 
-def _cut(problem: Problem, x: Array, step: Array, information: Array, gradient: Array) -> Array:
+def _cut(problem: System, x: Array, step: Array, information: Array, gradient: Array) -> Array:
     """Return where a step leads inside the ranges: cut at the end of one, the others are re-tuned to what is left."""
     there = problem.bounded(x + step)
     cut = there != x + step
@@ -163,20 +163,20 @@ _OUTLYING = 6.0
 """Standard deviations from which a sample tells of a jump that is predicted at another instant."""
 
 
-def outlying(problem: Problem, residuals: Array) -> NDArray[np.bool_]:
+def outlying(problem: System, residuals: Array) -> NDArray[np.bool_]:
     """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
-    white = np.abs(problem.whitened(problem.sample_noise, residuals))
+    white = np.abs(white_noise(problem).whiten(np.nan_to_num(residuals)))
     return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
-def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
+def fit_past_jumps(problem: System, noise: Whitener, x: Array) -> Fitted:
     """Return the fit of predictions that jump where a state passes a threshold, from a start `x`.
 
     A sample that passes it on the other side than predicted costs more than all the others gain by a step, and holds
     the fit where it is: such samples are left out until the others have put the threshold right. They stand out of
     the noise of the samples themselves, not of one that had to make room for them.
     """
-    own = problem.sample_noise
+    own = white_noise(problem)
     rows: NDArray[np.bool_] | None = None
     for _ in range(_ROUNDS):
         kept = ~outlying(problem, problem.residuals(x))
@@ -187,12 +187,12 @@ def fit_past_jumps(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
     return across_jumps(fit(problem, noise, x, iterations=25), noise)
 
 
-def fit_from_afar(problem: Problem, noise: NoiseModel, x: Array) -> Fitted:
+def fit_from_afar(problem: System, noise: Whitener, x: Array) -> Fitted:
     """Return the fit from a start `x` that no other fit is near, past jumps where predictions jump."""
     return fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, iterations=25)
 
 
-def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:
+def across_jumps(fitted: Fitted, noise: Whitener) -> Fitted:
     """Return the fit from among unknowns about as probable as those of `fitted`, where samples lie across jumps.
 
     No slope leads across: a sample that is predicted on the wrong side of a jump, by less than the unknowns are known
@@ -216,8 +216,8 @@ def across_jumps(fitted: Fitted, noise: NoiseModel) -> Fitted:
 
 
 def _bend(
-    problem: Problem,
-    noise: NoiseModel,
+    problem: System,
+    noise: Whitener,
     x: Array,
     white: Array,
     step: Array,
@@ -234,16 +234,16 @@ def _bend(
     return np.asarray(2.0 / part * ((white - there) / part - jacobian @ step))
 
 
-def _borrowed(problem: Problem, x: Array, near: Fitted) -> Array:
+def _borrowed(problem: System, x: Array, near: Fitted) -> Array:
     if near.x.size == x.size:
         return near.sensitivities
     own = range(problem.nuisances, x.size)
-    return np.hstack((near.sensitivities[:, : problem.nuisances], sensitivities_of(problem, x, own)))
+    return np.hstack((near.sensitivities[:, : problem.nuisances], problem.sensitivities(x, own)))
 
 
-def _cost(problem: Problem, noise: NoiseModel, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:
+def _cost(problem: System, noise: Whitener, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:
     residuals = problem.residuals(x)
-    white = problem.whitened(noise, residuals) * counts
+    white = noise.whiten(np.nan_to_num(residuals)) * counts
     return residuals, white, float(white @ white + x[: problem.nuisances] @ x[: problem.nuisances])
 
 
@@ -267,11 +267,11 @@ def _information(jacobian: Array, nuisances: int) -> Array:
     return information
 
 
-def _evidence(problem: Problem, cost: float, jacobian: Array) -> float:
-    """Return -cost/2 - logdet(information)/2 + sizes ln(2 pi)/2; unknown sizes are in units of their ranges."""
+def _evidence(problem: System, noise: Whitener, cost: float, jacobian: Array) -> float:
+    """Return -(cost + logdet(noise) + logdet(information) - sizes ln(2 pi)) / 2; sizes in units of their ranges."""
     factor = np.linalg.cholesky(_information(jacobian, problem.nuisances))
     free = len(problem.slots)
-    return float(-0.5 * cost - np.sum(np.log(np.diag(factor))) + 0.5 * free * np.log(2.0 * np.pi))
+    return float(-0.5 * (cost + noise.log_det) - np.sum(np.log(np.diag(factor))) + 0.5 * free * np.log(2.0 * np.pi))
 
 
 def projector(jacobian: Array, nuisances: int) -> Array:

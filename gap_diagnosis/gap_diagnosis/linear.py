@@ -1,0 +1,120 @@
+"""The plant linearised along a recording: for what disturbs rotor and water, and for what a block may be missing."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from system_identification.system import Linear
+
+from gap_diagnosis.prediction import Happened, nearest
+from thruster_model.effects.stages import NO_EFFECTS, effect_values
+from thruster_model.equations.classes import axial_rate, rotor_rate
+from thruster_model.equations.thruster import ambient_acceleration
+from thruster_model.pipeline import pipeline
+
+if TYPE_CHECKING:
+    from gap_diagnosis.problem import Problem
+
+__all__ = ["Slopes", "linear_run", "linearised"]
+
+Array = NDArray[np.float64]
+_PERIOD = 0.02
+"""Of the linearised model [s]; disturbances last much longer."""
+_STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
+_THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
+_READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
+_PUSHED = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
+"""States (n, v, U) that disturbances of rotor and water push."""
+
+
+class Slopes(NamedTuple):
+    """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
+    (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates
+    (N, 3).
+    """
+
+    transition: Array
+    gain: Array
+    readings: dict[str, Array]
+    by_throttle: list[Array]
+    readings_by_throttle: list[dict[str, Array]]
+    by_force: Array
+    by_moment: Array
+
+
+def linear_run(problem: "Problem", x: Array, index: int, happened: Happened) -> Linear:
+    """Return a recording linearised for disturbances of rotor and water."""
+    recording = problem.recordings[index]
+    dt = recording.experiment.dt
+    every = max(1, round(_PERIOD / dt))
+    slopes = linearised(problem, x, happened, dt, every)
+    shifts, sizes = problem.situation(x, index).shifts, problem.sizes(x)
+    rows, places, readings, signals = [], [], [], []
+    for each in problem.series:
+        if each.recording != index:
+            continue
+        at = nearest(each.signal, recording, sizes, shifts) // every
+        rows.append(np.arange(each.first, each.last))
+        places.append(np.minimum(at, len(slopes.transition) - 1))
+        readings.append(slopes.readings[each.signal][places[-1]])
+        signals.append(np.full(at.size, problem.signal_names.index(each.signal)))
+    order = np.argsort(np.concatenate(places), kind="stable")
+    return Linear(
+        dt=dt * every,
+        transition=np.ascontiguousarray(slopes.transition),
+        push=np.ascontiguousarray(slopes.gain @ _PUSHED),
+        rows=np.concatenate(rows)[order],
+        places=np.concatenate(places)[order],
+        readings=np.ascontiguousarray(np.concatenate(readings)[order]),
+        signals=np.concatenate(signals)[order],
+    )
+
+
+def linearised(problem: "Problem", x: Array, happened: Happened, dt: float, every: int = 1) -> Slopes:
+    """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s]."""
+    dt = dt * every
+    p = problem.parameter_set.model.coefficients(problem.values(x))
+    in_plant = problem.sizes(x)
+    e = effect_values(in_plant) if in_plant else NO_EFFECTS
+    u = happened.throttle[::every]
+    outputs = happened.outputs
+    state = (outputs["speed"][::every], outputs["axial"][::every], outputs["ambient"][::every])
+
+    def at(states: Sequence[Array], throttle: Array) -> list[Array]:
+        n, v, ambient = states
+        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, 1.0, p, e)
+        return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
+
+    columns = []
+    for k, step in enumerate(_STEPS):
+        above = [each + step * (j == k) for j, each in enumerate(state)]
+        below = [each - step * (j == k) for j, each in enumerate(state)]
+        columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
+    by_throttle = [
+        [(a - b) / (2.0 * step) for a, b in zip(at(state, u + step), at(state, u - step), strict=True)]
+        for step in _THROTTLE_STEPS
+    ]
+    rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
+    step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
+    square = step @ step
+    eye = np.eye(3)
+    cube = square @ step
+    zero, one = np.zeros_like(u), np.ones_like(u)
+    n, v, ambient = state
+
+    def slope(rate: Any, *arguments: Any) -> Array:
+        """Return by how much a rate, linear in its last argument before the coefficients, moves for a unit of it."""
+        return np.asarray(rate(*arguments, one, p)) - np.asarray(rate(*arguments, zero, p)) + zero
+
+    by_moment = np.asarray(rotor_rate(n, one, zero, 1.0, p)) - np.asarray(rotor_rate(n, zero, zero, 1.0, p)) + zero
+    by_force = np.stack((zero, slope(axial_rate, v, ambient), slope(ambient_acceleration, ambient)), axis=1)
+    return Slopes(
+        transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
+        gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
+        readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},
+        by_throttle=[np.stack(slopes[:3], axis=1) for slopes in by_throttle],
+        readings_by_throttle=[{name: slopes[row] for name, row in _READINGS.items()} for slopes in by_throttle],
+        by_force=by_force,
+        by_moment=np.stack((by_moment, zero, zero), axis=1),
+    )

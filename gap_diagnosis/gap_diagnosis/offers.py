@@ -1,0 +1,52 @@
+"""Which suspects are tried beside a hypothesis: the library's, with sizes that these recordings make likely."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+from system_identification.hypothesis import Hypothesis
+from system_identification.suspects import Suspect
+
+from gap_diagnosis.converter_steps import SPACING, TURN, likely_speed_steps, likely_steps
+from gap_diagnosis.suspects import JAGGED, LIMIT, ROUNDED, SEARCHED, suspects
+from gap_diagnosis.ventilation import air_beside
+
+__all__ = ["offers_of"]
+
+_STEPS = {SEARCHED: likely_steps, ROUNDED: likely_speed_steps}
+_TRIED = 16
+_COARSE = 0.2
+"""Share of a threshold by which it is searched about one of the grid."""
+_SEARCHED = 7.0
+"""What a converter's step pays for having been searched among some thousand."""
+_BELOW = np.array([0.99, 0.975, 0.95, 0.9, 0.83, 0.75, 0.65, 0.55, 0.45, 0.36, 0.29, 0.2])
+"""Shares of the largest command at which a limit is tried."""
+
+
+def offers_of(signals: set[str], excluded: Sequence[str] = ()) -> Callable[[Hypothesis], list[Suspect]]:
+    """Return what is offered beside a hypothesis, for recordings of these signals."""
+    listed = suspects(signals, tuple(excluded))
+
+    def offered(beside: Hypothesis) -> list[Suspect]:
+        found = [_with_likely_sizes(each, beside) for each in listed]
+        air = None if "ventilation" in excluded or "ventilation" in beside.keys else air_beside(beside)
+        return found if air is None else [*found, air]
+
+    return offered
+
+
+def _with_likely_sizes(suspect: Suspect, beside: Hypothesis) -> Suspect:
+    if suspect.effect == LIMIT:
+        (slot,) = suspect.slots
+        largest = max(float(np.max(np.abs(each.experiment.throttle))) for each in beside.system.recordings)
+        limits = largest * _BELOW[largest * _BELOW >= slot.lower]
+        return replace(suspect, grid=limits[:, None] / slot.width) if limits.size else suspect
+    if suspect.effect in _STEPS:
+        (slot,) = suspect.slots
+        steps = _STEPS[suspect.effect](beside.fitted, beside.noise, slot.upper, _TRIED)
+        grid = steps[:, None] / slot.width if steps.size else suspect.grid[:1]
+        spacing = SPACING * float(grid[0, 0]) * slot.width if suspect.effect == SEARCHED else TURN * 0.02
+        return replace(suspect, grid=grid, price=_SEARCHED, spacing=spacing)
+    if suspect.effect in JAGGED:
+        return replace(suspect, spacing=_COARSE)
+    return suspect

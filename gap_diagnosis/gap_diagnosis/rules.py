@@ -1,0 +1,53 @@
+"""Every threshold of judgement: what it means, why it has this value, and on which cases that was looked at.
+
+Tuning cases of the scoreboard have indices below 100,000; what is reported has others.
+"""
+
+from dataclasses import dataclass
+
+__all__ = ["RULES", "Rules"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rules:
+    """Thresholds of a diagnosis.
+
+    Attributes:
+        claimed: probability from which a group of look-alikes is claimed. A reader takes a name for a fact; nine in ten
+            is what the report says it means.
+        evident: evidence, prior included, by which the sets with effects must exceed none before anything is said to be
+            wrong. Of 41 tuning cases without effect two exceeded it.
+        apart: squared distance (Fisher, in standard deviations) below which two effects cannot be told apart: three
+            standard deviations.
+        alike: evidence by which a look-alike may be behind: nine halves is the same three standard deviations.
+        pulled: share of an effect's energy outside the span of the parameters below which it counts as parametric.
+        pressed: deviations by which the data want more of an effect than the largest plausible size; then it only
+            resembles what is at work.
+        healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
+        healthy_colour: what it may carry beside, over its white noise.
+        healthy_push: times the noise of a reading that rotor and water may be pushed by.
+        nameless: evidence for functions of states and inputs in what is left from which on something nameless is there.
+            A search among some four hundred functions finds less by chance in 19 cases of 20.
+        named: share of what re-tuning leaves that must be explained by named effects for the rest to belong to them.
+        visible: cost that an effect of middle size has to take off so that it would have been found.
+        power: share of the suspects that recordings must be able to show for "no gap" to mean anything.
+        tempered: by how much evidence is divided: what is simulated is never quite what was recorded.
+    """
+
+    claimed: float = 0.9
+    evident: float = 6.0
+    apart: float = 9.0
+    alike: float = 4.5
+    pulled: float = 0.002
+    pressed: float = 5.0
+    healthy_sensor: float = 1.3
+    healthy_colour: float = 0.6
+    healthy_push: float = 4.0
+    nameless: float = 6.0
+    named: float = 0.9
+    visible: float = 25.0
+    power: float = 0.5
+    tempered: float = 1.5
+
+
+RULES = Rules()

@@ -1,0 +1,111 @@
+"""One set of effects, fitted beside all that moves at random, with the evidence for it."""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system_identification.fitting import Fitted, fit, fit_from_afar
+from system_identification.loose import Loose, columns_of, learned_levels
+from system_identification.noise import Caps, Whitener, learned, whitener
+from system_identification.suspects import Suspect
+
+__all__ = ["Hypothesis", "traces_of", "weighed"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Hypothesis:
+    """A set of suspects, fitted under the noise that is most likely beside them.
+
+    Attributes:
+        suspects: at work together; none: re-tuned parameters alone.
+        fitted: all unknowns.
+        noise: learned from what this hypothesis leaves.
+        loose: what moves from run to run, and what effects may be off.
+    """
+
+    suspects: tuple[Suspect, ...]
+    fitted: Fitted
+    noise: Whitener
+    loose: Loose
+    notes: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """Names of the suspects."""
+        return tuple(each.key for each in self.suspects)
+
+    @property
+    def evidence(self) -> float:
+        """Logarithm of the probability of the rows, nats, less what searched sizes cost."""
+        return self.fitted.evidence - sum(each.price for each in self.suspects)
+
+    @property
+    def system(self) -> Any:
+        """A `System` with the suspects' sizes as unknowns."""
+        return self.fitted.problem
+
+    def sizes_of(self, suspect: Suspect) -> Array:
+        """Return where the unknown sizes of a suspect stand among the unknowns."""
+        slots = list(self.system.slots)
+        return np.array([self.system.nuisances + slots.index(slot) for slot in suspect.slots])
+
+
+def traces_of(fitted: Fitted, suspects: tuple[Suspect, ...]) -> dict[str, Array]:
+    """Return what each suspect does to the rows (R,) beside the others."""
+    system = fitted.problem
+    if not suspects:
+        return {}
+    here = system.predicted(fitted.x)
+    found = {}
+    for suspect in suspects:
+        kept = [k for k, slot in enumerate(system.slots) if slot not in suspect.slots]
+        x = fitted.x[[*range(system.nuisances), *(system.nuisances + k for k in kept)]]
+        without = system.with_effects(tuple(system.slots[k] for k in kept))
+        found[suspect.key] = here - without.predicted(x)
+    return found
+
+
+def weighed(
+    system: Any,
+    suspects: tuple[Suspect, ...],
+    x: Array,
+    noise: Whitener,
+    *,
+    caps: Caps | None = None,
+    iterations: int = 10,
+    steps: int = 3,
+    near: Fitted | None = None,
+    polish: bool = True,
+) -> Hypothesis:
+    """Return a set of suspects, fitted from x, and the noise that is most likely beside it.
+
+    Args:
+        system: with the sizes of the suspects as unknowns.
+        suspects: of the set.
+        x: where to start.
+        noise: under which the first fit is made.
+        caps: what noise may be.
+        iterations: of that fit.
+        steps: of the search for the noise's levels.
+        near: a fit whose sensitivities to the nuisances serve at first.
+        polish: end with sensitivities of its own.
+    """
+    caps = caps or Caps()
+    if near is None and system.jumps:
+        first = fit_from_afar(system, noise, x)
+    else:
+        first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
+    groups = columns_of(first, traces_of(first, suspects))
+    bare = whitener(system, first.x, noise.levels)
+    bare = bare.tamed(first.residuals)
+    loose = learned_levels(first, bare, groups)
+    bare = learned(bare, first.residuals - loose.explained, caps, steps=steps, taken=first.x.size)
+    bare = bare.tamed(first.residuals - loose.explained)
+    loose = learned_levels(first, bare, groups)
+    whole = bare.loosened(loose.columns)
+    again = fit(system, whole, first.x, iterations=4, near=first, polish=False)
+    return Hypothesis(suspects=suspects, fitted=again, noise=whole, loose=loose)

@@ -1,0 +1,118 @@
+r"""Innovations of a disturbed system: a Kalman filter about a simulated run, as one linear map of the rows.
+
+The system is linearised along the run; rates are pushed by disturbances w, readings carry a colour b and white noise e:
+
+    dx_{k+1} = A_k dx_k + G_k w_k,     w, b: first-order Gauss-Markov,     y_i = c_i^T dx_k + b_s + e_i.
+
+Measured less simulated rows are e.g. disturbed like that; the filter turns them into innovations that are white and of
+standard deviation 1 where that is so (Kristensen, Madsen and Jorgensen 2004, Automatica 40, 225). Gains depend on the
+model alone, so that residuals and the columns of a Jacobian pass through the same map.
+"""
+
+from typing import Any
+
+import numba
+import numpy as np
+
+__all__ = ["gains_of", "innovations_of"]
+
+
+def _kernel(function: Any) -> Any:
+    """Compile; numba's own cache suffices, as no kernel calls another."""
+    return numba.njit(cache=True, error_model="numpy")(function)
+
+
+@_kernel
+def gains_of(transition, push, keep, variance, places, readings, signals, noise, present, gains, deviation):  # type: ignore[no-untyped-def]
+    """Fill the gains (M, D) and the deviations (M,) of a run's innovations; D = m states, q pushes, S colours.
+
+    `keep`, `variance`: of pushes and colours, what is left of each after a step and its stationary variance, (q + S,);
+    `noise`: variance of each sample's white noise (M,); rows that are not `present` are passed over.
+    """
+    count, m = transition.shape[0], transition.shape[1]
+    q = push.shape[2]
+    d = m + keep.size
+    p = np.zeros((d, d))
+    half = np.zeros((d, d))
+    for j in range(keep.size):
+        p[m + j, m + j] = variance[j]
+    i = 0
+    for k in range(count):
+        while i < places.size and places[i] <= k:
+            if present[i]:
+                b = m + q + signals[i]
+                for r in range(d):
+                    value = p[r, b]
+                    for c in range(m):
+                        value += p[r, c] * readings[i, c]
+                    gains[i, r] = value
+                s = noise[i] + gains[i, b]
+                for c in range(m):
+                    s += readings[i, c] * gains[i, c]
+                deviation[i] = np.sqrt(s)
+                for r in range(d):
+                    for c in range(d):
+                        p[r, c] -= gains[i, r] * gains[i, c] / s
+                for r in range(d):
+                    gains[i, r] /= s
+            i += 1
+        a, g = transition[k], push[k]
+        # half = F p, p = half F^T
+        for c in range(d):
+            for r in range(m):
+                value = 0.0
+                for j in range(m):
+                    value += a[r, j] * p[j, c]
+                for j in range(q):
+                    value += g[r, j] * p[m + j, c]
+                half[r, c] = value
+            for j in range(keep.size):
+                half[m + j, c] = keep[j] * p[m + j, c]
+        for r in range(d):
+            for c in range(m):
+                value = 0.0
+                for j in range(m):
+                    value += half[r, j] * a[c, j]
+                for j in range(q):
+                    value += half[r, m + j] * g[c, j]
+                p[r, c] = value
+            for j in range(keep.size):
+                p[r, m + j] = half[r, m + j] * keep[j]
+        for j in range(keep.size):
+            p[m + j, m + j] += (1.0 - keep[j] * keep[j]) * variance[j]
+
+
+@_kernel
+def innovations_of(transition, push, keep, places, readings, signals, present, gains, deviation, rows, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (C, M) with the innovations of columns `rows` (C, M) over their deviations; 0 where not present."""
+    count, m = transition.shape[0], transition.shape[1]
+    q = push.shape[2]
+    d = m + keep.size
+    x, moved = np.zeros(d), np.zeros(m)
+    for column in range(rows.shape[0]):
+        x[:] = 0.0
+        i = 0
+        for k in range(count):
+            while i < places.size and places[i] <= k:
+                if present[i]:
+                    e = rows[column, i] - x[m + q + signals[i]]
+                    for c in range(m):
+                        e -= readings[i, c] * x[c]
+                    for r in range(d):
+                        x[r] += gains[i, r] * e
+                    out[column, i] = e / deviation[i]
+                else:
+                    out[column, i] = 0.0
+                i += 1
+            a, g = transition[k], push[k]
+            for r in range(m):
+                value = 0.0
+                for j in range(m):
+                    value += a[r, j] * x[j]
+                for j in range(q):
+                    value += g[r, j] * x[m + j]
+                moved[r] = value
+            for r in range(m):
+                x[r] = moved[r]
+            for j in range(keep.size):
+                x[m + j] *= keep[j]

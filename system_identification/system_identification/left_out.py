@@ -1,0 +1,60 @@
+"""How well a hypothesis predicts what it was not fitted to: runs left out in turn, or parts of them where runs are few.
+
+A hypothesis is fitted to the rest and simulated freely over the whole run; what is particular to the run (its clocks,
+rest values, state at the start) is taken from a fit to all, for every hypothesis alike.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system_identification.fitting import Fitted, fit
+from system_identification.noise import Whitener
+from system_identification.system import System
+
+__all__ = ["FEWEST_RUNS", "LeftOut", "folds_of", "left_out"]
+
+Array = NDArray[np.float64]
+FEWEST_RUNS = 3
+"""Runs from which on whole ones are left out; fewer are cut into quarters."""
+_QUARTERS = 4
+
+
+class LeftOut(NamedTuple):
+    """Predictions of all rows by fits that have not seen them (R,), and the unknowns of each of these fits (F, K)."""
+
+    predicted: Array
+    unknowns: Array
+
+
+def folds_of(system: System) -> NDArray[np.int64]:
+    """Return which fold each row belongs to, shape (R,): its run, or another quarter in each run."""
+    folds = np.zeros(system.known.size, dtype=np.int64)
+    runs = {each.recording for each in system.series}
+    ends = {run: max(float(system.times[s.rows].max()) for s in system.series if s.recording == run) for run in runs}
+    for each in system.series:
+        if len(runs) >= FEWEST_RUNS:
+            folds[each.rows] = each.recording
+        else:
+            share = system.times[each.rows] / max(ends[each.recording], 1e-9)
+            part = np.clip(share * _QUARTERS, 0, _QUARTERS - 1).astype(np.int64)
+            folds[each.rows] = (part + each.recording) % _QUARTERS
+    return folds
+
+
+def left_out(fitted: Fitted, noise: Whitener, local: NDArray[np.bool_]) -> LeftOut:
+    """Return what a hypothesis predicts for rows that it was not fitted to; `local`: unknowns of single runs, (K,)."""
+    system = fitted.problem
+    folds = folds_of(system)
+    predicted = np.full(folds.size, np.nan)
+    unknowns = []
+    for k in np.unique(folds):
+        kept = folds != k
+        if not np.any(system.known & ~kept) or not np.any(system.known & kept):
+            continue
+        again = fit(system, noise, fitted.x, iterations=3, rows=kept, near=fitted, polish=False)
+        x = np.where(local, fitted.x, again.x)
+        predicted[~kept] = system.predicted(x)[~kept]
+        unknowns.append(x)
+    return LeftOut(predicted, np.array(unknowns).reshape(len(unknowns), fitted.x.size))

@@ -1,0 +1,100 @@
+"""A first look at every suspect: sizes over a grid, all other unknowns re-tuned to first order at each.
+
+What is left of the whitened rows once all that the other unknowns can do has been projected out (variable projection; a
+score test of finite steps). A trace that grows in proportion to its size is rated at the best share of each size.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
+from system_identification.suspects import Suspect
+
+__all__ = ["Rated", "Trial", "rated", "tried"]
+
+Array = NDArray[np.float64]
+_SMALLEST = 0.02
+"""Share of a size tried down to which smaller ones are rated by it."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Trial:
+    """What a suspect changes of the predictions at each size of its grid, (G, R), the others as in `anchor`."""
+
+    suspect: Suspect
+    anchor: Fitted
+    changes: NDArray[np.float32]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Rated:
+    """A suspect at its best size.
+
+    Attributes:
+        suspect: which one.
+        sizes: over their ranges' widths.
+        gain: cost that it takes off, to first order.
+        visibility: cost that the middle one of its sizes would take off.
+        change: of the predictions, (R,).
+        order: of the sizes of the grid, the best first.
+    """
+
+    suspect: Suspect
+    sizes: Array
+    gain: float
+    visibility: float
+    change: Array
+    order: NDArray[np.int64]
+
+    @property
+    def promise(self) -> float:
+        """Half the gain less what the choice of a size costs, nats."""
+        return 0.5 * self.gain - 0.5 * float(np.log(max(self.gain, 1.0))) - self.suspect.price
+
+
+def tried(anchor: Fitted, suspects: Sequence[Suspect], predicted: Callable[[Suspect], Array]) -> list[Trial]:
+    """Return every suspect's trial; `predicted`: (G, R) predictions over its grid, beside the anchor's unknowns."""
+    here = anchor.problem.predicted(anchor.x)
+    return [
+        Trial(suspect=each, anchor=anchor, changes=(predicted(each) - here).astype(np.float32)) for each in suspects
+    ]
+
+
+def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rated]:
+    """Return the suspects at their best sizes under a noise, the most promising first."""
+    nuisances = anchor.problem.nuisances
+    jacobian = noise.whiten(np.nan_to_num(anchor.sensitivities))
+    white = noise.whiten(np.nan_to_num(anchor.residuals))
+    information = jacobian.T @ jacobian
+    information[np.arange(nuisances), np.arange(nuisances)] += 1.0
+    information += 1e-9 * np.eye(information.shape[0])
+    pull = jacobian.T @ white
+    pull[:nuisances] -= anchor.x[:nuisances]
+    moved = np.linalg.solve(information, pull)
+    found = []
+    for trial in trials:
+        columns = noise.whiten(trial.changes.T.astype(np.float64))
+        cross = jacobian.T @ columns
+        power = np.sum(columns**2, axis=0) - np.sum(cross * np.linalg.solve(information, cross), axis=0)
+        power = np.maximum(power, 1e-12)
+        slope = columns.T @ white - cross.T @ moved
+        share = np.clip(slope / power, _SMALLEST, 1.0) if trial.suspect.scalable else np.ones(power.size)
+        gains = 2.0 * share * slope - share**2 * power
+        best = int(np.argmax(gains))
+        sizes = np.array(trial.suspect.grid[best], dtype=np.float64)
+        sizes[0] *= share[best]
+        found.append(
+            Rated(
+                suspect=trial.suspect,
+                sizes=sizes,
+                gain=max(float(gains[best]), 0.0),
+                visibility=float(np.median(power)),
+                change=trial.changes[best].astype(np.float64) * share[best],
+                order=np.argsort(-gains),
+            )
+        )
+    return sorted(found, key=lambda each: -each.promise)

@@ -1,0 +1,274 @@
+"""Which set of effects is at work: forwards one at a time, each fitted with all others, then backwards and exchanged.
+
+The linear model proposes, a fit disposes: every step screens all suspects about the present set, fits the likeliest
+ones beside it, learns the noise that each of them leaves, and compares evidence. Sets are as likely before the data as
+effects are rare: each further one is `MORE` times as likely as one less, all of a size alike.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from system_identification.fitting import Fitted, fit, fit_from_afar
+from system_identification.hypothesis import Hypothesis, weighed
+from system_identification.noise import Caps, Whitener, whitener
+from system_identification.rating import Rated, rated, tried
+from system_identification.suspects import Suspect
+from system_identification.system import System
+
+__all__ = ["Offer", "Search", "prior_of", "searched"]
+
+Array = NDArray[np.float64]
+Offer = Callable[[Hypothesis], Sequence[Suspect]]
+MORE = 0.6
+"""How much rarer a set with one effect more is, before the data."""
+MOST = 8
+"""Effects at work together."""
+_BEST, _PLAIN = 4, 3
+"""Suspects that are fitted in a step: the likeliest under the noise that was learned, and under plain noise."""
+_WEIGHED = 3
+"""Of these, those for which the noise is learned anew."""
+_FINER = 6
+"""Rounds of a finer search about a size, each about three times as fine."""
+_SHARP = 4.0
+"""Cost that a size must take off to be searched more finely."""
+_FAR = 3.5
+"""Deviations of nuisances from which on they may have been pulled off by an effect that is missing."""
+_SIZES = 2
+"""Best sizes of a first look that are tried again."""
+_ROUNDS = 3
+_WORTH = 1.0
+"""Evidence, prior included, that one more effect must add."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Search:
+    """What was weighed.
+
+    Attributes:
+        none: re-tuned parameters alone.
+        best: the set with most evidence.
+        weighed: every set that was fitted, by its keys.
+        rated: the first look at all suspects beside nothing.
+        beside: the last look, beside the best set.
+        offered: how many suspects there are.
+    """
+
+    none: Hypothesis
+    best: Hypothesis
+    weighed: dict[frozenset[str], Hypothesis]
+    rated: list[Rated]
+    beside: list[Rated]
+    offered: int
+
+    def score(self, found: Hypothesis) -> float:
+        """Return the logarithm of a set's probability, up to what all share."""
+        return found.evidence + prior_of(len(found.suspects), self.offered)
+
+
+def prior_of(count: int, offered: int) -> float:
+    """Return the logarithm of the probability of one set of so many effects among so many, up to what all share."""
+    each = [np.log(MORE * (k + 1) / max(offered - k, 1)) for k in range(count)]
+    return float(np.sum(each))
+
+
+def searched(
+    system: System,
+    offer: Offer,
+    *,
+    caps: Caps | None = None,
+    progress: Callable[[str], None] = lambda _: None,
+) -> Search:
+    """Return the sets of effects that explain a system's rows.
+
+    Args:
+        system: without effects.
+        offer: the suspects about a hypothesis, with sizes to try.
+        caps: what noise may be.
+        progress: is told of each stage.
+    """
+    return _Searching(system, offer, caps or Caps(), progress).run()
+
+
+def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
+    """Return by suspect its best sizes in a first look, and its smallest ones, (G, number of slots)."""
+    found: dict[str, Array] = {}
+    for each in looks:
+        grid = each.suspect.grid
+        kept = [grid[each.order[:_SIZES]], grid[np.argsort(np.abs(grid[:, 0]))[:2]]]
+        if each.suspect.key in found:
+            kept.append(found[each.suspect.key])
+        found[each.suspect.key] = np.unique(np.vstack(kept), axis=0)
+    return found
+
+
+class _Searching:
+    def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
+        self.system, self.offer, self.caps, self.progress = system, offer, caps, progress
+        self.found: dict[frozenset[str], Hypothesis] = {}
+        self.offered = 1
+        self.sizes: dict[str, Array] = {}
+
+    def run(self) -> Search:
+        self.progress("base fit")
+        plain = whitener(self.system, np.zeros(self.system.nuisances))
+        base = fit(self.system, plain, np.zeros(self.system.nuisances), iterations=12)
+        none = weighed(self.system, (), base.x, whitener(self.system, base.x), near=base, caps=self.caps, steps=8)
+        self.found[frozenset()] = none
+        current = self.settled(none)
+        first: list[Rated] = []
+        while len(current.suspects) < MOST:
+            self.progress(f"suspects beside {', '.join(current.keys) or 'nothing'}")
+            ranked, tries = self.look(current)
+            first = first or ranked
+            better = self.step(current, tries)
+            if better is None:
+                break
+            current = better
+        current = self.exchanged(current)
+        return Search(
+            none=self.found[frozenset()],
+            best=self.found[frozenset(current.keys)],
+            weighed=self.found,
+            rated=first,
+            beside=ranked,
+            offered=self.offered,
+        )
+
+    def score(self, found: Hypothesis) -> float:
+        return found.evidence + prior_of(len(found.suspects), self.offered)
+
+    def look(self, current: Hypothesis) -> tuple[list[Rated], list[Rated]]:
+        """Return all suspects beside a set, the likeliest first, and those that are worth a fit."""
+        named = {each.effect for each in current.suspects}
+        suspects = [each for each in self.offer(current) if each.effect not in named or each.channel]
+        suspects = [self.thinned(each) for each in suspects if each.key not in current.keys]
+        self.offered = max(self.offered, len(suspects) + len(current.suspects))
+        trials = tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
+        ranked = rated(current.fitted, current.noise, trials)
+        plain = rated(current.fitted, self.plain(current), trials)
+        ranked = [self.refined(current, each) for each in ranked]
+        ranked.sort(key=lambda each: -each.promise)
+        if not self.sizes:
+            self.sizes = _worth_trying((*ranked, *plain))
+        picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
+        keys = {each.suspect.key for each in picked}
+        picked += [each for each in plain[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
+        return ranked, picked
+
+    def refined(self, current: Hypothesis, each: Rated) -> Rated:
+        """Return a suspect whose trace is sharp over its size at the best of ever finer sizes."""
+        spacing = each.suspect.spacing
+        for _ in range(_FINER if spacing > 0.0 and each.gain > _SHARP else 0):
+            grid = each.sizes * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
+            width = each.suspect.slots[0].width
+            grid = grid[(grid[:, 0] * width <= each.suspect.slots[0].upper)]
+            trial = tried(
+                current.fitted, [replace(each.suspect, grid=grid)], lambda s: current.system.tried(current.fitted.x, s)
+            )
+            (again,) = rated(current.fitted, current.noise, trial)
+            if again.gain > each.gain:
+                each = replace(again, visibility=each.visibility, suspect=each.suspect, order=each.order)
+            spacing *= 0.3
+        return each
+
+    def thinned(self, suspect: Suspect) -> Suspect:
+        """Return a suspect with those sizes that were the best in the first look, and small ones."""
+        grid = self.sizes.get(suspect.key)
+        if grid is None or suspect.price or suspect.grid.shape[0] <= grid.shape[0]:
+            return suspect
+        return replace(suspect, grid=grid)
+
+    def plain(self, current: Hypothesis) -> Whitener:
+        """Return the noise of a healthy system about a set."""
+        return whitener(current.system, current.fitted.x)
+
+    def step(self, current: Hypothesis, tries: Sequence[Rated], most: int = _WEIGHED) -> Hypothesis | None:
+        """Return the set with one of the suspects more that is likeliest; None where none is likelier than without.
+
+        All are fitted under the noise that is known, with sensitivities that are; for the best few of them the noise is
+        learned anew.
+        """
+        quick = sorted((self.hasty(current, each) for each in tries), key=lambda found: -found[0])
+        for _, suspect, fitted in quick[:most]:
+            self.keep(
+                weighed(
+                    fitted.problem, (*current.suspects, suspect), fitted.x, current.noise, iterations=4,
+                    near=fitted, caps=self.caps, polish=False,
+                )
+            )  # fmt: skip
+        best = max(
+            (h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == len(current.keys) + 1),
+            key=self.score,
+            default=None,
+        )
+        if best is None or self.score(best) <= self.score(current) + _WORTH:
+            return None
+        best = self.settled(best)
+        # A set may have been fitted better than the one without, by where it began: that one is fitted from there too.
+        (added,) = (each for each in best.suspects if each.key not in current.keys)
+        again = self.without(best, added, anew=True)
+        return best if self.score(best) > self.score(again) + _WORTH else None
+
+    def hasty(self, current: Hypothesis, each: Rated) -> tuple[float, Suspect, Fitted]:
+        """Return the evidence of a set with one suspect more under the noise of the set without it, and its fit."""
+        suspect = each.suspect
+        posed = current.system.with_effects((*current.system.slots, *suspect.slots), tuple(suspect.gates))
+        start = np.concatenate((current.fitted.x, each.sizes))
+        if posed.jumps:
+            fitted = fit_from_afar(posed, current.noise, start)
+        else:
+            fitted = fit(posed, current.noise, start, iterations=6, near=current.fitted, polish=False)
+        nuisances = current.system.nuisances
+        if np.max(np.abs(current.fitted.x[:nuisances])) > _FAR:
+            # What the effect does may have been left to them: a valley of its own begins where they are as stated.
+            again = fit(posed, current.noise, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
+            fitted = again if again.cost < fitted.cost else fitted
+        return fitted.evidence - suspect.price, suspect, fitted
+
+    def keep(self, found: Hypothesis) -> Hypothesis:
+        """Keep a set, unless it was fitted better before; return the better one."""
+        keys = frozenset(found.keys)
+        if keys not in self.found or found.evidence > self.found[keys].evidence:
+            self.found[keys] = found
+        return self.found[keys]
+
+    def settled(self, found: Hypothesis) -> Hypothesis:
+        """Return a set fitted and its noise learned again and again until neither adds evidence."""
+        keys = frozenset(found.keys)
+        for _ in range(_ROUNDS):
+            again = weighed(
+                found.system, found.suspects, found.fitted.x, found.noise, near=found.fitted, caps=self.caps
+            )
+            gained = again.evidence - found.evidence
+            if gained > 0.0:
+                self.found[keys] = found = again
+            if gained < _WORTH:
+                break
+        return found
+
+    def exchanged(self, current: Hypothesis) -> Hypothesis:
+        """Return the best set that leaves one effect out, or has another one in its place."""
+        for suspect in current.suspects if len(current.suspects) > 1 else ():
+            less = self.without(current, suspect)
+            if self.score(less) > self.score(current):
+                return self.exchanged(less)
+            _, tries = self.look(less)
+            other = self.step(less, [each for each in tries if each.suspect.key != suspect.key][:3], most=1)
+            if other is not None and other.keys != current.keys and self.score(other) > self.score(current) + _WORTH:
+                return other
+        return current
+
+    def without(self, current: Hypothesis, suspect: Suspect, *, anew: bool = False) -> Hypothesis:
+        """Return the set without one of its suspects, fitted from where it is; `anew`: even if it was fitted before."""
+        keys = frozenset(current.keys) - {suspect.key}
+        if anew or keys not in self.found:
+            rest = tuple(each for each in current.suspects if each is not suspect)
+            places = current.sizes_of(suspect)
+            kept = [k for k in range(current.fitted.x.size) if k not in places]
+            slots = tuple(slot for slot in current.system.slots if slot not in suspect.slots)
+            posed = current.system.with_effects(slots)
+            self.keep(weighed(posed, rest, current.fitted.x[kept], current.noise, caps=self.caps))
+        return self.found[keys]

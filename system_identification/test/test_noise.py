@@ -1,0 +1,101 @@
+"""Whitening by a Kalman filter is the inverse of the covariance, and its levels are those of the recording."""
+
+import numpy as np
+import pytest
+from spring import DT, Spring, recorded
+
+from system_identification.noise import Caps, Levels, learned, white_noise, whitener
+
+
+def small():
+    readings = (np.array([0.01, -0.02, np.nan, 0.015, 0.0, 0.03]), np.array([0.02, 0.01, -0.01, 0.0]))
+    return Spring(forces=(np.zeros(12), np.zeros(8)), readings=readings)
+
+
+def levels(push=2.0):
+    return Levels(
+        sensors={"position": 0.012}, colours={"position": 0.7}, colour_memory={"position": 0.8}, pushes=(push,),
+        memory=1.1,
+    )  # fmt: skip
+
+
+def covariance(system, found):
+    """Return the covariance of the rows that count, built sample by sample from the state-space model itself."""
+    blocks = []
+    for run in system.linear(np.zeros(2)):
+        count = run.transition.shape[0]
+        keep = np.exp(-run.dt / found.memory)
+        deviation = found.pushes[0] * whitener(system, np.zeros(2), found).units[0]
+        shocks = np.zeros((count, count))  # what shock j does to the push at instant k
+        for j in range(count):
+            size = deviation if j == 0 else deviation * np.sqrt(1.0 - keep**2)
+            shocks[j:, j] = size * keep ** np.arange(count - j)
+        state = np.zeros((count, 2, count))
+        for k in range(count - 1):
+            state[k + 1] = run.transition[k] @ state[k] + run.push[k] * shocks[k]
+        rows = np.einsum("im,imj->ij", run.readings, state[run.places])
+        colour = found.colours["position"] * found.sensors["position"]
+        apart = np.abs(np.subtract.outer(run.places, run.places)) * run.dt
+        own = found.sensors["position"] ** 2 * np.eye(run.places.size)
+        block = rows @ rows.T + colour**2 * np.exp(-apart / found.colour_memory["position"]) + own
+        known = system.known[run.rows]
+        blocks.append(block[np.ix_(known, known)])
+    return blocks
+
+
+def test_whitened_rows_have_the_length_that_the_covariance_gives_them():
+    system, found = small(), levels()
+    noise = whitener(system, np.zeros(2), found)
+    blocks = covariance(system, found)
+    values = system.measured[system.known]
+    first = blocks[0].shape[0]
+    length = sum(v @ np.linalg.solve(b, v) for b, v in zip(blocks, (values[:first], values[first:]), strict=True))
+    white = noise.whiten(np.nan_to_num(system.measured))
+    assert white @ white == pytest.approx(length, rel=1e-9)
+    assert noise.log_det == pytest.approx(sum(np.linalg.slogdet(b)[1] for b in blocks), rel=1e-9)
+
+
+def test_columns_pass_through_the_same_map_as_residuals():
+    system = small()
+    noise = whitener(system, np.zeros(2), levels())
+    rows = np.random.default_rng(1).standard_normal((system.measured.size, 3))
+    assert noise.whiten(rows) @ [1.0, -2.0, 0.5] == pytest.approx(noise.whiten(rows @ [1.0, -2.0, 0.5]))
+
+
+def test_what_is_loose_adds_its_covariance():
+    system = small()
+    bare = whitener(system, np.zeros(2), levels())
+    columns = np.random.default_rng(2).standard_normal((system.measured.size, 2)) * 0.05
+    loose = bare.loosened(columns)
+    values = np.nan_to_num(system.measured)
+    plain, moved = bare.whiten(values), bare.whiten(columns)
+    whole = np.eye(plain.size) + moved @ moved.T
+    white = loose.whiten(values)
+    assert white @ white == pytest.approx(plain @ np.linalg.solve(whole, plain), rel=1e-6)
+    assert loose.log_det - bare.log_det == pytest.approx(np.linalg.slogdet(whole)[1], rel=1e-6)
+
+
+@pytest.mark.parametrize("push", [0.5, 2.0])
+def test_levels_are_those_of_the_recording(push):
+    system = recorded(3, push=push, stiffness=1.0, damping=1.0)
+    base = whitener(system, np.zeros(2))
+    found = learned(base, system.residuals(np.zeros(2)), Caps(pushes=50.0), steps=15)
+    assert found.levels.pushes[0] * found.units[0] == pytest.approx(push, rel=0.3)
+    assert found.levels.sensors["position"] == pytest.approx(0.01, rel=0.05)
+    white = found.whiten(system.residuals(np.zeros(2)))
+    assert np.mean(white**2) == pytest.approx(1.0, abs=0.08)
+    assert abs(np.mean(white[1:] * white[:-1])) < 0.08
+
+
+def test_a_row_that_stands_out_counts_by_what_it_tells():
+    system = recorded(4, push=0.0, stiffness=1.0, damping=1.0)
+    residuals = system.residuals(np.zeros(2))
+    residuals[100] += 1.0
+    tame = white_noise(system).tamed(residuals)
+    assert np.argmax(tame.wild) == 100 and np.sum(tame.wild > 1.0) <= 3
+    assert abs(tame.whiten(residuals)[100]) == pytest.approx(4.0, rel=1e-6)
+
+
+def test_the_run_is_sampled_as_the_system_says():
+    run = small().linear(np.zeros(2))[0]
+    assert run.dt == DT and run.places.tolist() == [0, 2, 4, 6, 8, 10]
