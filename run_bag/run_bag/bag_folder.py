@@ -7,12 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from .errors import NotARunError
+from .errors import NotARunError, YamlError
 from .mcap_content import Scan
+from .yaml_io import read_yaml
 
-MAX_METADATA_BYTES = 16 << 20
 MAX_PLACES = 5
 SECOND = 1e9
 
@@ -49,16 +47,14 @@ def _description(file: Path) -> tuple[dict[str, Any], list[str]]:
     try:
         if not file.is_file():
             return {}, []
-        if file.stat().st_size > MAX_METADATA_BYTES:
-            raise ValueError(f"expected at most {MAX_METADATA_BYTES} bytes, found {file.stat().st_size}")
-        loaded = yaml.safe_load(file.read_text(encoding="utf-8"))
+        loaded = read_yaml(file)
         content = loaded.get("rosbag2_bagfile_information") if isinstance(loaded, dict) else None
         if not isinstance(content, dict):
             raise ValueError("expected a mapping rosbag2_bagfile_information, found none")
         if not isinstance(content.get("relative_file_paths") or [], list):
             raise ValueError("expected relative_file_paths to be a list")
-    except (OSError, yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())
+    except (OSError, YamlError, ValueError) as error:
+        reason = " ".join((error.told if isinstance(error, YamlError) else str(error)).split())
         return {}, [f"metadata.yaml cannot be used, so nothing says how many messages there should be: {reason}"]
     return content, []
 

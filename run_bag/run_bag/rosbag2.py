@@ -13,6 +13,8 @@ import yaml
 from mcap.writer import Writer
 
 from .definitions import definitions
+from .errors import YamlError
+from .yaml_io import parse_yaml
 
 LIBRARY = "run_bag"
 RUN_RECORD = "run"
@@ -82,8 +84,8 @@ def type_hash(extra: Mapping[str, str]) -> str:
 def offers(extra: Mapping[str, str]) -> tuple[Mapping[str, Any], ...]:
     """Return the QoS profiles that a channel was recorded with, or the default where it does not say."""
     try:
-        loaded = yaml.safe_load(extra.get("offered_qos_profiles", ""))
-    except yaml.YAMLError:
+        loaded = parse_yaml(extra.get("offered_qos_profiles", ""), "offered_qos_profiles")
+    except YamlError:
         loaded = None
     profiles = tuple(p for p in loaded if isinstance(p, dict)) if isinstance(loaded, list) else ()
     return profiles or (DEFAULT_QOS,)
