@@ -9,27 +9,42 @@ from typing import Any
 
 from .errors import NotARunError, YamlError
 from .mcap_content import Scan
+from .other_bags import convert_command, other_files
 from .yaml_io import read_yaml
 
 MAX_PLACES = 5
 SECOND = 1e9
 
 
-def bag_files(path: Path) -> tuple[list[Path], dict[str, Any], list[str]]:
+def bag_files(path: Path, *, others: bool = False) -> tuple[list[Path], dict[str, Any], list[str]]:
     """Return the MCAP files of a run in order, what metadata.yaml says ({} without one), and warnings.
+
+    `others`: take files of other storages too; the description then has "others".
 
     Raises:
         NotARunError: nothing there, another storage, or no MCAP file.
     """
+    try:
+        return _bag_files(path, others=others)
+    except OSError as error:
+        raise NotARunError(f"{path}: cannot be read: {error.strerror or error}", path=path) from error
+
+
+def _bag_files(path: Path, *, others: bool) -> tuple[list[Path], dict[str, Any], list[str]]:
     if path.is_file():
-        return [path], {}, []
+        return [path], {"others": True} if others and other_files(path, {}) else {}, []
     if not path.is_dir():
         raise NotARunError(f"{path}: no such file or directory", path=path)
     description, warnings = _description(path / "metadata.yaml")
     storage = description.get("storage_identifier", "mcap")
-    if storage != "mcap":
-        text = f"{path}: expected storage mcap, found {storage}; `ros2 bag convert` makes one of the other"
-        raise NotARunError(text, path=path, expected="mcap", found=storage)
+    different = other_files(path, description)
+    if different and others:
+        return different, {**description, "others": True}, warnings
+    if storage != "mcap" or different:
+        found = storage if storage != "mcap" else different[0].name if different else ""
+        text = f"{path}: expected storage mcap, found {found}"
+        text += f"; `{convert_command(path, str(storage))}` makes one of the other"
+        raise NotARunError(text, path=path, expected="mcap", found=found)
     found = sorted(
         path.glob("*.mcap"), key=lambda p: [int(x) if x.isdigit() else x for x in re.split(r"(\d+)", p.name)]
     )

@@ -105,6 +105,10 @@ class RecordingError(RunError):
     """A recording that is to be imported is malformed or of another format."""
 
 
+class ClockError(RunError):
+    """The topics of a run are on two clocks; `found` names the first topic of each."""
+
+
 class YamlError(RunError):
     """A YAML file cannot be read, is no YAML or could mean two things; `position` is the line, `origin` the file."""
 

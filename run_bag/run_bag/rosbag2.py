@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -14,10 +13,10 @@ from mcap.writer import Writer
 
 from .definitions import definitions
 from .errors import YamlError
+from .run_metadata import RUN_RECORD, run_text
 from .yaml_io import parse_yaml
 
 LIBRARY = "run_bag"
-RUN_RECORD = "run"
 BAG_RECORD = "rosbag2"
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 DEFAULT_QOS: dict[str, Any] = {
@@ -134,8 +133,7 @@ def bag_metadata(
 
 def write_run_record(writer: Writer, metadata: Mapping[str, Any]) -> None:
     """Store what was run (or reconstructed) as MCAP metadata; write it first, so that it survives a cut."""
-    text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
-    writer.add_metadata(RUN_RECORD, {"json": text})
+    writer.add_metadata(RUN_RECORD, {"json": run_text(metadata)})
 
 
 def write_bag_record(writer: Writer, bag: Mapping[str, Any]) -> None:
