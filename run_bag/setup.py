@@ -26,6 +26,7 @@ setup(
             "play = run_bag.live.player_node:main",
             "recorder = run_bag.live.recorder_node:main",
             "recover = run_bag.cli_recover:main",
+            "show = run_bag.cli_show:main",
         ],
     },
 )

@@ -78,7 +78,7 @@ def losses(description: Mapping[str, Any], scans: tuple[Scan, ...]) -> list[str]
     """Compare what was found with what metadata.yaml promises: how many messages are missing, and where."""
     sentences = [f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])]
     promised = description.get("message_count")
-    found = sum(s.message_count for s in scans)
+    found = sum(s.message_count + len(s.told) for s in scans)
     if isinstance(promised, int) and promised > found:
         lost = f"{promised - found} of {promised} messages that metadata.yaml counts are lost"
         sentences.append(", ".join([lost, *_places(description, scans)]))

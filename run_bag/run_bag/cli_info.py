@@ -85,15 +85,22 @@ def _topics(recording: Recording) -> dict[str, tuple[str, int]]:
 def _metadata(metadata: dict[str, Any]) -> list[str]:
     imported = metadata.pop("import", None)
     lines = [f"  {key}: {json.dumps(value, ensure_ascii=False)}" for key, value in metadata.items()]
+    if not lines and imported is None:
+        return ["  nothing says what was run: the recording carries no metadata of a run"]
     if not isinstance(imported, dict):
-        return lines
-    for source in imported.get("sources", []):
+        return lines if imported is None else [*lines, f"  import: {json.dumps(imported, ensure_ascii=False)}"]
+    for source in _records(imported, "sources"):
         lines.append(f"  from {source.get('file')} ({source.get('bytes')} bytes, sha256 {source.get('sha256')})")
-    for d in imported.get("decisions", []):
+    for d in _records(imported, "decisions"):
         spread = "" if d.get("standard_deviation") is None else f" +- {d['standard_deviation']}"
         unit = f" {d['unit']}" if d.get("unit") not in (None, "", "1") else ""
         lines.append(f"  {d.get('what')}: {json.dumps(d.get('value'))}{spread}{unit} ({d.get('how')})")
     return lines
+
+
+def _records(imported: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    found = imported.get(key)
+    return [each for each in found if isinstance(each, Mapping)] if isinstance(found, list) else []
 
 
 def main(argv: Sequence[str] | None = None) -> int:

@@ -21,6 +21,7 @@ from .budget import OVERHEAD, Budget
 from .errors import NotARunError, TooLargeError
 from .mcap_content import RawMessage, RawTopic, Scan, Schema
 from .mcap_fields import decompress, mapping, prefixed, string
+from .run_metadata import TOPIC, TYPES
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 1, 2, 3, 4, 5, 6
@@ -92,6 +93,7 @@ class _Scanner:
         self.result, self.data, self.wanted, self.receive = result, data, wanted, receive
         self.budget = budget
         self.wanted_ids: set[int] = set()
+        self.telling: set[int] = set()  # channels on which a message says what was run
         self.schemas: dict[int, Schema] = {}
         self.asked_summary = False
         self.left_out = 0
@@ -131,6 +133,7 @@ class _Scanner:
         topics, wanted, result = self.result.topics, self.wanted_ids, self.result
         messages, memory = self.budget.left("messages"), self.budget.left("memory")
         counted, kept = 0, 0
+        earliest = 1 << 64
         latest = -1 if result.last_log_time is None else result.last_log_time
         try:
             while position < size:
@@ -152,11 +155,20 @@ class _Scanner:
                     counted += 1
                     if counted > messages or kept > memory:
                         break
+                    if channel in self.telling:
+                        kept += length
+                        result.told.append(data[begin + 22 : end])
+                        position = end
+                        if top:
+                            result.end = end
+                        continue
                     if channel not in topics:
                         self.summary()
                     if channel in topics:
                         topic = topics[channel]
                         topic.count += 1
+                        if log_time < earliest:
+                            earliest = log_time
                         if log_time > latest:
                             latest = log_time
                         if channel not in wanted:
@@ -190,6 +202,9 @@ class _Scanner:
         finally:
             if latest >= 0:
                 result.last_log_time = max(latest, result.last_log_time or 0)
+            if earliest < 1 << 64:
+                before = result.first_log_time
+                result.first_log_time = earliest if before is None else min(earliest, before)
             self.budget.take("messages", counted, result.path)
             self.budget.take("memory", kept, result.path)
 
@@ -233,7 +248,11 @@ class _Scanner:
         if len(self.result.topics) >= MAX_CHANNELS:
             text = f"{self.result.path}: more than {MAX_CHANNELS} channels at byte {position}"
             raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHANNELS)
-        self.result.topics[number] = RawTopic(topic, encoding, self.schemas.get(schema), mapping(rest))
+        definition = self.schemas.get(schema)
+        if topic == TOPIC and definition is not None and definition.name in TYPES:
+            self.telling.add(number)
+            return
+        self.result.topics[number] = RawTopic(topic, encoding, definition, mapping(rest))
         if self.wanted(topic):
             self.wanted_ids.add(number)
 

@@ -24,6 +24,7 @@ from rosbags.typesys.base import TypesysError
 from .budget import Budget
 from .errors import NotARunError, TooLargeError
 from .mcap_content import RawTopic, Scan, Schema
+from .run_metadata import TOPIC, TYPES
 
 Wanted = Callable[[str], bool]
 ROS1_MAGIC = b"#ROSBAG V2.0"
@@ -151,12 +152,20 @@ def _ros1(file: Path, wanted: Wanted, budget: Budget) -> Scan:
         for c in reader.connections:
             text = store.generate_msgdef(c.msgtype, ros_version=2)[0]
             _topic(result, c, Schema(c.msgtype, "ros2msg", text.encode()))
-        kept = [c for c in reader.connections if wanted(c.topic)]
-        _messages(result, reader, kept, wanted, budget, lambda c, data: bytes(store.ros1_to_cdr(data, c.msgtype)))
+        _messages(
+            result,
+            reader,
+            reader.connections,
+            wanted,
+            budget,
+            lambda c, data: bytes(store.ros1_to_cdr(data, c.msgtype)),
+        )
     return result
 
 
 def _topic(result: Scan, c: Connection, schema: Schema) -> None:
+    if c.topic == TOPIC and schema.name in TYPES:
+        return  # its messages are told, no topic's
     result.topics[c.id] = RawTopic(c.topic, "cdr", schema, {}, count=c.msgcount)
 
 
@@ -168,13 +177,16 @@ def _messages(
     budget: Budget,
     convert: Callable[[Connection, bytes], bytes],
 ) -> None:
-    kept = [c for c in connections if wanted(c.topic)]
+    kept = [c for c in connections if wanted(c.topic) or c.id not in result.topics]
     if not kept:
         return
     for c, time, data in reader.messages(connections=kept):
         payload = convert(c, data)
         budget.message(len(payload), result.path)
-        topic = result.topics[c.id]
+        topic = result.topics.get(c.id)
+        if topic is None:
+            result.told.append(payload)
+            continue
         topic.log_times.append(time)
         topic.payloads.append(payload)
         result.last_log_time = max(time, result.last_log_time or 0)

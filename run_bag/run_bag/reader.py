@@ -132,7 +132,7 @@ def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recordin
     budget = Budget(sum(f.stat().st_size for f in files))
 
     def kept(topic: str) -> bool:
-        return wanted is None or topic.strip("/") in wanted or topic == run_metadata.TOPIC
+        return wanted is None or topic.strip("/") in wanted
 
     if description.get("others"):
         scans = tuple(scan_others(files, kept, budget, scan))

@@ -32,6 +32,9 @@ DEFAULT_QOS: dict[str, Any] = {
 }
 
 
+LATCHED_QOS = {**DEFAULT_QOS, "depth": 1, "durability": "transient_local"}
+
+
 class _Dumper(yaml.SafeDumper):
     """rosbag2's YAML reader is happier without anchors."""
 
@@ -106,9 +109,9 @@ class TopicRegistry:
 
 
 def bag_metadata(
-    file_name: str, start_ns: int, end_ns: int, counts: Iterable[tuple[TopicRecord, int]]
+    file_name: str, start_ns: int, end_ns: int, counts: Iterable[tuple[TopicRecord, int]], told: str = ""
 ) -> dict[str, Any]:
-    """Return the description of a bag of one file, as under `rosbag2_bagfile_information`."""
+    """Return the description of a bag of one file, as under `rosbag2_bagfile_information`; `told`: what was run."""
     listed = list(counts)
     topics = [{"topic_metadata": t.metadata(), "message_count": n} for t, n in listed]
     total = sum(n for _, n in listed)
@@ -126,7 +129,7 @@ def bag_metadata(
         "compression_mode": "",
         "relative_file_paths": [file_name],
         "files": [file],
-        "custom_data": None,
+        "custom_data": {RUN_RECORD: told} if told else None,
         "ros_distro": "jazzy",
     }
 

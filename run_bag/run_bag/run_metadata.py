@@ -15,6 +15,7 @@ from .mcap_content import Scan
 RUN_RECORD = "run"
 TOPIC = "/run_metadata"
 TYPE = "std_msgs/msg/String"
+TYPES = (TYPE, "std_msgs/String")
 MAX_DEPTH = 64
 MAX_BYTES = 16 << 20
 
@@ -34,9 +35,7 @@ def found_metadata(
     places = [("metadata.yaml", custom.get(RUN_RECORD))] if isinstance(custom, Mapping) else []
     scans = list(scans)
     for one in scans:
-        for raw in one.topics.values():
-            if raw.topic == TOPIC and raw.schema is not None and raw.schema.name in (TYPE, "std_msgs/String"):
-                places += [(f"{one.path.name}, {TOPIC}", _string(payload)) for payload in raw.payloads]
+        places += [(f"{one.path.name}, {TOPIC}", _string(payload)) for payload in one.told]
     places += [(one.path.name, one.metadata.get(RUN_RECORD, {}).get("json")) for one in scans]
     for where, text in places:
         if text is None:
