@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .command_line import user_arguments
+from .command_line import printable, user_arguments
 from .errors import RunError
 from .reader import Recording, read_recording, read_run
+from .run import Channel
 
 
 def parser() -> argparse.ArgumentParser:
@@ -57,16 +58,18 @@ def describe(path: Path) -> str:
     """
     recording = read_recording(path, set())
     run = read_run(path)
+    by_topic: dict[str, list[Channel]] = {}
+    for c in run.channels.values():
+        by_topic.setdefault(c.name.partition(".")[0], []).append(c)
     lines = [f"{path}: {run.duration:.6g} s, {_total(recording)} messages, {len(run.channels)} channels"]
     for topic, (kind, count) in sorted(_topics(recording).items()):
         lines.append(f"  {topic}  {kind}  {count}")
-        for c in run.channels.values():
-            if c.name.startswith(topic.strip("/") + "."):
-                where = f"  in {c.frame}" if c.frame else ""
-                lines.append(f"    {c.name}  [{c.unit or 'unit unknown'}]{where}")
+        for c in by_topic.get(topic.strip("/"), []):
+            where = f"  in {c.frame}" if c.frame else ""
+            lines.append(f"    {c.name}  [{c.unit or 'unit unknown'}]{where}")
     lines += _metadata(dict(run.metadata))
     lines += [f"  warning: {w}" for w in run.warnings]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def _total(recording: Recording) -> int:
@@ -113,7 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             if all(matches(recording.metadata, condition) for condition in options.where):
                 print(path if options.list else describe(path))
         except RunError as error:
-            print(error, file=sys.stderr)
+            print(printable(str(error)), file=sys.stderr)
             status = 1
     return status
 

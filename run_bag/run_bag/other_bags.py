@@ -15,23 +15,17 @@ from typing import Any
 import zstandard
 from rosbags.interfaces import Connection
 from rosbags.rosbag1 import Reader as Ros1Reader
-from rosbags.rosbag1 import ReaderError as Ros1Error
-from rosbags.rosbag2 import ReaderError as Ros2Error
 from rosbags.rosbag2.storage_sqlite3 import Sqlite3Reader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-from rosbags.typesys.base import TypesysError
 
 from .budget import Budget
-from .errors import NotARunError, TooLargeError
+from .errors import NotARunError, RunError
 from .mcap_content import RawTopic, Scan, Schema
 from .run_metadata import TOPIC, TYPES
 
 Wanted = Callable[[str], bool]
 ROS1_MAGIC = b"#ROSBAG V2.0"
 SQLITE_MAGIC = b"SQLite format 3\0"
-_BROKEN = (Ros1Error, Ros2Error, TypesysError, OSError, ValueError, KeyError, IndexError, TypeError, AssertionError,
-           AttributeError, EOFError, RuntimeError, ArithmeticError)  # fmt: skip
-"""What readers raise on broken files."""
 
 
 def convert_command(path: Path, storage: str = "sqlite3") -> str:
@@ -81,9 +75,9 @@ def scan_others(files: Iterable[Path], wanted: Wanted, budget: Budget, scan_mcap
                     found = _sqlite(inner, wanted, budget)
                 else:
                     found = scan_mcap(inner, wanted, budget=budget)
-            except (NotARunError, TooLargeError):
+            except RunError:
                 raise
-            except _BROKEN as error:
+            except Exception as error:  # the readers raise all kinds on broken files
                 why = " ".join(str(error).split())[:200] or type(error).__name__
                 raise NotARunError(f"{file}: cannot be read: {why}; {_otherwise(file)}", path=file) from error
             found.path = file

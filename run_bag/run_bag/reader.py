@@ -186,6 +186,9 @@ def _channels(
         log_times += part.log_times
         payloads += part.payloads
     assert fields is not None
+    if max(log_times) >= 1 << 63:
+        text = f"{path}: topic {topic}: expected log times below 2^63 ns, found {max(log_times)}"
+        raise SchemaError(text, path=path, topic=topic, expected=1 << 63, found=max(log_times))
     logged = np.array(log_times, dtype=np.uint64).astype(np.int64)
     if np.any(logged[1:] < logged[:-1]):
         order = np.argsort(logged, kind="stable")

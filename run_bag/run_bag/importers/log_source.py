@@ -30,6 +30,8 @@ _BROKEN = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError,
            AssertionError, EOFError, OverflowError, ZeroDivisionError, MemoryError)  # fmt: skip
 _HEADS = {0xFE: (6, 2), 0xFD: (10, 2)}  # MAVLink 1, 2: bytes before and behind the payload
 _SIGNATURE = 13
+_LAST = 2.0**53  # [us]
+_MOST_WARNINGS = 20
 _EARLIEST, _LATEST = 10**15, 10**16  # [us] of the epoch: 2001 to 2286
 
 
@@ -91,13 +93,21 @@ class LogSource:
 
     def _keep(self, name: str, times: Any, values: Any, unit: str) -> None:
         times, values = np.asarray(times, dtype=np.float64), np.asarray(values, dtype=np.float64)
+        there = times < _LAST
+        if not there.all():
+            self._warn(f"{name}: {int(np.sum(~there))} messages have a time that no clock shows; left out")
+            times, values = times[there], values[there]
         if np.isfinite(values).any():
             order = np.argsort(times, kind="stable")
             moved = int(np.sum(np.diff(times) < 0))
-            if moved and len(self.warnings) < 20:
-                self.warnings += (f"{name}: {moved} messages of {times.size} came late; sorted by their times",)
+            if moved:
+                self._warn(f"{name}: {moved} messages of {times.size} came late; sorted by their times")
             self._series[name] = (times[order], np.where(np.isinf(values), np.nan, values)[order])
             self._units[name] = unit
+
+    def _warn(self, sentence: str) -> None:
+        if len(self.warnings) < _MOST_WARNINGS:
+            self.warnings += (sentence,)
 
     def _autopilot(self) -> None:
         from pymavlink import DFReader

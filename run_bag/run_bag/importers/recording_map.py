@@ -232,7 +232,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         column=entry[places[0]], is_field=places[0] == "field", file=entry.get("file", ""),
         time_column=entry.get("time_column"), time_scale=time_scale,
         scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)),
-        convert=convert, given_unit=spelled(entry["unit"]), nan=frozenset(str(m) for m in marks),
+        convert=convert, given_unit=spelled(str(entry["unit"] or own.unit)), nan=frozenset(str(m) for m in marks),
         hold=entry.get("hold", ""),
     )  # fmt: skip
 
