@@ -66,7 +66,7 @@ def show(run: Run) -> Report:
             )
     report.section("All channels")
     rate = Column(name="rate", unit="Hz")
-    columns = ["channel", "unit", "samples", rate, "smallest", "mean", "largest", "not measured"]
+    columns: list[Column | str] = ["channel", "unit", "samples", rate, "smallest", "mean", "largest", "not measured"]
     report.table(
         columns,
         [_row(c) for c in run.channels.values()],

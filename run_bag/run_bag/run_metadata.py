@@ -10,6 +10,9 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from .definitions import definitions
+from .errors import SchemaError
+from .layout import payload_layout
 from .mcap_content import Scan
 
 RUN_RECORD = "run"
@@ -80,9 +83,7 @@ def _loaded(text: Any) -> Any:
 
 def _string(payload: bytes) -> str | None:
     """Return the text of a std_msgs/String, None where the message is none."""
-    if len(payload) < 8 or payload[1] not in (0, 1):
+    try:
+        return payload_layout(definitions().fields(TYPE), TYPE, payload).text("data")
+    except SchemaError:
         return None
-    length = int.from_bytes(payload[4:8], "little" if payload[1] else "big")
-    if not 0 < length <= len(payload) - 8:
-        return None
-    return payload[8 : 7 + length].decode("utf-8", "replace")
