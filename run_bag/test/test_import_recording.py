@@ -188,6 +188,22 @@ def test_a_guessed_map_is_read_back_and_imports(tmp_path, capsys, kind):
     assert ("load.wrench.force.x" in text) == kind.startswith("csv")
 
 
+def test_words_within_names_and_units_in_brackets_suggest_too(tmp_path, capsys):
+    (tmp_path / "x.csv").write_text(
+        "Zeit [ms];Drehzahl rpm;ESC pwm_us;motor current;Schub (kgf)\n0;900;1500;1;0,5\n1;900;1500;1;0,5\n"
+    )
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: 'Zeit [ms]', unit: ms}" in text
+    assert "thruster_0/state.n: {column: Drehzahl rpm, unit: rpm}" in text
+    assert (
+        "thruster_0/throttle.commanded: {column: ESC pwm_us, unit: us, stop: 1500, per_volt: 80, hold: previous}"
+        in text
+    )
+    assert "thruster_0/state.current: {column: motor current, unit: A}" in text
+    assert "# 'Schub (kgf)' 0.5 to 0.5 kgf, 2 samples" in text
+
+
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
     run = imported(tmp_path, table(tmp_path / "x.csv"), "thruster_0/state.n: {column: 3, time_column: 1, unit: rpm}")
     assert main([str(tmp_path / "run"), "--guess"]) == 0

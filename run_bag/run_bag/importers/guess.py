@@ -53,35 +53,47 @@ SHOWN = 60
 
 def guess(sources: Sequence[Source]) -> str:
     """Return a map as YAML text: what is likely as entries, everything else as comments."""
-    lines = ["# A proposal: read it, correct it, and import with --map.", *_clock(sources)]
+    clock, told = _clock(sources)
+    lines = ["# A proposal: read it, correct it, and import with --map.", *told]
     taken: set[str] = set()
     left: list[str] = []
     for source in sources:
         for name in source.names():
-            if isinstance(source, CsvSource) and _is_time(name):
+            if isinstance(source, CsvSource) and (_is_time(name) or name == clock):
                 continue
             proposed = _propose(source, name)
-            told = _seen(source, name)
+            seen = _seen(source, name)
             several = f", file: {source.path.name}" if len(sources) > 1 else ""
             if proposed is None or proposed[0] in taken:
-                left.append(f"# {_quoted(name)}{told}")
+                left.append(f"# {_quoted(name)}{seen}")
                 continue
             channel, entry = proposed
             taken.add(channel)
-            lines.append(f"{channel}: {{{entry}{several}}}{'   #' + told if told else ''}")
+            lines.append(f"{channel}: {{{entry}{several}}}{'   #' + seen if seen else ''}")
     lines += ["# Not recognised:", *left[:SHOWN]] if left else []
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     return "\n".join(lines) + "\n"
 
 
-def _clock(sources: Sequence[Source]) -> list[str]:
+def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
+    """Return the column of time of tables ("" where none is seen), and the lines of the map about it."""
     tables = [s for s in sources if isinstance(s, CsvSource)]
     if not tables:
-        return []
-    for name in tables[0].names():
-        if _is_time(name):
-            return [f"time: {{column: {_quoted(name)}, unit: {_time_unit(tables[0], name)}}}"]
-    return ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
+        return "", []
+    names = tables[0].names()
+    found = next((name for name in names if _is_time(name)), "") or next(
+        (name for name in names if _rises(tables[0], name)), ""
+    )
+    if found:
+        return found, [f"time: {{column: {_quoted(found)}, unit: {_time_unit(tables[0], found)}}}"]
+    return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
+
+
+def _rises(table: CsvSource, name: str) -> bool:
+    """Tell whether a column with a unit of time only rises."""
+    stated = table.unit(name)
+    values = _values(table, name) if stated and conversion(stated, "s") is not None else None
+    return values is not None and values.size > 1 and bool(np.all(np.diff(values) > 0))
 
 
 def _is_time(name: str) -> bool:
@@ -108,19 +120,19 @@ def _propose(source: Source, name: str) -> tuple[str, str] | None:
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
             return name, f"field: {_quoted(name)}, unit: {_quoted(unit)}"
     bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name) if place == "column" else name
-    suffix = _SUFFIX.search(bare)
     bare = bare.strip().replace(" ", "_")
+    suffix = _SUFFIX.search(bare)
     tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
-    for rule in _RULES:
-        for candidate in (bare, tail, _SUFFIX.sub("", tail), *of_topic):
-            match = re.fullmatch(rule.names, candidate, re.IGNORECASE)
-            if match:
-                stated = source.unit(name) or (
-                    _SUFFIX_UNITS.get(suffix[1].lower(), suffix[1]) if suffix is not None else ""
-                )
-                return _entry(rule, match, name, place, stated, source)
+    stated = source.unit(name) or (_SUFFIX_UNITS.get(suffix[1].lower(), suffix[1]) if suffix is not None else "")
+    words = [word for word in tail.split("_") if len(word) > 1] if place == "column" else []
+    # the whole name first; single words of it only where no rule knows that
+    for candidates in ((bare, tail, _SUFFIX.sub("", tail), *of_topic), words):
+        for rule in _RULES:
+            for candidate in candidates:
+                if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
+                    return _entry(rule, match, name, place, stated, source)
     return None
 
 
