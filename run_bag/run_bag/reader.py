@@ -18,14 +18,16 @@ from .definitions import FieldsOf, full_name, parse_schema
 from .errors import EmptyRunError, MissingTopicError, RunError, SchemaError, StampOrderError
 from .mcap_content import RawTopic, Scan, Schema
 from .mcap_scan import scan
-from .one_clock import of_one_clock
+from .one_clock import APART, of_one_clock
 from .other_bags import scan_others, unpack_messages
 from .rosbag2 import BAG_RECORD
-from .run import Channel, Run
+from .run import NANOSECONDS, Channel, Run
 from .units import unit_of
 
 _SHARED = ("diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log")
 """Types of topics that all nodes publish on: their stamps need not follow each other."""
+
+_FIRST_TRANSFORM = "transforms[0].header.stamp"
 
 _UNASKED = (
     "rcl_interfaces/msg/Log",
@@ -200,7 +202,10 @@ def _channels(
         raise type(error)(
             text, path=path, topic=topic, position=error.position, expected=error.expected, found=error.found
         ) from error
-    stamps = logged if types[0] in _SHARED else _stamps(path, topic, columns, logged, warnings)
+    if types[0] in _SHARED:
+        stamps = _of_many(columns, logged)
+    else:
+        stamps = _stamps(path, topic, columns, logged, warnings)
     if len(columns.frames) > 1:
         warnings.append(f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept")
     frame = next(iter(columns.frames)) if len(columns.frames) == 1 else ""
@@ -212,6 +217,20 @@ def _channels(
             unit = unit_of(types[0], field_path, topic)
             result[name] = Channel(name=name, stamps=stamps, values=values, unit=unit, frame=frame)
     return result
+
+
+def _of_many(columns: Columns, logged: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the stamps of a topic of many nodes: log times, or, where those are of another clock, its own in order."""
+    own = columns.header_stamps
+    if own is None and _FIRST_TRANSFORM + ".sec" in columns.values:
+        seconds, rest = (np.nan_to_num(columns.values[_FIRST_TRANSFORM + part]) for part in (".sec", ".nanosec"))
+        own = seconds.astype(np.int64) * NANOSECONDS + rest.astype(np.int64)
+    if own is None or not own.any() or abs(int(own[0]) - int(logged[0])) < APART:
+        return logged
+    order = np.argsort(own, kind="stable")
+    for path, values in columns.values.items():
+        columns.values[path] = values[order]
+    return own[order]
 
 
 def _stamps(
