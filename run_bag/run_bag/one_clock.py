@@ -39,7 +39,8 @@ def of_one_clock(path: Path, channels: dict[str, Channel], warnings: list[str], 
     if len(used) != 1:
         text = f"{path}: expected one clock, found {len(groups)}: {told}; read the topics of one of them"
         raise ClockError(text, path=path, expected=1, found=[g[0] for g in groups])
-    warnings.append(f"{len(groups)} clocks: {told}; only what shares that of {used[0][0]} is used")
+    if not all(t in _EVERYONES for group in groups if group is not used[0] for t in group):
+        warnings.append(f"{len(groups)} clocks: {told}; only what shares that of {used[0][0]} is used")
     return {name: c for name, c in channels.items() if name.partition(".")[0] in used[0]}
 
 
