@@ -4,7 +4,7 @@ setup(
     name="run_bag",
     version="0.1.0",
     packages=find_packages(exclude=["test"]),
-    package_data={"run_bag": ["py.typed", "report/assets/*"]},
+    package_data={"run_bag": ["py.typed", "topics.yaml", "report/assets/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/run_bag"]),
         ("share/run_bag", ["package.xml"]),
@@ -19,12 +19,14 @@ setup(
     entry_points={
         "console_scripts": [
             "import_bench = run_bag.importers.cli_bench:main",
-            "import_csv = run_bag.importers.cli_csv:main",
+            "import_csv = run_bag.importers.cli_recording:main",
+            "import_recording = run_bag.importers.cli_recording:main",
             "import_pool = run_bag.importers.cli_pool:main",
             "info = run_bag.cli_info:main",
             "play = run_bag.live.player_node:main",
             "recorder = run_bag.live.recorder_node:main",
             "recover = run_bag.cli_recover:main",
+            "show = run_bag.cli_show:main",
         ],
     },
 )

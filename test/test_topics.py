@@ -1,29 +1,76 @@
-"""The topics of the vehicle: one list in the messages' README, one in the code that reads and imports recordings."""
+"""One table of topics, types and units: the messages' README, the definitions and the code agree with it."""
 
 import re
 from pathlib import Path
 
 import pytest
 
-from run_bag.known_topics import KNOWN_VEHICLE, topic_type
-from run_bag.units import UNITS
+from run_bag.definitions import definitions
+from run_bag.known_topics import KNOWN, KNOWN_VEHICLE, topic_rows, topic_type
+from run_bag.layout import layout
+from run_bag.topics_table import topics
+from run_bag.units import UNITS, unit_of
 
 ROOT = Path(__file__).resolve().parents[1]
-ROW = re.compile(r"^\| `(rov/\w+)` \| `(\w+)/(\w+)` \|", re.MULTILINE)
-FIELD = re.compile(r"^(?:float64|uint8)(?:\[\d+\])? (\w+) ", re.MULTILINE)
+FIELD = re.compile(r"^(?:float64|uint8|uint32|bool)(?:\[\d*\])? (\w+)(?=\s|$)", re.MULTILINE)
 
 
-def listed() -> dict[str, str]:
+class OneOfEach:
+    """Lengths for a walk over a definition: one element in every sequence, no text."""
+
+    def string(self, path: str, offset: int) -> bytes:
+        return b""
+
+    def length(self, path: str, offset: int) -> int:
+        return 1
+
+
+def test_the_readme_s_table_of_topics_is_the_table_of_the_code() -> None:
     text = (ROOT / "thruster_msgs" / "README.md").read_text("utf-8")
-    return {topic: f"{package}/msg/{kind}" for topic, package, kind in ROW.findall(text)}
+    table = "| topic | type | content |\n|---|---|---|\n" + topic_rows()
+    assert table in text, "print(run_bag.known_topics.topic_rows()) gives the rows"
 
 
-def test_recordings_know_every_topic_of_the_vehicle_that_the_readme_lists() -> None:
-    assert listed() == KNOWN_VEHICLE
-    assert topic_type("/rov/thruster_failure") == "thruster_msgs/msg/ThrusterFailure"
+@pytest.mark.parametrize(
+    ("topic", "kind"),
+    [
+        ("/rov/thruster_failure", "thruster_msgs/msg/ThrusterFailure"),
+        ("thruster_3/throttle_sent", "thruster_msgs/msg/Throttle"),
+        ("daq/thruster_12/load", "geometry_msgs/msg/WrenchStamped"),
+        ("/clock", "rosgraph_msgs/msg/Clock"),
+        ("thruster_x/load", None),
+        ("other/thruster_0/load", None),
+    ],
+)
+def test_topics_are_known_by_name_with_any_thruster_s_number(topic: str, kind: str | None) -> None:
+    assert topic_type(topic) == kind
 
 
-@pytest.mark.parametrize("name", ["VehicleSetpoint", "ThrusterFailure", "Depth"])
-def test_every_field_of_the_vehicle_s_messages_has_its_unit_in_recordings(name: str) -> None:
+def test_thrusters_and_vehicle_have_their_own_lists() -> None:
+    assert KNOWN["throttle_sent"] == KNOWN["throttle"] and "rov/thruster_failure" in KNOWN_VEHICLE
+
+
+@pytest.mark.parametrize("topic", topics(), ids=lambda t: t.name)
+def test_every_numeric_field_of_a_known_topic_has_its_unit(topic) -> None:
+    if topic.type.split("/")[0] in ("visualization_msgs",) or topic.name in ("rov/path",):
+        pytest.skip("drawn for viewers: no channels are made of it")
+    fields = definitions().fields(topic.type)
+    paths = [f.path for f in layout(fields, topic.type, OneOfEach()).fields]
+    own = [re.sub(r"\[\d+\]", "", p) for p in paths if "header.stamp" not in p and not p.endswith(".sec.nanosec")]
+    lacking = [p for p in own if not unit_of(topic.type, p, topic.name) and not unit_of(topic.type, f"{p}[0]")]
+    assert not lacking
+
+
+@pytest.mark.parametrize("name", sorted(p.stem for p in (ROOT / "thruster_msgs" / "msg").glob("*.msg")))
+def test_every_field_of_our_messages_is_in_the_table(name: str) -> None:
     text = (ROOT / "thruster_msgs" / "msg" / f"{name}.msg").read_text("utf-8")
-    assert set(FIELD.findall(text)) == set(UNITS[f"thruster_msgs/msg/{name}"])
+    table = {re.sub(r"\[\d+\]", "", path) for path in UNITS[f"thruster_msgs/msg/{name}"]}
+    assert set(FIELD.findall(text)) == table
+
+
+def test_covariances_have_the_units_of_their_rows_and_columns() -> None:
+    assert unit_of("nav_msgs/msg/Odometry", "twist.covariance[3]") == "m rad/s^2"
+    assert unit_of("nav_msgs/msg/Odometry", "pose.covariance[35]") == "rad^2"
+    assert unit_of("thruster_msgs/msg/ThrusterEstimate", "covariance[4]") == "m^2/s^2"
+    assert unit_of("geometry_msgs/msg/Vector3Stamped", "vector.x") == ""
+    assert unit_of("geometry_msgs/msg/Vector3Stamped", "vector.x", "rov/attitude") == "rad"

@@ -2,6 +2,7 @@
 
 from .errors import (
     CannotWriteError,
+    ClockError,
     EmptyRunError,
     InvalidRunError,
     MissingChannelError,
@@ -22,6 +23,7 @@ from .writer import write_run
 __all__ = [
     "CannotWriteError",
     "Channel",
+    "ClockError",
     "EmptyRunError",
     "InvalidRunError",
     "MissingChannelError",

@@ -7,31 +7,44 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from .errors import NotARunError
+from .errors import NotARunError, YamlError
 from .mcap_content import Scan
+from .other_bags import convert_command, other_files
+from .yaml_io import read_yaml
 
-MAX_METADATA_BYTES = 16 << 20
 MAX_PLACES = 5
 SECOND = 1e9
 
 
-def bag_files(path: Path) -> tuple[list[Path], dict[str, Any], list[str]]:
+def bag_files(path: Path, *, others: bool = False) -> tuple[list[Path], dict[str, Any], list[str]]:
     """Return the MCAP files of a run in order, what metadata.yaml says ({} without one), and warnings.
+
+    `others`: take files of other storages too; the description then has "others".
 
     Raises:
         NotARunError: nothing there, another storage, or no MCAP file.
     """
+    try:
+        return _bag_files(path, others=others)
+    except OSError as error:
+        raise NotARunError(f"{path}: cannot be read: {error.strerror or error}", path=path) from error
+
+
+def _bag_files(path: Path, *, others: bool) -> tuple[list[Path], dict[str, Any], list[str]]:
     if path.is_file():
-        return [path], {}, []
+        return [path], {"others": True} if others and other_files(path, {}) else {}, []
     if not path.is_dir():
         raise NotARunError(f"{path}: no such file or directory", path=path)
     description, warnings = _description(path / "metadata.yaml")
     storage = description.get("storage_identifier", "mcap")
-    if storage != "mcap":
-        text = f"{path}: expected storage mcap, found {storage}; `ros2 bag convert` makes one of the other"
-        raise NotARunError(text, path=path, expected="mcap", found=storage)
+    different = other_files(path, description)
+    if different and others:
+        return different, {**description, "others": True}, warnings
+    if storage != "mcap" or different:
+        found = storage if storage != "mcap" else different[0].name if different else ""
+        text = f"{path}: expected storage mcap, found {found}"
+        text += f"; `{convert_command(path, str(storage))}` makes one of the other"
+        raise NotARunError(text, path=path, expected="mcap", found=found)
     found = sorted(
         path.glob("*.mcap"), key=lambda p: [int(x) if x.isdigit() else x for x in re.split(r"(\d+)", p.name)]
     )
@@ -49,16 +62,14 @@ def _description(file: Path) -> tuple[dict[str, Any], list[str]]:
     try:
         if not file.is_file():
             return {}, []
-        if file.stat().st_size > MAX_METADATA_BYTES:
-            raise ValueError(f"expected at most {MAX_METADATA_BYTES} bytes, found {file.stat().st_size}")
-        loaded = yaml.safe_load(file.read_text(encoding="utf-8"))
+        loaded = read_yaml(file)
         content = loaded.get("rosbag2_bagfile_information") if isinstance(loaded, dict) else None
         if not isinstance(content, dict):
             raise ValueError("expected a mapping rosbag2_bagfile_information, found none")
         if not isinstance(content.get("relative_file_paths") or [], list):
             raise ValueError("expected relative_file_paths to be a list")
-    except (OSError, yaml.YAMLError, ValueError, RecursionError) as error:
-        reason = " ".join(str(error).split())
+    except (OSError, YamlError, ValueError) as error:
+        reason = " ".join((error.told if isinstance(error, YamlError) else str(error)).split())
         return {}, [f"metadata.yaml cannot be used, so nothing says how many messages there should be: {reason}"]
     return content, []
 
@@ -67,7 +78,7 @@ def losses(description: Mapping[str, Any], scans: tuple[Scan, ...]) -> list[str]
     """Compare what was found with what metadata.yaml promises: how many messages are missing, and where."""
     sentences = [f"the file {name} that metadata.yaml lists is missing" for name in description.get("absent", [])]
     promised = description.get("message_count")
-    found = sum(s.message_count for s in scans)
+    found = sum(s.message_count + len(s.told) for s in scans)
     if isinstance(promised, int) and promised > found:
         lost = f"{promised - found} of {promised} messages that metadata.yaml counts are lost"
         sentences.append(", ".join([lost, *_places(description, scans)]))

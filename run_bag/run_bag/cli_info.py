@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .command_line import user_arguments
+from .command_line import printable, user_arguments
 from .errors import RunError
 from .reader import Recording, read_recording, read_run
+from .run import Channel
 
 
 def parser() -> argparse.ArgumentParser:
@@ -57,16 +58,18 @@ def describe(path: Path) -> str:
     """
     recording = read_recording(path, set())
     run = read_run(path)
+    by_topic: dict[str, list[Channel]] = {}
+    for c in run.channels.values():
+        by_topic.setdefault(c.name.partition(".")[0], []).append(c)
     lines = [f"{path}: {run.duration:.6g} s, {_total(recording)} messages, {len(run.channels)} channels"]
     for topic, (kind, count) in sorted(_topics(recording).items()):
         lines.append(f"  {topic}  {kind}  {count}")
-        for c in run.channels.values():
-            if c.name.startswith(topic.strip("/") + "."):
-                where = f"  in {c.frame}" if c.frame else ""
-                lines.append(f"    {c.name}  [{c.unit or 'unit unknown'}]{where}")
+        for c in by_topic.get(topic.strip("/"), []):
+            where = f"  in {c.frame}" if c.frame else ""
+            lines.append(f"    {c.name}  [{c.unit or 'unit unknown'}]{where}")
     lines += _metadata(dict(run.metadata))
     lines += [f"  warning: {w}" for w in run.warnings]
-    return "\n".join(lines)
+    return "\n".join(map(printable, lines))
 
 
 def _total(recording: Recording) -> int:
@@ -85,15 +88,22 @@ def _topics(recording: Recording) -> dict[str, tuple[str, int]]:
 def _metadata(metadata: dict[str, Any]) -> list[str]:
     imported = metadata.pop("import", None)
     lines = [f"  {key}: {json.dumps(value, ensure_ascii=False)}" for key, value in metadata.items()]
+    if not lines and imported is None:
+        return ["  nothing says what was run: the recording carries no metadata of a run"]
     if not isinstance(imported, dict):
-        return lines
-    for source in imported.get("sources", []):
+        return lines if imported is None else [*lines, f"  import: {json.dumps(imported, ensure_ascii=False)}"]
+    for source in _records(imported, "sources"):
         lines.append(f"  from {source.get('file')} ({source.get('bytes')} bytes, sha256 {source.get('sha256')})")
-    for d in imported.get("decisions", []):
+    for d in _records(imported, "decisions"):
         spread = "" if d.get("standard_deviation") is None else f" +- {d['standard_deviation']}"
         unit = f" {d['unit']}" if d.get("unit") not in (None, "", "1") else ""
         lines.append(f"  {d.get('what')}: {json.dumps(d.get('value'))}{spread}{unit} ({d.get('how')})")
     return lines
+
+
+def _records(imported: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
+    found = imported.get(key)
+    return [each for each in found if isinstance(each, Mapping)] if isinstance(found, list) else []
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -106,7 +116,7 @@ def main(argv: Sequence[str] | None = None) -> int:
             if all(matches(recording.metadata, condition) for condition in options.where):
                 print(path if options.list else describe(path))
         except RunError as error:
-            print(error, file=sys.stderr)
+            print(printable(str(error)), file=sys.stderr)
             status = 1
     return status
 

@@ -23,6 +23,11 @@ def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
     return list(utilities.remove_ros_args(args=["program", *given]))[1:]
 
 
+def printable(text: str) -> str:
+    """Return a text whose control characters, which a terminal would obey, are written as Python writes them."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def exit_status(program: str, work: Callable[[], int]) -> int:
     """Return what `work` returns; 1 or, interrupted, 130 with one sentence on standard error where it fails."""
     try:
@@ -31,7 +36,7 @@ def exit_status(program: str, work: Callable[[], int]) -> int:
         sys.stderr.write(f"{program}: interrupted; what is there is whole, no half-written run was left\n")
         return INTERRUPTED
     except RunError as error:
-        sys.stderr.write(f"{error}\n")
+        sys.stderr.write("\n".join(map(printable, str(error).split("\n"))) + "\n")
     except OSError as error:
         where = "" if error.filename is None else f"{error.filename}: "
         sys.stderr.write(f"{program}: {where}{error.strerror or error}\n")

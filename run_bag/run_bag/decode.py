@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from .budget import Budget
 from .definitions import FieldsOf
 from .errors import SchemaError, TooLargeError
 from .layout import Layout, payload_layout
@@ -29,22 +30,26 @@ class Columns:
         header_stamps: int64 ns (N,), or None if the type has no header.
         frames: the frame ids that occur.
         left_out: paths of arrays too long for channels.
+        budget: what decoding may still cost.
+        layouts: how many different ones there were.
     """
 
     values: dict[str, NDArray[np.float64]] = field(default_factory=dict)
     header_stamps: NDArray[np.int64] | None = None
     frames: set[str] = field(default_factory=set)
     left_out: set[str] = field(default_factory=set)
+    budget: Budget = field(default_factory=lambda: Budget(0))
+    layouts: int = 0
 
 
-def decode(fields_of: FieldsOf, name: str, payloads: list[bytes]) -> Columns:
-    """Decode all messages of a topic.
+def decode(fields_of: FieldsOf, name: str, payloads: list[bytes], budget: Budget | None = None) -> Columns:
+    """Decode all messages of a topic; `budget`: of the whole recording.
 
     Raises:
         SchemaError: `position` is the index of the first message that does not fit the definition.
-        TooLargeError: likewise, a message with too many items.
+        TooLargeError: likewise, a message with too many items, or more than the budget.
     """
-    result = Columns()
+    result = Columns(budget=budget or Budget(sum(map(len, payloads))))
     lengths = np.fromiter(map(len, payloads), dtype=np.int64, count=len(payloads))
     for length in np.unique(lengths):
         rows = np.flatnonzero(lengths == length)
@@ -71,8 +76,15 @@ def _decode_block(
         except (SchemaError, TooLargeError) as error:
             text = f"message {rows[0]}: {error}"
             raise type(error)(text, position=int(rows[0]), expected=error.expected, found=error.found) from error
-        same = _same_layout(block, shape) if groups < _MASKED_GROUPS else np.arange(len(rows)) == 0
+        result.layouts += 1
+        if result.layouts > 1:  # one for each topic is free
+            result.budget.take("steps", len(shape.fields) + len(shape.texts), "its messages")
         groups += 1
+        if groups >= _MASKED_GROUPS:
+            _store(shape, block[:1], rows[:1], total, result)
+            block, rows = block[1:], rows[1:]
+            continue
+        same = _same_layout(block, shape)
         if same.all():
             _store(shape, block, rows, total, result)
             return
@@ -106,6 +118,8 @@ def _store(shape: Layout, block: NDArray[np.uint8], rows: NDArray[np.int64], tot
         if f.count is not None and f.count > MAX_ELEMENTS:
             result.left_out.add(f.path)
             continue
+        if whole or f.path not in result.values:
+            result.budget.take("numbers", total * (f.count or 1), "its messages")
         column = records[f.path].astype(np.float64)
         parts = {f.path: column} if f.count is None else {f"{f.path}[{i}]": column[:, i] for i in range(f.count)}
         for path, values in parts.items():

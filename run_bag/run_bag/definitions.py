@@ -26,6 +26,9 @@ FieldsOf: TypeAlias = Mapping[str, Fielddefs]
 """Fields of each message type by its full name, as rosbags parses them."""
 
 MAX_SCHEMA_BYTES = 1 << 20
+_UNPARSABLE = (TypesysError, UnicodeDecodeError, ValueError, KeyError, TypeError, AttributeError, IndexError,
+               AssertionError, RecursionError, ArithmeticError)  # fmt: skip
+"""What the parsers of definitions raise on forms that they do not know: annotations, nested modules, expressions."""
 
 
 def full_name(name: str) -> str:
@@ -142,9 +145,17 @@ def parse_schema(name: str, encoding: str, data: bytes) -> FieldsOf:
         return definitions().fields(name)
     try:
         types = _parse_text(name, encoding, data.decode("utf-8"))
-    except (TypesysError, UnicodeDecodeError, ValueError, KeyError) as error:
-        raise SchemaError(f"schema {name!r}: cannot parse its {encoding} definition: {error}") from error
+    except SchemaError:
+        raise
+    except _UNPARSABLE as error:
+        why = " ".join(str(error).split())[:200] or type(error).__name__
+        raise SchemaError(f"schema {name!r}: cannot parse its {encoding} definition: {why}") from error
     fields = {key: value[1] for key, value in types.items()}
+    for key, own in fields.items():
+        names = [field for field, _ in own]
+        if len(set(names)) < len(names):
+            twice = next(field for field in names if names.count(field) > 1)
+            raise SchemaError(f"schema {name!r}: {key} has the field {twice!r} twice", expected=name, found=twice)
     missing = {r for own in fields.values() for r in references(own)} - set(fields)
     if name not in fields or missing:
         lacking = ", ".join(sorted(missing)) or name

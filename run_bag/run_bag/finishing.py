@@ -3,7 +3,6 @@ metadata.yaml. Messages are copied as they are, one file at a time, and never he
 
 from __future__ import annotations
 
-import json
 import os
 import secrets
 import shutil
@@ -20,15 +19,18 @@ from .mcap_content import RawMessage, RawTopic, Scan
 from .mcap_scan import scan
 from .rosbag2 import (
     BAG_RECORD,
+    LATCHED_QOS,
     LIBRARY,
-    RUN_RECORD,
     TopicRecord,
+    TopicRegistry,
     bag_metadata,
     offers,
     type_hash,
     write_bag_record,
     write_metadata_yaml,
 )
+from .run_metadata import RUN_RECORD, TOPIC, TYPE, found_metadata, run_text
+from .topic import Topic, check_topic
 from .writer import refuse_existing
 
 METADATA_FILE = "metadata.yaml"
@@ -75,7 +77,7 @@ def finish(directory: Path) -> Finished:
         raise RunError(f"{what}; `recover --out NEW` copies what is left", path=directory)
     part = directory / f".{files[0].name}.{secrets.token_hex(8)}.part"
     try:
-        bag = _copy(scans, part, files[0].name)
+        bag = _copy(scans, description, part, files[0].name)
         part.replace(files[0])
         write_metadata_yaml(directory, bag)
     except OSError as error:
@@ -83,7 +85,7 @@ def finish(directory: Path) -> Finished:
         raise CannotWriteError(text, path=directory, found=error.errno) from error
     finally:
         part.unlink(missing_ok=True)  # gone already where all went well
-    return Finished(directory=directory, messages=bag["message_count"], warnings=tuple(warnings))
+    return Finished(directory=directory, messages=messages, warnings=tuple(warnings))
 
 
 Alter = Callable[[str, bytes], bytes]
@@ -107,12 +109,13 @@ def recover(path: Path, target: Path, alter: Alter | None = None, about: Mapping
     files, description, warnings = bag_files(path)
     scans = tuple(scan(file, lambda topic: False) for file in files)
     warnings += [f"{s.path.name}: {problem}" for s in scans for problem in s.problems] + losses(description, scans)
+    messages = sum(s.message_count for s in scans)
     temporary = target.parent / f".{target.name}.{secrets.token_hex(8)}.part"
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         temporary.mkdir()
         name = f"{target.name}_0.mcap"
-        bag = _copy(scans, temporary / name, name, alter, about)
+        bag = _copy(scans, description, temporary / name, name, alter, about)
         write_metadata_yaml(temporary, bag)
         refuse_existing(target)
         temporary.rename(target)
@@ -121,7 +124,7 @@ def recover(path: Path, target: Path, alter: Alter | None = None, about: Mapping
         raise CannotWriteError(text, path=target, found=error.errno) from error
     finally:
         shutil.rmtree(temporary, ignore_errors=True)
-    return Finished(directory=target, messages=bag["message_count"], warnings=tuple(warnings))
+    return Finished(directory=target, messages=messages, warnings=tuple(warnings))
 
 
 @dataclass
@@ -150,6 +153,15 @@ class _Copy:
             self._channels[key], self.records[channel], self.counts[channel] = channel, record, 0
         return self._channels[key]
 
+    def tell(self, text: str, stamp: int) -> None:
+        """Write what was run as a message, before all others."""
+        message = next(check_topic(Topic(name=TOPIC, type=TYPE, stamps=[stamp], fields={"data": text})).payloads(0, 1))
+        record = TopicRecord(name=TOPIC, type=TYPE, qos=(LATCHED_QOS,))
+        channel = TopicRegistry(self.writer).add(record)
+        self.writer.add_message(channel, stamp, message, stamp)
+        self.records[channel], self.counts[channel] = record, 1
+        self.first = self.last = stamp
+
     def file(self, one: Scan) -> None:
         """Copy the messages of a file."""
         numbers = {number: self.topic(raw) for number, raw in one.topics.items()}
@@ -173,6 +185,7 @@ class _Copy:
 
 def _copy(
     scans: tuple[Scan, ...],
+    description: Mapping[str, Any],
     target: Path,
     file_name: str,
     alter: Alter | None = None,
@@ -182,16 +195,20 @@ def _copy(
     with target.open("xb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library=LIBRARY)
-        for name, content in _metadata(scans, about or {}).items():
+        records = _metadata(scans, description, about or {})
+        told = records.get(RUN_RECORD, {}).get("json", "")
+        for name, content in records.items():
             writer.add_metadata(name, dict(content))
         copy = _Copy(writer, alter=alter)
+        if told and any(one.message_count for one in scans):
+            copy.tell(told, min((one.first_log_time for one in scans if one.first_log_time is not None), default=0))
         try:
             for one in scans:
                 copy.file(one)
         except CannotWriteError as error:
             raise OSError(error.found, os.strerror(int(str(error.found)))) from error
         listed = [(record, copy.counts[channel]) for channel, record in copy.records.items()]
-        bag = bag_metadata(file_name, copy.first or 0, copy.last, listed)
+        bag = bag_metadata(file_name, copy.first or 0, copy.last, listed, told)
         write_bag_record(writer, bag)
         writer.finish()
         file.flush()
@@ -199,13 +216,15 @@ def _copy(
     return bag
 
 
-def _metadata(scans: tuple[Scan, ...], about: Mapping[str, Any]) -> dict[str, Mapping[str, str]]:
+def _metadata(
+    scans: tuple[Scan, ...], description: Mapping[str, Any], about: Mapping[str, Any]
+) -> dict[str, Mapping[str, str]]:
     found: dict[str, Mapping[str, str]] = {name: text for one in scans for name, text in one.metadata.items()}
     found.pop(BAG_RECORD, None)  # described the old file
-    if about:
-        told = json.loads(found.get(RUN_RECORD, {}).get("json", "{}"))
-        told = {**told, **about} if isinstance(told, dict) else {RUN_RECORD: told, **about}
-        found[RUN_RECORD] = {"json": json.dumps(told, allow_nan=False, ensure_ascii=False)}
+    told = {**found_metadata(scans, description, BAG_RECORD)[0], **about}
+    told.pop("mcap", None)
+    if told:
+        found[RUN_RECORD] = {"json": run_text(told)}
     return found
 
 

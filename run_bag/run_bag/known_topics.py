@@ -2,45 +2,33 @@
 
 from __future__ import annotations
 
-KNOWN = {
-    "thrust_setpoint": "thruster_msgs/msg/ThrustSetpoint",
-    "speed_setpoint": "thruster_msgs/msg/SpeedSetpoint",
-    "throttle": "thruster_msgs/msg/Throttle",
-    "state": "thruster_msgs/msg/ThrusterState",
-    "flow": "thruster_msgs/msg/FlowVelocity",
-    "adv_raw": "thruster_msgs/msg/AdvSample",
-    "load": "geometry_msgs/msg/WrenchStamped",
-    "gauges": "thruster_msgs/msg/LoadCellGauges",
-    "estimate": "thruster_msgs/msg/ThrusterEstimate",
-    "truth": "thruster_msgs/msg/ThrusterTruth",
-}
+import re
+
+from .topics_table import KnownTopic, topics
+
+_THRUSTER, _NUMBER = "thruster_<i>/", re.compile(r"thruster_\d+/")
+KNOWN = {t.name.removeprefix(_THRUSTER): t.type for t in topics() if t.name.startswith(_THRUSTER)}
 """Last part of `thruster_<i>/...` -> type."""
-KNOWN_VEHICLE = {
-    "rov/truth": "nav_msgs/msg/Odometry",
-    "rov/setpoint": "thruster_msgs/msg/VehicleSetpoint",
-    "rov/odometry": "nav_msgs/msg/Odometry",
-    "rov/odometry_enu": "nav_msgs/msg/Odometry",
-    "rov/imu": "sensor_msgs/msg/Imu",
-    "rov/velocity": "geometry_msgs/msg/TwistWithCovarianceStamped",
-    "rov/depth": "thruster_msgs/msg/Depth",
-    "rov/battery": "sensor_msgs/msg/BatteryState",
-    "rov/operator": "geometry_msgs/msg/TwistStamped",
-    "rov/wrench": "geometry_msgs/msg/WrenchStamped",
-    "rov/thruster_failure": "thruster_msgs/msg/ThrusterFailure",
-    "rov/attitude": "geometry_msgs/msg/Vector3Stamped",
-    "rov/path": "nav_msgs/msg/Path",
-    "rov/scene": "visualization_msgs/msg/MarkerArray",
-}
+KNOWN_VEHICLE = {t.name: t.type for t in topics() if t.name.startswith("rov/")}
+_BY_NAME = {t.name.lstrip("/"): t for t in topics()}
+
+
+def known_topic(topic: str) -> KnownTopic | None:
+    """Return a topic of the table, None for others."""
+    return _BY_NAME.get(_NUMBER.sub(_THRUSTER, topic.strip("/"), count=1))
 
 
 def topic_type(topic: str) -> str | None:
     """Return the message type of a known topic, None for others."""
-    parts = topic.strip("/").split("/")
-    if len(parts) == 2 and parts[0].startswith("thruster_") and parts[0][9:].isdigit():
-        return KNOWN.get(parts[1])
-    return KNOWN_VEHICLE.get(topic.strip("/"))
+    found = known_topic(topic)
+    return None if found is None else found.type
 
 
 def known_topics() -> str:
     """Return the names of all of them, for a sentence."""
-    return ", ".join([*(f"thruster_<i>/{k}" for k in KNOWN), *KNOWN_VEHICLE])
+    return ", ".join(t.name for t in topics())
+
+
+def topic_rows() -> str:
+    """Return the rows of the README's table of topics."""
+    return "".join(f"| `{t.name}` | `{t.type.replace('/msg/', '/')}` | {t.content} |\n" for t in topics())

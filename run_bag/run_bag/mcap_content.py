@@ -50,10 +50,11 @@ class Scan:
         metadata: MCAP metadata records by name.
         complete: the end mark of the data was reached.
         end: offset behind the last byte that could be read.
-        last_log_time: latest log time of any message [ns], None without messages.
+        last_log_time: latest log time of any message [ns], None without messages; first_log_time likewise.
         damaged: something in the file makes no sense; false where its end alone is missing.
         holes: first and last log time [ns] of what was left out between messages that were read.
         problems: damage, one sentence each.
+        told: messages that say what was run (`run_metadata.TOPIC`); they are among no topic's.
     """
 
     path: Path
@@ -63,9 +64,11 @@ class Scan:
     complete: bool = False
     end: int = 0
     last_log_time: int | None = None
+    first_log_time: int | None = None
     damaged: bool = False
     holes: list[tuple[int, int]] = field(default_factory=list)
     problems: list[str] = field(default_factory=list)
+    told: list[bytes] = field(default_factory=list)
 
     @property
     def message_count(self) -> int:

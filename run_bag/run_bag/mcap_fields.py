@@ -23,11 +23,16 @@ def string(data: bytes) -> tuple[str, bytes]:
 def mapping(data: bytes) -> dict[str, str]:
     """Return a map of strings."""
     rest, _ = prefixed(data)
-    result = {}
-    while rest:
-        key, rest = string(rest)
-        result[key], rest = string(rest)
-    return result
+    position, texts = 0, []
+    while position < len(rest):
+        end = position + 4 + int.from_bytes(rest[position : position + 4], "little")
+        if position + 4 > len(rest) or end > len(rest):
+            raise ValueError(f"a length of {end - position - 4} beyond the record")
+        texts.append(rest[position + 4 : end].decode("utf-8"))
+        position = end
+    if len(texts) % 2:
+        raise ValueError("a key without a value")
+    return dict(zip(texts[::2], texts[1::2], strict=True))
 
 
 def decompress(compression: str, data: bytes, size: int) -> bytes:

@@ -17,9 +17,11 @@ from pathlib import Path
 
 import zstandard
 
+from .budget import OVERHEAD, Budget
 from .errors import NotARunError, TooLargeError
 from .mcap_content import RawMessage, RawTopic, Scan, Schema
 from .mcap_fields import decompress, mapping, prefixed, string
+from .run_metadata import TOPIC, TYPES
 
 MAGIC = b"\x89MCAP0\r\n"
 HEADER, FOOTER, SCHEMA, CHANNEL, MESSAGE, CHUNK = 1, 2, 3, 4, 5, 6
@@ -47,6 +49,7 @@ def scan(
     path: Path,
     wanted: Callable[[str], bool] = lambda topic: True,
     receive: Callable[[RawMessage, RawTopic], None] | None = None,
+    budget: Budget | None = None,
 ) -> Scan:
     """Scan one MCAP file.
 
@@ -54,13 +57,14 @@ def scan(
         path: the file.
         wanted: says of each topic (as in the file) whether its payloads are kept.
         receive: takes each wanted message, with its topic, in place of keeping it: memory stays small.
+        budget: what the whole recording may cost; None: this file is all of it.
 
     Returns:
         What was found; a cut or damaged file is described in `problems`, not raised.
 
     Raises:
         NotARunError: the file cannot be opened or is no MCAP file.
-        TooLargeError: a record or chunk beyond the caps.
+        TooLargeError: a record or chunk beyond the caps, or more than the budget.
     """
     try:
         with path.open("rb") as file:
@@ -72,7 +76,7 @@ def scan(
                 text = f"{path}: expected an MCAP file, which starts with {MAGIC.hex(' ')}, found {found}"
                 raise NotARunError(text, path=path, position=0, expected=MAGIC, found=head)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
-                return _Scanner(Scan(path, size), data, wanted, receive).run()
+                return _Scanner(Scan(path, size), data, wanted, receive, budget or Budget(size)).run()
     except OSError as error:
         raise NotARunError(f"{path}: cannot be read: {error.strerror or error}", path=path) from error
 
@@ -84,8 +88,12 @@ class _Scanner:
         data: mmap.mmap,
         wanted: Callable[[str], bool],
         receive: Callable[[RawMessage, RawTopic], None] | None,
+        budget: Budget,
     ) -> None:
         self.result, self.data, self.wanted, self.receive = result, data, wanted, receive
+        self.budget = budget
+        self.wanted_ids: set[int] = set()
+        self.telling: set[int] = set()  # channels on which a message says what was run
         self.schemas: dict[int, Schema] = {}
         self.asked_summary = False
         self.left_out = 0
@@ -122,7 +130,10 @@ class _Scanner:
     def records(self, data: mmap.mmap | bytes, position: int, *, top: bool) -> None:
         """Walk records; `top` is the file itself, else the inside of a chunk."""
         size, unpack, unpack_message = len(data), _RECORD.unpack_from, _MESSAGE.unpack_from
-        topics, wanted, result = self.result.topics, self.wanted_ids(), self.result
+        topics, wanted, result = self.result.topics, self.wanted_ids, self.result
+        messages, memory = self.budget.left("messages"), self.budget.left("memory")
+        counted, kept = 0, 0
+        earliest = 1 << 64
         latest = -1 if result.last_log_time is None else result.last_log_time
         try:
             while position < size:
@@ -141,12 +152,23 @@ class _Scanner:
                         position = end
                         continue
                     _, _, channel, sequence, log_time, publish_time = unpack_message(data, position)
+                    counted += 1
+                    if counted > messages or kept > memory:
+                        break
+                    if channel in self.telling:
+                        kept += length
+                        result.told.append(data[begin + 22 : end])
+                        position = end
+                        if top:
+                            result.end = end
+                        continue
                     if channel not in topics:
                         self.summary()
-                        wanted = self.wanted_ids()
                     if channel in topics:
                         topic = topics[channel]
                         topic.count += 1
+                        if log_time < earliest:
+                            earliest = log_time
                         if log_time > latest:
                             latest = log_time
                         if channel not in wanted:
@@ -155,6 +177,7 @@ class _Scanner:
                             payload = data[begin + 22 : end]
                             self.receive(RawMessage(channel, sequence, log_time, publish_time, payload), topic)
                         else:
+                            kept += length + OVERHEAD
                             topic.log_times.append(log_time)
                             topic.payloads.append(data[begin + 22 : end])
                     elif _in_step(data, end):
@@ -171,16 +194,19 @@ class _Scanner:
                             self.other(opcode, data[begin:end], position, top=top)
                         except _Cut as damage:
                             self.leave_out(data, end, str(damage))
-                        wanted = self.wanted_ids()
+                        if opcode == CHUNK:
+                            messages, memory = self.budget.left("messages"), self.budget.left("memory")
                 position = end
                 if top:
                     result.end = end
         finally:
             if latest >= 0:
                 result.last_log_time = max(latest, result.last_log_time or 0)
-
-    def wanted_ids(self) -> set[int]:
-        return {i for i, t in self.result.topics.items() if self.wanted(t.topic)}
+            if earliest < 1 << 64:
+                before = result.first_log_time
+                result.first_log_time = earliest if before is None else min(earliest, before)
+            self.budget.take("messages", counted, result.path)
+            self.budget.take("memory", kept, result.path)
 
     def refuse_nonsense(self, opcode: int, length: int, position: int) -> None:
         if opcode == 0:
@@ -196,6 +222,8 @@ class _Scanner:
                 raise _Cut(f"damaged: a chunk inside a chunk at byte {position}")
             self.chunk(body, position, cut=False)
             return
+        self.budget.take("records", 1, self.result.path)
+        self.budget.take("memory", len(body), self.result.path)
         try:
             if opcode == SCHEMA:
                 name, rest = string(body[2:])
@@ -220,7 +248,13 @@ class _Scanner:
         if len(self.result.topics) >= MAX_CHANNELS:
             text = f"{self.result.path}: more than {MAX_CHANNELS} channels at byte {position}"
             raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHANNELS)
-        self.result.topics[number] = RawTopic(topic, encoding, self.schemas.get(schema), mapping(rest))
+        definition = self.schemas.get(schema)
+        if topic == TOPIC and definition is not None and definition.name in TYPES:
+            self.telling.add(number)
+            return
+        self.result.topics[number] = RawTopic(topic, encoding, definition, mapping(rest))
+        if self.wanted(topic):
+            self.wanted_ids.add(number)
 
     def summary(self) -> None:
         """Take the schemas and channels that the summary behind the data repeats, once; a cut file has none."""
@@ -250,6 +284,7 @@ class _Scanner:
             where = f"{self.result.path}: a chunk of {size} bytes at byte {position}"
             text = f"{where}, at most {MAX_CHUNK_BYTES} are read"
             raise TooLargeError(text, path=self.result.path, position=position, expected=MAX_CHUNK_BYTES, found=size)
+        self.budget.content(size, self.result.path)
         where = f"the chunk at byte {position} (log times {first / 1e9:.3f} s to {last / 1e9:.3f} s)"
         try:
             compression, rest = string(body[_CHUNK.size :])

@@ -11,9 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from .errors import InvalidRunError
+from .errors import InvalidRunError, YamlError
+from .yaml_io import parse_yaml
 
 MAX_FILE_BYTES = 1 << 20
 RESERVED = ("recorder", "nodes", "files")
@@ -45,13 +44,13 @@ def said_by_the_user(about: str, files: Iterable[str]) -> dict[str, Any]:
     problems: list[str] = []
     result: dict[str, Any] = {}
     try:
-        loaded = yaml.safe_load(about) if about.strip() else {}
+        loaded = parse_yaml(about, "about") if about.strip() else {}
         if not isinstance(loaded, dict):
             problems.append(f"expected a mapping such as '{{seed: 3}}', found {about!r}")
         else:
             result = plain(loaded)
-    except yaml.YAMLError as error:
-        problems.append(f"{about!r} is no YAML: {' '.join(str(error).split())}")
+    except YamlError as error:
+        problems.append(f"{about!r} is no YAML: {error.told}")
     problems += [f"the key {key!r} is the recorder's own" for key in RESERVED if key in result]
     contents = {}
     for name in files:

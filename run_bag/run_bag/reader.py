@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,21 +10,34 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from . import run_metadata
 from .bag_folder import bag_files, losses
+from .budget import Budget
 from .decode import Columns, decode
-from .definitions import full_name, parse_schema
+from .definitions import FieldsOf, full_name, parse_schema
 from .errors import EmptyRunError, MissingTopicError, RunError, SchemaError, StampOrderError
-from .mcap_content import RawTopic, Scan
+from .mcap_content import RawTopic, Scan, Schema
 from .mcap_scan import scan
-from .rosbag2 import BAG_RECORD, RUN_RECORD
-from .run import Channel, Run
+from .one_clock import APART, of_one_clock
+from .other_bags import scan_others, unpack_messages
+from .rosbag2 import BAG_RECORD
+from .run import NANOSECONDS, Channel, Run
 from .units import unit_of
 
 _SHARED = ("diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log")
 """Types of topics that all nodes publish on: their stamps need not follow each other."""
 
-_PICTURES = ("nav_msgs/msg/Path", "visualization_msgs/msg/MarkerArray", "visualization_msgs/msg/Marker")
-"""Types that draw for viewers what other topics measure; each message repeats what was before, in ever more fields."""
+_FIRST_TRANSFORM = "transforms[0].header.stamp"
+
+_UNASKED = (
+    "rcl_interfaces/msg/Log",
+    "rcl_interfaces/msg/ParameterEvent",
+    "nav_msgs/msg/Path",
+    "visualization_msgs/msg/MarkerArray",
+    "visualization_msgs/msg/Marker",
+)
+"""Types that are read only if they are asked for: what nodes say of themselves, on their own clocks, and what draws for
+viewers what other topics measure, each message repeating what was before in ever more fields."""
 
 
 @dataclass(frozen=True)
@@ -38,6 +50,7 @@ class Recording:
         scans: one per file, in order.
         metadata: the recorded `run` object; other MCAP metadata under "mcap".
         warnings: damage and loss, one sentence each.
+        budget: what is left of it.
     """
 
     path: Path
@@ -45,6 +58,7 @@ class Recording:
     scans: tuple[Scan, ...]
     metadata: Mapping[str, Any]
     warnings: tuple[str, ...]
+    budget: Budget
 
 
 def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
@@ -53,8 +67,8 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     Messages are decoded by the definitions inside the file. A channel's stamps are the header stamps where
     the type has a header (log times if none of them was ever filled in, or on topics that all nodes share, as
     /diagnostics), else the log times. Channels in
-    which nothing was measured (all NaN) are left out; so are strings, and pictures that are drawn for viewers (paths,
-    markers) unless they are asked for.
+    which nothing was measured (all NaN) are left out; so are strings, and what nodes log or draw for viewers (paths,
+    markers) unless it is asked for.
 
     Args:
         path: rosbag2 directory or .mcap file.
@@ -70,11 +84,14 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
         SchemaError: a requested topic cannot be decoded.
         StampOrderError: header stamps run backwards within a topic.
         EmptyRunError: no message, or no measured value.
-        TooLargeError: a size in the file exceeds the caps.
+        TooLargeError: a size in the file exceeds the caps, or the content the budget.
+        ClockError: topics of two clocks.
     """
     wanted = None if topics is None else {t.strip("/") for t in topics}
     recording = read_recording(path, wanted)
     warnings = list(recording.warnings)
+    budget = recording.budget
+    parsed: dict[Schema, FieldsOf] = {}
     by_topic: dict[str, list[RawTopic]] = {}
     for one in recording.scans:
         for raw in one.topics.values():
@@ -91,14 +108,15 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
     for topic, parts in by_topic.items():
         if (wanted is not None and topic not in wanted) or not any(p.payloads for p in parts):
             continue
-        if wanted is None and all(p.schema is not None and full_name(p.schema.name) in _PICTURES for p in parts):
+        if wanted is None and all(p.schema is not None and full_name(p.schema.name) in _UNASKED for p in parts):
             continue
         try:
-            channels.update(_channels(recording.path, topic, parts, warnings))
+            channels.update(_channels(recording.path, topic, parts, warnings, budget, parsed))
         except SchemaError as error:
             if wanted is not None:
                 raise
             warnings.append(f"{error}; the topic was left out")
+    channels = of_one_clock(recording.path, channels, warnings, asked=wanted is not None)
     if not channels:
         text = "; ".join([f"{recording.path}: no channel with a measured value", *warnings])
         raise EmptyRunError(text, path=recording.path, found=0)
@@ -112,25 +130,34 @@ def read_recording(path: Path | str, wanted: set[str] | None = None) -> Recordin
         NotARunError, TooLargeError: as read_run.
     """
     path = Path(path)
-    files, description, unclear = bag_files(path)
-    scans = tuple(scan(f, lambda topic: wanted is None or topic.strip("/") in wanted) for f in files)
-    metadata: dict[str, Any] = {}
-    warnings = unclear + [f"{s.path.name}: {problem}" for s in scans for problem in s.problems]
-    for one in scans:
-        for name, content in one.metadata.items():
-            if name == RUN_RECORD and "json" in content:
-                try:
-                    loaded = json.loads(content["json"])
-                    metadata.update(loaded if isinstance(loaded, dict) else {RUN_RECORD: loaded})
-                except ValueError as error:
-                    warnings.append(f"{one.path.name}: the run's metadata is no JSON: {error}")
-            elif name != BAG_RECORD:
-                metadata.setdefault("mcap", {})[name] = content
+    files, description, unclear = bag_files(path, others=True)
+    budget = Budget(sum(f.stat().st_size for f in files))
+
+    def kept(topic: str) -> bool:
+        return wanted is None or topic.strip("/") in wanted
+
+    if description.get("others"):
+        scans = tuple(scan_others(files, kept, budget, scan))
+    else:
+        scans = tuple(scan(f, kept, budget=budget) for f in files)
+    if str(description.get("compression_mode") or "").lower() == "message":
+        for one in scans:
+            unpack_messages(one, budget)
+    metadata, unread = run_metadata.found_metadata(scans, description, BAG_RECORD)
+    warnings = unclear + [f"{s.path.name}: {problem}" for s in scans for problem in s.problems] + unread
     warnings += losses(description, scans)
-    return Recording(path, path.stem if path.is_file() else path.resolve().name, scans, metadata, tuple(warnings))
+    name = path.stem if path.is_file() else path.resolve().name
+    return Recording(path, name, scans, metadata, tuple(warnings), budget)
 
 
-def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]) -> dict[str, Channel]:
+def _channels(
+    path: Path,
+    topic: str,
+    parts: list[RawTopic],
+    warnings: list[str],
+    budget: Budget,
+    known: dict[Schema, FieldsOf],
+) -> dict[str, Channel]:
     """Decode one topic; its channel in each file may carry another schema, but of one type."""
     result: dict[str, Channel] = {}
     types = sorted({full_name(p.schema.name) if p.schema else "" for p in parts if p.payloads})
@@ -148,7 +175,10 @@ def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]
             text = f"{path}: topic {topic}: expected encoding cdr, found {part.encoding!r}"
             raise SchemaError(text, path=path, topic=topic, expected="cdr", found=part.encoding)
         try:
-            parsed = parse_schema(part.schema.name, part.schema.encoding, part.schema.data)
+            if part.schema not in known:
+                budget.take("definitions", len(part.schema.data), path)
+                known[part.schema] = parse_schema(part.schema.name, part.schema.encoding, part.schema.data)
+            parsed = known[part.schema]
         except SchemaError as error:
             raise SchemaError(f"{path}: topic {topic}: {error}", path=path, topic=topic) from error
         if fields is not None and parsed != fields:
@@ -158,18 +188,24 @@ def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]
         log_times += part.log_times
         payloads += part.payloads
     assert fields is not None
+    if max(log_times) >= 1 << 63:
+        text = f"{path}: topic {topic}: expected log times below 2^63 ns, found {max(log_times)}"
+        raise SchemaError(text, path=path, topic=topic, expected=1 << 63, found=max(log_times))
     logged = np.array(log_times, dtype=np.uint64).astype(np.int64)
     if np.any(logged[1:] < logged[:-1]):
         order = np.argsort(logged, kind="stable")
         logged, payloads = logged[order], [payloads[i] for i in order]
     try:
-        columns = decode(fields, types[0], payloads)
+        columns = decode(fields, types[0], payloads, budget)
     except RunError as error:
         text = f"{path}: topic {topic} ({types[0]}): {error}"
         raise type(error)(
             text, path=path, topic=topic, position=error.position, expected=error.expected, found=error.found
         ) from error
-    stamps = logged if types[0] in _SHARED else _stamps(path, topic, columns, logged, warnings)
+    if types[0] in _SHARED:
+        stamps = _of_many(columns, logged)
+    else:
+        stamps = _stamps(path, topic, columns, logged, warnings)
     if len(columns.frames) > 1:
         warnings.append(f"topic {topic}: several frame ids ({', '.join(sorted(columns.frames))}); none is kept")
     frame = next(iter(columns.frames)) if len(columns.frames) == 1 else ""
@@ -178,9 +214,23 @@ def _channels(path: Path, topic: str, parts: list[RawTopic], warnings: list[str]
     for field_path, values in columns.values.items():
         if not np.isnan(values).all():
             name = f"{topic}.{field_path}"
-            unit = unit_of(types[0], field_path)
+            unit = unit_of(types[0], field_path, topic)
             result[name] = Channel(name=name, stamps=stamps, values=values, unit=unit, frame=frame)
     return result
+
+
+def _of_many(columns: Columns, logged: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Return the stamps of a topic of many nodes: log times, or, where those are of another clock, its own in order."""
+    own = columns.header_stamps
+    if own is None and _FIRST_TRANSFORM + ".sec" in columns.values:
+        seconds, rest = (np.nan_to_num(columns.values[_FIRST_TRANSFORM + part]) for part in (".sec", ".nanosec"))
+        own = seconds.astype(np.int64) * NANOSECONDS + rest.astype(np.int64)
+    if own is None or not own.any() or abs(int(own[0]) - int(logged[0])) < APART:
+        return logged
+    order = np.argsort(own, kind="stable")
+    for path, values in columns.values.items():
+        columns.values[path] = values[order]
+    return own[order]
 
 
 def _stamps(

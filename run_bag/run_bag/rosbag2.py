@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
@@ -13,9 +12,11 @@ import yaml
 from mcap.writer import Writer
 
 from .definitions import definitions
+from .errors import YamlError
+from .run_metadata import RUN_RECORD, run_text
+from .yaml_io import parse_yaml
 
 LIBRARY = "run_bag"
-RUN_RECORD = "run"
 BAG_RECORD = "rosbag2"
 INFINITE = {"sec": 9223372036, "nsec": 854775807}
 DEFAULT_QOS: dict[str, Any] = {
@@ -29,6 +30,9 @@ DEFAULT_QOS: dict[str, Any] = {
     "liveliness_lease_duration": INFINITE,
     "avoid_ros_namespace_conventions": False,
 }
+
+
+LATCHED_QOS = {**DEFAULT_QOS, "depth": 1, "durability": "transient_local"}
 
 
 class _Dumper(yaml.SafeDumper):
@@ -82,8 +86,8 @@ def type_hash(extra: Mapping[str, str]) -> str:
 def offers(extra: Mapping[str, str]) -> tuple[Mapping[str, Any], ...]:
     """Return the QoS profiles that a channel was recorded with, or the default where it does not say."""
     try:
-        loaded = yaml.safe_load(extra.get("offered_qos_profiles", ""))
-    except yaml.YAMLError:
+        loaded = parse_yaml(extra.get("offered_qos_profiles", ""), "offered_qos_profiles")
+    except YamlError:
         loaded = None
     profiles = tuple(p for p in loaded if isinstance(p, dict)) if isinstance(loaded, list) else ()
     return profiles or (DEFAULT_QOS,)
@@ -105,9 +109,9 @@ class TopicRegistry:
 
 
 def bag_metadata(
-    file_name: str, start_ns: int, end_ns: int, counts: Iterable[tuple[TopicRecord, int]]
+    file_name: str, start_ns: int, end_ns: int, counts: Iterable[tuple[TopicRecord, int]], told: str = ""
 ) -> dict[str, Any]:
-    """Return the description of a bag of one file, as under `rosbag2_bagfile_information`."""
+    """Return the description of a bag of one file, as under `rosbag2_bagfile_information`; `told`: what was run."""
     listed = list(counts)
     topics = [{"topic_metadata": t.metadata(), "message_count": n} for t, n in listed]
     total = sum(n for _, n in listed)
@@ -125,15 +129,14 @@ def bag_metadata(
         "compression_mode": "",
         "relative_file_paths": [file_name],
         "files": [file],
-        "custom_data": None,
+        "custom_data": {RUN_RECORD: told} if told else None,
         "ros_distro": "jazzy",
     }
 
 
 def write_run_record(writer: Writer, metadata: Mapping[str, Any]) -> None:
     """Store what was run (or reconstructed) as MCAP metadata; write it first, so that it survives a cut."""
-    text = json.dumps(metadata, allow_nan=False, ensure_ascii=False)
-    writer.add_metadata(RUN_RECORD, {"json": text})
+    writer.add_metadata(RUN_RECORD, {"json": run_text(metadata)})
 
 
 def write_bag_record(writer: Writer, bag: Mapping[str, Any]) -> None:

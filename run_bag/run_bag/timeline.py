@@ -15,6 +15,7 @@ from .errors import EmptyRunError, InvalidRunError, SchemaError
 from .mcap_content import RawTopic
 from .reader import read_recording
 from .rosbag2 import offers, type_hash
+from .run_metadata import TOPIC, run_text
 from .selection import Selection
 from .stamps import has_header, header_stamp
 
@@ -48,6 +49,7 @@ class Timeline:
         owners: index of each message's topic, shape (N,).
         payloads: N serialised messages.
         left_out: why a topic is not played, one sentence each.
+        told: what was run, as `run_metadata.TOPIC` says it; "" where nothing does.
     """
 
     topics: tuple[PlayedTopic, ...]
@@ -55,6 +57,7 @@ class Timeline:
     owners: NDArray[np.int64]
     payloads: list[bytes]
     left_out: tuple[str, ...]
+    told: str = ""
 
     def instants(self) -> Iterator[Instant]:
         """Yield what happens, instant by instant."""
@@ -127,6 +130,7 @@ def read_timeline(
         owners=np.array([index[e[1]] for e in every[begin:stop]], dtype=np.int64),
         payloads=[e[2] for e in every[begin:stop]],
         left_out=tuple(left_out),
+        told=run_text(recording.metadata) if recording.metadata and TOPIC in wanted else "",
     )
 
 

@@ -16,6 +16,7 @@ from mcap.writer import CompressionType, Writer
 
 from .errors import CannotWriteError, InvalidRunError, RunError, RunExistsError
 from .rosbag2 import (
+    LATCHED_QOS,
     LIBRARY,
     TopicRecord,
     TopicRegistry,
@@ -24,6 +25,7 @@ from .rosbag2 import (
     write_metadata_yaml,
     write_run_record,
 )
+from .run_metadata import TOPIC, TYPE, run_text
 from .topic import Columns, Topic, check_topic
 
 BLOCK = 20_000
@@ -100,7 +102,13 @@ def _write_bag(folder: Path, file_name: str, columns: list[Columns], metadata: M
     records = [TopicRecord(name=c.name, type=c.type) for c in columns]
     start = min(int(c.stamps[0]) for c in columns)
     end = max(int(c.stamps[-1]) for c in columns)
-    bag = bag_metadata(file_name, start, end, [(r, len(c)) for r, c in zip(records, columns, strict=True)])
+    told = run_text(metadata) if metadata else ""
+    if told and TOPIC not in [c.name for c in columns]:
+        message = Topic(name=TOPIC, type=TYPE, stamps=np.array([start]), fields={"data": told})
+        columns = [check_topic(message), *columns]
+        records = [TopicRecord(name=TOPIC, type=TYPE, qos=(LATCHED_QOS,)), *records]
+    listed = [(r, len(c)) for r, c in zip(records, columns, strict=True)]
+    bag = bag_metadata(file_name, start, end, listed, told)
     with (folder / file_name).open("wb") as file:
         writer = Writer(file, compression=CompressionType.ZSTD)
         writer.start(profile="ros2", library=LIBRARY)

@@ -11,7 +11,7 @@ import pytest
 from run_bag import CannotWriteError, write_run, writer
 from run_bag.benchmark import bench_topics
 from run_bag.importers.cli_bench import main as import_bench
-from run_bag.importers.cli_csv import main as import_csv
+from run_bag.importers.cli_recording import main as import_csv
 
 _spec = importlib.util.spec_from_file_location("synthetic_bench", Path(__file__).with_name("synthetic_bench.py"))
 made = importlib.util.module_from_spec(_spec)

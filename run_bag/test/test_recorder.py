@@ -56,14 +56,14 @@ def test_a_finished_run_is_what_stock_readers_expect(graph: Graph, tmp_path: Pat
     graph.until(lambda: recorder.journal.messages == 301)
     graph.stop(recorder)
     bag = yaml.safe_load((tmp_path / "a/metadata.yaml").read_text())["rosbag2_bagfile_information"]
-    assert bag["version"] == 9 and bag["message_count"] == 301 and bag["relative_file_paths"] == ["a_0.mcap"]
+    assert bag["version"] == 9 and bag["message_count"] == 302 and bag["relative_file_paths"] == ["a_0.mcap"]
     topics = {t["topic_metadata"]["name"]: t for t in bag["topics_with_message_count"]}
     assert topics["/latched"]["topic_metadata"]["offered_qos_profiles"][0]["durability"] == "transient_local"
     assert topics["/thruster_0/state"]["message_count"] == 300
     with (tmp_path / "a/a_0.mcap").open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None and summary.statistics is not None
-    assert summary.statistics.message_count == 301 and summary.chunk_indexes[0].compression == "zstd"
+    assert summary.statistics.message_count == 302 and summary.chunk_indexes[0].compression == "zstd"
     assert all(chunk.message_index_offsets for chunk in summary.chunk_indexes)
     with AnyReader([tmp_path / "a"]) as reader:
         state = [c for c in reader.connections if c.topic == "/thruster_0/state"]

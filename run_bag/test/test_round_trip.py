@@ -17,6 +17,7 @@ from rosbags.rosbag2 import Writer as RosbagsWriter
 from run_bag import InvalidRunError, RunExistsError, Topic, read_run, write_run
 from run_bag.benchmark import bench_topics
 from run_bag.definitions import definitions
+from run_bag.run_metadata import TOPIC
 
 values = st.floats(allow_nan=True, allow_infinity=True)
 samples = st.lists(st.tuples(st.integers(0, 10**12), values), min_size=1, max_size=30)
@@ -62,11 +63,14 @@ def test_rosbags_reads_the_same_messages_in_log_time_order(tmp_path):
     topics = bench_topics(50)
     folder = write_run(tmp_path / "a", topics, {"seed": 3})
     with AnyReader([folder]) as reader:
-        assert reader.message_count == 200 and set(reader.topics) == {t.name for t in topics}
+        assert reader.message_count == 201 and set(reader.topics) == {TOPIC, *(t.name for t in topics)}
         assert reader.start_time == 10**9
         times, found = [], []
         for connection, stamp, raw in reader.messages():
             message = reader.deserialize(raw, connection.msgtype)
+            if connection.topic == TOPIC:
+                assert json.loads(message.data) == {"seed": 3} and stamp == reader.start_time
+                continue
             times.append(stamp)
             assert message.header.stamp.sec * 10**9 + message.header.stamp.nanosec == stamp
             if connection.topic == "/thruster_0/gauges":
@@ -79,20 +83,23 @@ def test_the_file_is_what_rosbag2_writes_around_its_messages(tmp_path):
     folder = write_run(tmp_path / "a", bench_topics(20), {"seed": 3})
     bag = yaml.safe_load((folder / "metadata.yaml").read_text())["rosbag2_bagfile_information"]
     assert (bag["version"], bag["storage_identifier"], bag["ros_distro"]) == (9, "mcap", "jazzy")
-    assert bag["message_count"] == 80 and bag["relative_file_paths"] == ["a_0.mcap"]
+    assert bag["message_count"] == 81 and bag["relative_file_paths"] == ["a_0.mcap"]
     assert bag["duration"]["nanoseconds"] == 19_000_000
-    qos = bag["topics_with_message_count"][0]["topic_metadata"]["offered_qos_profiles"][0]
+    assert json.loads(bag["custom_data"]["run"]) == {"seed": 3}
+    told, first = (t["topic_metadata"]["offered_qos_profiles"][0] for t in bag["topics_with_message_count"][:2])
+    assert (told["durability"], told["depth"]) == ("transient_local", 1)
+    qos = first
     assert qos["reliability"] == "reliable" and qos["deadline"] == {"sec": 9223372036, "nsec": 854775807}
     with (folder / "a_0.mcap").open("rb") as file:
         reader = make_reader(file, validate_crcs=True)
         assert reader.get_header().profile == "ros2"
         summary = reader.get_summary()
-        assert summary.statistics.message_count == 80
+        assert summary.statistics.message_count == 81
         assert all(c.compression == "zstd" and c.message_index_length for c in summary.chunk_indexes)
         assert {s.encoding for s in summary.schemas.values()} == {"ros2msg"}
         for channel in summary.channels.values():
             assert channel.metadata["topic_type_hash"].startswith("RIHS01_")
-            assert yaml.safe_load(channel.metadata["offered_qos_profiles"])[0]["depth"] == 10
+            assert yaml.safe_load(channel.metadata["offered_qos_profiles"])[0]["depth"] in (1, 10)
         records = {m.name: m.metadata for m in reader.iter_metadata()}
     assert json.loads(records["run"]["json"]) == {"seed": 3}
     assert yaml.safe_load(records["rosbag2"]["serialized_metadata"]) == bag

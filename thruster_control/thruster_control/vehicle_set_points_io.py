@@ -12,10 +12,9 @@ from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from thruster_control.errors import ScriptError
 from thruster_control.vehicle_set_points import Move, Script, script_of
+from thruster_model.set_document_io import mapping_of
 
 __all__ = ["known_scripts", "load_script", "parse_script"]
 
@@ -48,11 +47,8 @@ def load_script(name_or_path: str | Path) -> Script:
 
 def parse_script(text: str, origin: str) -> Script:
     """Return the script that a YAML text describes; `origin` names it in errors."""
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ScriptError(origin, [f"expected YAML; {' '.join(str(error).split())}"]) from error
-    if not isinstance(document, Mapping) or not isinstance(document.get("moves"), list):
+    document = mapping_of(text, origin, ScriptError)
+    if not isinstance(document.get("moves"), list):
         raise ScriptError(origin, ["key 'moves': expected a list of moves; found none"])
     problems = [f"key '{key}': expected one of moves, end" for key in document if key not in ("moves", "end")]
     moves = []

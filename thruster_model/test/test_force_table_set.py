@@ -215,7 +215,7 @@ def test_one_command_makes_the_set_of_a_table(tmp_path, capsys):
     out, made = tmp_path / "copy.yaml", tmp_path / "set.yaml"
     more = ["--set", str(made), "--nominal-supply", "15", "--lag", "0.2"]
     assert main([str(tmp_path / "table.yaml"), "--out", str(out), *more]) == 0
-    assert "scale: 0.0125, offset: -18.75" in capsys.readouterr().out
+    assert "unit: µs, stop: 1500.0, per_volt: 80.0" in capsys.readouterr().out
     found = load_parameter_set(made)
     assert found.values["rate"] == 5.0
     assert found.values["nominal_supply"] == 15.0

@@ -49,8 +49,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             command = parameters.command
             lines.append(
                 f"throttle u [V] = (command - {command.stop:g} {command.unit}) / {command.per_volt:g}; "
-                f"in a map of import_csv: scale: {1.0 / command.per_volt!r}, "
-                f"offset: {-command.stop / command.per_volt!r}"
+                f"in a map of import_recording: unit: {command.unit}, stop: {command.stop!r}, "
+                f"per_volt: {command.per_volt!r}"
             )
     except (ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from run_bag.yaml_io import yaml_mapping
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES, ForceTable
 
@@ -22,14 +23,10 @@ __all__ = [
     "force_table_document",
     "force_table_of",
     "load_force_table",
-    "load_yaml",
     "parse_force_table",
-    "read_yaml",
     "write_force_table",
 ]
 
-_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
-"""libyaml's where it is there: ten times as fast on five thousand numbers."""
 _NEEDED = ("name", "source", "command", "supply", "force")
 _KEYS = (*_NEEDED, *(name for name in QUANTITIES if name != "force"))
 
@@ -40,36 +37,12 @@ def load_force_table(path: Path) -> ForceTable:
     Raises:
         ForceTableError: it cannot be read, or all that is wrong with it.
     """
-    return force_table_of(read_yaml(path), origin=str(path))
+    return force_table_of(yaml_mapping(path, ForceTableError), origin=str(path))
 
 
 def parse_force_table(text: str, *, origin: str) -> ForceTable:
     """Return the table that a YAML text describes; `origin` names it in errors."""
-    return force_table_of(_mapping(text, origin), origin=origin)
-
-
-def load_yaml(text: str) -> Any:
-    """Return what a YAML text says, fast where there are many numbers."""
-    return yaml.load(text, Loader=_LOADER)  # a safe loader
-
-
-def read_yaml(path: Path) -> Mapping[Any, Any]:
-    """Return the mapping in a YAML file; ForceTableError where there is none."""
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise ForceTableError(str(path), [f"expected a YAML file; found {error}"]) from error
-    return _mapping(text, str(path))
-
-
-def _mapping(text: str, origin: str) -> Mapping[Any, Any]:
-    try:
-        document = load_yaml(text)
-    except yaml.YAMLError as error:
-        raise ForceTableError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
-    if not isinstance(document, Mapping):
-        raise ForceTableError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
-    return document
+    return force_table_of(yaml_mapping(text, ForceTableError, origin), origin=origin)
 
 
 def force_table_of(document: Mapping[Any, Any], *, origin: str) -> ForceTable:

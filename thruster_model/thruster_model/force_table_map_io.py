@@ -13,7 +13,6 @@ Forces of at most `zero_up_to` [N, default 0] are zero: the noise of a scale at 
 the magnitude; it gets the sign of command - stop.
 """
 
-import contextlib
 import math
 import re
 from collections.abc import Mapping
@@ -21,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from run_bag.yaml_io import yaml_mapping
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES
-from thruster_model.force_table_io import read_yaml
 
 __all__ = ["ColumnMap", "MappedColumn", "read_column_map"]
 
@@ -67,7 +66,7 @@ def read_column_map(path: Path) -> ColumnMap:
     Raises:
         ForceTableError: it cannot be read, or all that is wrong with it.
     """
-    document = read_yaml(path)
+    document = yaml_mapping(path, ForceTableError)
     problems = [f"key '{key}': missing" for key in _NEEDED if key not in document]
     problems += [f"key '{key}': unknown; known are {', '.join(_KEYS)}" for key in document if key not in _KEYS]
     for key in _TEXTS:
@@ -137,9 +136,6 @@ def _number(entries: Mapping[str, Any], name: str, key: str, problems: list[str]
     if not isinstance(entry, Mapping):
         return 0.0
     value = entry.get(key, default)
-    if isinstance(value, str):  # YAML 1.1 reads 1e-3 as text
-        with contextlib.suppress(ValueError):
-            value = float(value)
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
         problems.append(f"key '{name}.{key}': expected a number; found {'none' if value is None else repr(value)}")
         return 1.0

@@ -8,9 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from thruster_model.force_table_io import load_yaml
+from run_bag.yaml_io import yaml_mapping
 from thruster_model.parameter_set import Parameter
 
 __all__ = ["mapping_of", "number", "parameter_entries", "parameters_of", "shipped", "text_of", "unknown_keys"]
@@ -37,18 +35,15 @@ def text_of(name_or_path: str | Path, folder: str, known: str, error: Any) -> tu
     if not path.is_file():
         found = f"expected a YAML file or one of the known {known} ({', '.join(names)}); found neither"
         raise error(str(path), [found])
-    return path.read_text("utf-8"), str(path)
+    try:
+        return path.read_text("utf-8"), str(path)
+    except (OSError, UnicodeDecodeError) as wrong:
+        raise error(str(path), [f"expected a YAML file in UTF-8; cannot be read: {wrong}"]) from wrong
 
 
 def mapping_of(text: str, origin: str, error: Any) -> Mapping[str, Any]:
     """Return the mapping at the top of a YAML text; error(origin, problems) is raised where there is none."""
-    try:
-        document = load_yaml(text)
-    except yaml.YAMLError as wrong:
-        raise error(origin, [f"expected YAML; found {' '.join(str(wrong).split())}"]) from wrong
-    if not isinstance(document, Mapping):
-        raise error(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
-    return document
+    return yaml_mapping(text, error, origin)
 
 
 def unknown_keys(prefix: str, entry: Mapping[str, Any], known: Collection[str]) -> list[str]:
@@ -57,11 +52,8 @@ def unknown_keys(prefix: str, entry: Mapping[str, Any], known: Collection[str]) 
 
 
 def number(value: Any) -> float | None:
-    """Return a float; YAML 1.1 reads 1e-3 as text, which is accepted here."""
-    try:
-        return None if isinstance(value, bool) else float(value)
-    except (TypeError, ValueError):
-        return None
+    """Return a float, None where there is no number (a quoted one is text)."""
+    return None if isinstance(value, bool) or not isinstance(value, int | float) else float(value)
 
 
 def parameters_of(entries: Any, problems: list[str]) -> dict[str, Parameter]:

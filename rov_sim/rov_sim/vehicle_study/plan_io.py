@@ -19,10 +19,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from rov_sim.vehicle_study.assumptions import Assumptions, unit_of
 from rov_sim.vehicle_study.plan import Assumed, Group, Plan
+from run_bag.yaml_io import yaml_mapping
 
 __all__ = ["available_plans", "load_plan", "parse_plan", "plan_of", "plan_text"]
 
@@ -49,11 +48,8 @@ def load_plan(name_or_path: str, seed: int = 1) -> Plan:
 
 def parse_plan(text: str, *, origin: str, seed: int = 1) -> Plan:
     """Return the plan that a YAML text describes; `origin` names it in errors."""
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise ValueError(f"{origin}: expected YAML; found {' '.join(str(error).split())}") from error
-    if not isinstance(document, Mapping) or set(document) != {"title", "assumed", "groups"}:
+    document = yaml_mapping(text, lambda where, why: ValueError(f"{where}: {why[0]}"), origin)
+    if set(document) != {"title", "assumed", "groups"}:
         raise ValueError(f"{origin}: expected the keys title, assumed and groups; found {document!r:.80}")
     known = [field.name for field in fields(Assumptions)]
     assumed, wrong = {}, _unknown("assumed", document["assumed"], known)

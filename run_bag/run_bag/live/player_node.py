@@ -22,6 +22,8 @@ from ..command_line import exit_status
 from ..definitions import definitions
 from ..errors import MissingParticipantError, RunError, SchemaError
 from ..playback import Lockstep, Played, participants, play, with_ticks
+from ..rosbag2 import LATCHED_QOS
+from ..run_metadata import TOPIC, TYPE
 from ..selection import Selection
 from ..stamps import has_header, header_stamp, restamped
 from ..timeline import CLOCK, Instant, read_timeline
@@ -57,6 +59,10 @@ class PlayerNode(Node):
         self._publishers = [
             self.create_publisher(message_class(t.type), t.name, offer(t.offers)) for t in self._timeline.topics
         ]
+        if self._timeline.told:
+            latched = message_class(TYPE)
+            self._telling = self.create_publisher(latched, TOPIC, offer((LATCHED_QOS,)))
+            self._telling.publish(latched(data=self._timeline.told))
         kinds = [t.type for t in self._timeline.topics]
         self._restamps = [given.restamp and has_header(definitions().fields(kind), kind) for kind in kinds]
         self._clock_publisher = None if given.no_clock else self.create_publisher(ClockMessage, CLOCK, RECORDER)

@@ -5,9 +5,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-import yaml
-
 from rov_sim.vehicle.sensors.settings import MOUNTED, QUANTITIES, Sensor, VehicleSensors
+from run_bag.yaml_io import yaml_mapping
 
 __all__ = ["SensorSettingsError", "load_sensors", "parse_sensors"]
 
@@ -45,12 +44,7 @@ def load_sensors(path: str | Path | None = None) -> VehicleSensors:
 
 def parse_sensors(text: str, *, origin: str) -> VehicleSensors:
     """Return the sensors that a YAML text describes; `origin` names it in errors."""
-    try:
-        document = yaml.safe_load(text)
-    except yaml.YAMLError as error:
-        raise SensorSettingsError(origin, [f"expected YAML; found {' '.join(str(error).split())}"]) from error
-    if not isinstance(document, Mapping):
-        raise SensorSettingsError(origin, [f"expected a mapping at the top; found {type(document).__name__}"])
+    document = yaml_mapping(text, SensorSettingsError, origin)
     known = ", ".join(QUANTITIES)
     problems = [f"key '{key}': expected one of {known}" for key in document if key not in QUANTITIES]
     values: dict[str, dict[str, Any]] = {}

@@ -1,0 +1,143 @@
+"""What a fit or a diagnosis would refuse or doubt in a recording, said as soon as it is imported."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..topic import Topic
+
+Array = NDArray[np.float64]
+SIGNALS = {"state": ("n",), "flow": ("axial", "ambient"), "load": ("wrench.force.x", "wrench.torque.x")}
+LEAST = 20
+"""Samples of a signal below which it is left out."""
+SLOWEST = 0.1
+"""[s] between samples, from which on little can be told of a thruster's dynamics."""
+GAP = 0.5
+"""[s] without a sample, where samples come ten times as often."""
+LARGE = {"commanded": 100.0, "n": 2000.0, "axial": 20.0, "ambient": 20.0, "wrench.force.x": 5000.0,
+         "wrench.torque.x": 500.0}  # fmt: skip
+"""Magnitudes in our units that no small thruster reaches: another unit was meant."""
+UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
+         "wrench.torque.x": "N m"}  # fmt: skip
+OPPOSITE = -0.5
+
+
+def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
+    """Return a sentence for each thing that stands in the way of a fit or a diagnosis of each thruster."""
+    found: dict[str, dict[str, Topic]] = {}
+    for topic in topics:
+        thruster, _, kind = topic.name.strip("/").partition("/")
+        if thruster.startswith("thruster_"):
+            found.setdefault(thruster, {})[kind] = topic
+    if not found:
+        return ["no thruster_<i>/... topic is in it: `fit` and `diagnose` need thruster_<i>/throttle.commanded"]
+    return [sentence for name, own in sorted(found.items()) for sentence in _of_thruster(name, own, holds)]
+
+
+def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str]) -> list[str]:
+    told = []
+    command = next(
+        (s for kind, field in (("throttle_sent", "sent"), ("throttle", "commanded"), ("throttle", "sent"))
+         if kind in own and (s := _samples(own[kind], field)) is not None), None)  # fmt: skip
+    if command is None:
+        told.append(f"{name}: no throttle: `fit` and `diagnose` refuse a run without {name}/throttle.commanded")
+    else:
+        told += _of_throttle(f"{name}/throttle.commanded", *command, hold=holds.get("throttle", ""))
+    measured = 0
+    for kind, fields in SIGNALS.items():
+        for field in fields:
+            samples = _samples(own[kind], field) if kind in own else None
+            if samples is None:
+                continue
+            measured += 1
+            told += _of_signal(f"{name}/{kind}.{field}", field, *samples, command=command)
+    if not measured:
+        wanted = ", ".join(f"{kind}.{field}" for kind, fields in SIGNALS.items() for field in fields)
+        told.append(f"{name}: nothing that a model predicts is measured: expected one of {wanted}")
+    return told
+
+
+def _samples(topic: Topic, field: str) -> tuple[Array, Array] | None:
+    """Return times [s] and values where measured, None where nothing is."""
+    if field not in topic.fields:
+        return None
+    values = np.asarray(topic.fields[field], dtype=np.float64)
+    known = np.isfinite(values)
+    return (np.asarray(topic.stamps)[known] * 1e-9, values[known]) if known.any() else None
+
+
+def _of_throttle(name: str, time: Array, values: Array, *, hold: str) -> list[str]:
+    told = _common(name, "commanded", time, values)
+    steps = np.diff(time)
+    if np.ptp(values) == 0.0:
+        told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
+    elif abs(values[0]) > 0.05 * np.max(np.abs(values)):
+        told.append(
+            f"{name}: begins with {values[0]:.3g} V: expected a recording that starts at rest, the throttle at zero"
+        )
+    if not hold and steps.size and np.median(steps) > 0.01:
+        told.append(
+            f"{name}: the map does not say what it does in the {np.median(steps):.3g} s between two samples: "
+            "`previous` is taken; say `hold: previous` (a command is held) or `hold: linear` (a slow record of a ramp)"
+        )
+    return told
+
+
+def _of_signal(name: str, field: str, time: Array, values: Array, *, command: tuple[Array, Array] | None) -> list[str]:
+    told = _common(name, field, time, values)
+    steps = np.diff(time)
+    if values.size < LEAST:
+        told.append(f"{name}: {values.size} samples: expected at least {LEAST}; it will be left out")
+    elif np.median(steps) > SLOWEST:
+        told.append(
+            f"{name}: one sample every {np.median(steps):.2g} s: expected every {SLOWEST} s or faster, to tell dynamics"
+        )
+    if np.ptp(values) == 0.0:
+        told.append(f"{name}: {values[0]:g} {UNITS[field]} throughout: expected readings that move")
+    elif command is not None and values.size >= LEAST:
+        told += _against(name, time, values, *command)
+    return told
+
+
+def _against(name: str, time: Array, values: Array, at: Array, throttle: Array) -> list[str]:
+    index = np.clip(np.searchsorted(at, time, side="right") - 1, 0, at.size - 1)
+    asked = throttle[index]
+    inside = (time >= at[0]) & (time <= at[-1])
+    if not inside.any():
+        return [
+            f"{name}: {time[0]:.1f} to {time[-1]:.1f} s while the throttle has {at[0]:.1f} to {at[-1]:.1f} s: expected "
+            "stamps on one clock"
+        ]
+    u, y = asked[inside], values[inside]
+    if np.ptp(u) == 0.0 or np.ptp(y) == 0.0:
+        return []
+    backward = u < 0.2 * np.min(u) if np.min(u) < 0 else np.zeros(u.size, dtype=bool)
+    if np.min(y) >= 0.0 and np.mean(backward) > 0.05 and np.max(y[backward]) > 0.2 * np.max(y):
+        what = "speed" if name.endswith(".n") else "reading"
+        mark = "; a tachometer without sign keeps sign_source 0" if what == "speed" else ""
+        return [f"{name}: no negative {what} while the throttle is negative: expected the sign of forward thrust{mark}"]
+    likeness = float(u @ y) / max(np.sqrt(float(u @ u) * float(y @ y)), 1e-300)
+    if likeness < OPPOSITE:
+        return [f"{name}: runs against the throttle (correlation {likeness:.2f}): say `sign: -1` here or there"]
+    return []
+
+
+def _common(name: str, field: str, time: Array, values: Array) -> list[str]:
+    told = []
+    largest = float(np.max(np.abs(values)))
+    if largest > LARGE[field]:
+        told.append(f"{name}: up to {largest:.4g} {UNITS[field]}: no thruster's; is `unit` that of the recording?")
+    steps = np.diff(time)
+    if steps.size:
+        usual = float(np.median(steps))
+        holes = np.flatnonzero(steps > max(GAP, 10.0 * usual))
+        if holes.size and usual < 0.2:
+            places = ", ".join(f"{steps[k]:.1f} s from {time[k] - time[0]:.1f} s on" for k in holes[:3])
+            more = f" and {holes.size - 3} more" if holes.size > 3 else ""
+            told.append(f"{name}: gaps without samples: {places}{more}")
+        if np.any(steps == 0.0):
+            told.append(f"{name}: {int(np.sum(steps == 0.0))} samples have the stamp of the one before")
+    return told

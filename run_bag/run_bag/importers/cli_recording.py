@@ -1,0 +1,131 @@
+"""`ros2 run run_bag import_recording FILE... --map MAP.yaml --out RUN`: tables, bags and logs become a run."""
+
+from __future__ import annotations
+
+import argparse
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ..bag_folder import bag_files
+from ..budget import VARIABLE
+from ..command_line import exit_status, user_arguments
+from ..errors import RecordingError
+from ..writer import refuse_existing, write_run
+from .advice import advice
+from .bag_source import BagSource
+from .csv_source import CsvSource
+from .decisions import Decisions, source
+from .guess import guess
+from .log_source import LOGS, LogSource
+from .mapped_topics import mapped_topics
+from .recording_map import RecordingMap, read_map
+from .sources import Source
+
+BAGS = (".mcap", ".db3", ".bag", ".zstd")
+EPILOG = """examples:
+  ros2 run run_bag import_recording log.csv --guess > map.yaml     # then read and correct map.yaml
+  ros2 run run_bag import_recording log.csv --map map.yaml --out runs/log
+  ros2 run run_bag import_recording 00000042.BIN --map map.yaml --out runs/dive"""
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return the parser of the command line."""
+    p = argparse.ArgumentParser(
+        prog="import_recording",
+        description="Import a recording as a run, by a map of its columns or fields: tables of text (csv), rosbag2 of "
+        "any storage, MCAP, ROS 1 bags, logs of ArduPilot's vehicles (.BIN, .tlog).",
+        epilog=EPILOG,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    p.add_argument("files", nargs="+", type=Path, metavar="FILE", help="of one recording, on one clock")
+    p.add_argument(
+        "--map", type=Path, metavar="MAP.yaml", help="channel: {column or field, unit, scale, sign, hold, ...}"
+    )
+    p.add_argument("--out", type=Path, metavar="RUN", help="the run to make; must not exist")
+    p.add_argument(
+        "--guess", action="store_true", help="print a map that names, units and ranges suggest, import nothing"
+    )
+    p.add_argument(
+        "--larger", type=float, default=None, metavar="N", help="raise the limits of what a file may cost by N"
+    )
+    return p
+
+
+def open_source(path: Path, told: RecordingMap | None) -> Source:
+    """Open a recording by what it is.
+
+    Raises:
+        RunError: it cannot be read.
+    """
+    if path.suffix.lower() in LOGS:
+        return LogSource(path)
+    if path.is_dir() or path.suffix.lower() in BAGS:
+        topics = (
+            None if told is None else {str(e.column).strip("/").partition(".")[0] for e in told.mapped if e.is_field}
+        )
+        return BagSource(path, topics)
+    return CsvSource(path, told)
+
+
+def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[list[str], list[str]]:
+    """Import a recording; return the names of the channels in the map, and warnings.
+
+    Raises:
+        RunError: the target exists or cannot be written, the map or the recording is wrong.
+    """
+    refuse_existing(out)
+    told = read_map(map_file)
+    sources = [open_source(file, told) for file in files]
+    log = Decisions()
+    made, warnings = mapped_topics(sources, told, log)
+    holds = told.holds()
+    metadata: dict[str, Any] = {
+        "what": "recording, imported",
+        "import": {
+            "importer": "recording",
+            "sources": [source(part) for file in [*files, map_file] for part in _parts(file)],
+            "decisions": log.json(),
+        },
+    }
+    if holds:
+        metadata["hold"] = holds
+    write_run(out, made, metadata)
+    lost = [w for s in sources for w in getattr(s, "warnings", ())]
+    return [e.channel for e in told.entries], [*lost, *warnings, *advice(made, holds)]
+
+
+def _parts(file: Path) -> list[Path]:
+    return bag_files(file, others=True)[0] if file.is_dir() else [file]
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Import; return 0, or 1 (2: wrong usage, 130: interrupted) with a sentence on standard error."""
+    options = parser().parse_args(user_arguments(argv))
+    if options.guess == (options.map is not None or options.out is not None) or (
+        not options.guess and (options.map is None or options.out is None)
+    ):
+        print("import_recording: expected --map MAP.yaml and --out RUN, or --guess alone", file=sys.stderr)
+        return 2
+    if options.larger is not None:
+        os.environ[VARIABLE] = str(options.larger)
+    return exit_status("import_recording", lambda: _run(options))
+
+
+def _run(options: argparse.Namespace) -> int:
+    if options.guess:
+        if len({f.name for f in options.files}) < len(options.files):
+            raise RecordingError("expected files of different names, since a map tells them apart by these")
+        print(guess([open_source(file, None) for file in options.files]), end="")
+        return 0
+    channels, warnings = import_recording(options.files, options.map, options.out)
+    for sentence in warnings:
+        print(f"warning: {sentence}", file=sys.stderr)
+    print(f"{options.out}: {len(channels)} channels: {', '.join(channels)}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,91 @@
+"""Units in which others record, exactly: the factor that brings each to ours.
+
+A unit is written as people do: `rpm`, `1/min`, `us`, `µs`, `kgf`, `N m`, `N·m`, `m/s²`, `°C`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+G = 9.80665
+POUND = 4.4482216152605
+FOOT = 0.3048
+
+
+class Conversion(NamedTuple):
+    """value in ours = factor * (value + offset)."""
+
+    factor: float
+    offset: float = 0.0
+
+    def __call__(self, values: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return values in our unit."""
+        if self == (1.0, 0.0):
+            return values
+        return self.factor * (values + self.offset)
+
+
+def _linear(**factors: float) -> dict[str, Conversion]:
+    return {name: Conversion(factor) for name, factor in factors.items()}
+
+
+_TURN = 2.0 * math.pi
+_DEGREE = math.pi / 180.0
+CONVERSIONS: dict[str, dict[str, Conversion]] = {
+    "rad/s": _linear(rpm=_TURN / 60, rps=_TURN, Hz=_TURN, dps=_DEGREE)
+    | {"rev/min": Conversion(_TURN / 60), "1/min": Conversion(_TURN / 60), "rev/s": Conversion(_TURN)}
+    | {"1/s": Conversion(_TURN), "deg/s": Conversion(_DEGREE), "mrad/s": Conversion(1e-3)},
+    "rad": _linear(deg=_DEGREE, mrad=1e-3, cdeg=_DEGREE / 100),
+    "V": _linear(mV=1e-3, cV=1e-2),
+    "A": _linear(mA=1e-3, cA=1e-2),
+    "Ah": _linear(mAh=1e-3),
+    "N": _linear(mN=1e-3, kN=1e3, kgf=G, gf=1e-3 * G, lbf=POUND, kp=G) | {"kg f": Conversion(G)},
+    "N m": _linear(Nm=1.0) | {"mN m": Conversion(1e-3), "mNm": Conversion(1e-3), "N cm": Conversion(1e-2),
+        "Ncm": Conversion(1e-2), "kgf m": Conversion(G), "kgf cm": Conversion(G / 100),
+        "lbf ft": Conversion(POUND * FOOT), "lbf in": Conversion(POUND * FOOT / 12)},
+    "m": _linear(cm=1e-2, mm=1e-3, km=1e3, ft=FOOT, dm=0.1),
+    "m/s": _linear(kn=1852 / 3600, kt=1852 / 3600) | {"cm/s": Conversion(1e-2), "mm/s": Conversion(1e-3),
+        "km/h": Conversion(1 / 3.6), "ft/s": Conversion(FOOT)},
+    "m/s^2": _linear(g=G, gn=G) | {"m/s/s": Conversion(1.0), "mg": Conversion(1e-3 * G), "cm/s^2": Conversion(1e-2),
+        "mm/s^2": Conversion(1e-3)},
+    "s": _linear(ms=1e-3, us=1e-6, ns=1e-9, min=60.0, h=3600.0),
+    "degC": {"K": Conversion(1.0, -273.15), "degF": Conversion(5 / 9, -32.0)},
+    "1": {"%": Conversion(1e-2)},
+}  # fmt: skip
+"""Our unit -> other ones of the same quantity."""
+COMMANDS = ("us", "%", "1", "counts")
+"""Units of commands that are no voltage: a map says at which one the thruster stands still, how many make a volt."""
+
+_SPELLED = {"μ": "u", "µ": "u", "·": " ", "*": " ", "²": "^2", "°C": "degC", "°F": "degF", "°": "deg", "−": "-"}
+_ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
+            "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us"}  # fmt: skip
+
+
+def spelled(unit: str) -> str:
+    """Return a unit as the table has it; what it does not know comes back as it is written."""
+    text = unit.strip()
+    for other, ours in _SPELLED.items():
+        text = text.replace(other, ours)
+    text = " ".join(text.split())
+    known = {*CONVERSIONS, *COMMANDS, *(name for table in CONVERSIONS.values() for name in table)}
+    if text in known:
+        return text
+    lower = {name.lower(): name for name in sorted(known, reverse=True)}
+    return _ALIASES.get(text.lower()) or lower.get(text.lower(), text)
+
+
+def conversion(unit: str, ours: str) -> Conversion | None:
+    """Return what brings a unit to ours, None where it is of another quantity."""
+    given = spelled(unit)
+    if given == ours:
+        return Conversion(1.0)
+    return CONVERSIONS.get(ours, {}).get(given)
+
+
+def accepted(ours: str) -> str:
+    """Return the units that become ours, for a sentence."""
+    return ", ".join([ours, *CONVERSIONS.get(ours, {})])

@@ -1,0 +1,285 @@
+"""A table of text: rows of one width, with the names of its columns if it has a header line.
+
+Separator and decimal sign are those that the first lines show. Columns are read by pandas where every cell needed is a
+number; where one is not, row by row, to name the cell.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas
+from numpy.typing import NDArray
+
+from ..errors import RecordingError, TooLargeError
+from .recording_map import Mapped, RecordingMap
+from .sources import Array, Series
+
+MAX_BYTES = 2 << 30
+MAX_SPAN_S = float((1 << 31) - 2)
+LOOK = 100  # lines
+NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
+_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+_UNIT = re.compile(r".*\S\s*[\[(]([^\])]*)[\])]\s*$")
+
+
+class CsvSource:
+    """A csv in memory as bytes; columns are parsed when they are asked for.
+
+    Raises:
+        RecordingError: not readable, without rows, or a row of another width than the first; `position` is the line.
+    """
+
+    def __init__(self, path: Path, told: RecordingMap | None = None) -> None:
+        self.path = path
+        try:
+            if path.stat().st_size > MAX_BYTES:
+                raise TooLargeError(f"{path}: expected a table of at most {MAX_BYTES} bytes", path=path)
+            self.data = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
+            first = [line.decode("utf-8") for line in self.data[: 1 << 20].splitlines()[:LOOK]]
+        except UnicodeDecodeError as error:
+            text = f"{path}: cannot be read as csv: expected UTF-8: {error}"
+            raise RecordingError(text, path=path, expected="UTF-8") from error
+        except OSError as error:
+            raise RecordingError(f"{path}: cannot be read as csv: {error.strerror or error}", path=path) from error
+        lines = [line for line in first if line.strip()]
+        self.separator = (told.separator if told else "") or _separator(lines)
+        self.decimal = (told.decimal if told else "") or self._decimal(lines)
+        head = next(self._all_rows(), None)
+        named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
+        self.heading = [cell.strip() for cell in head[1]] if named and head else []
+        self.width = len(head[1]) if head else 0
+        self.first_line = head[0] if head else 1
+        self._columns: dict[tuple[int, frozenset[str]], Array] = {}
+        self.quick = self._uniform()
+        if not self.quick:
+            for _ in self.rows():  # refuses a row of another width
+                pass
+
+    def names(self) -> list[str]:
+        """Return the names in the header line; without one the numbers of the columns."""
+        return self.heading or [str(i + 1) for i in range(self.width)]
+
+    def unit(self, name: str) -> str:
+        """Return the unit in brackets behind a name, "" without."""
+        match = _UNIT.match(name)
+        return match[1] if match else ""
+
+    def has(self, entry: Mapped) -> bool:
+        """Tell whether the table has the entry's column."""
+        column = entry.column
+        return not entry.is_field and (column <= self.width if isinstance(column, int) else column in self.heading)
+
+    def index(self, column: str | int, channel: str) -> int:
+        """Return the 0-based index of a column."""
+        if isinstance(column, int):
+            if column <= self.width:
+                return column - 1
+            found = f"{self.width} columns"
+        elif self.heading.count(column) == 1:
+            return self.heading.index(column)
+        else:
+            found = ", ".join(self.heading) or "no header line"
+            found += f" ({column!r} more than once)" if column in self.heading else ""
+        text = f"{self.path}: {channel}: expected column {column!r}, found {found}"
+        raise RecordingError(text, path=self.path, expected=column, found=found)
+
+    def prepare(self, entries: Sequence[Mapped]) -> None:
+        """Parse all columns of some entries at once, where they can be parsed so."""
+        wanted: dict[int, frozenset[str]] = {}
+        for e in entries:
+            for column in (e.column, e.time_column):
+                if column is not None:
+                    at = self.index(column, e.channel)
+                    if wanted.setdefault(at, e.nan) != e.nan:
+                        return  # one column with two readings of its marks
+        if self.quick and wanted:
+            read = self._read(wanted)
+            self._columns = (
+                {} if read is None else {(at, wanted[at]): read[:, k] for k, at in enumerate(sorted(wanted))}
+            )
+
+    def series(self, entry: Mapped) -> Series:
+        """Return the rows in which a column has a time.
+
+        Raises:
+            RecordingError: a column is missing, a cell is no number, or rows are out of order (`position`: line).
+        """
+        assert entry.time_column is not None
+        at, index = self.index(entry.time_column, entry.channel), self.index(entry.column, entry.channel)
+        seconds = self.numbers(at, entry.nan) * entry.time_scale
+        values = self.numbers(index, entry.nan)
+        timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values))
+        there = np.flatnonzero(~np.isnan(seconds))
+        if not there.size:
+            text = f"{self.path}: {entry.channel}: time column {entry.time_column!r} has no number"
+            raise RecordingError(text, path=self.path, found=entry.time_column)
+        if timeless.size:
+            raise self.cell(int(timeless[0]), at, f"the time of the value in column {index + 1}")
+        seconds, values = seconds[there], values[there]
+        falls = np.flatnonzero(np.diff(seconds) < 0)
+        if falls.size:
+            i = int(falls[0]) + 1
+            line = self.line(int(there[i]))
+            text = f"{self.path}, line {line}: rows out of order: {seconds[i]:g} s after {seconds[i - 1]:g} s"
+            raise RecordingError(
+                text, path=self.path, position=line, expected=float(seconds[i - 1]), found=float(seconds[i])
+            )
+        far = np.flatnonzero((np.abs(seconds) > 1e18) | (seconds - seconds[0] > MAX_SPAN_S))
+        if far.size:
+            raise self.cell(int(there[far[0]]), at, f"a time at most {MAX_SPAN_S:g} s after the first one")
+        whole = math.floor(seconds[0])
+        stamps = np.round((seconds - whole) * 1e9).astype(np.int64)
+        return Series(origin=whole * 1_000_000_000, stamps=stamps, values=values, rows=there)
+
+    def numbers(self, index: int, nan: frozenset[str] = frozenset()) -> Array:
+        """Return a column; empty cells, `nan` in any case and those in `nan` are NaN.
+
+        Raises:
+            RecordingError: another cell is no finite number.
+        """
+        key = (index, nan)
+        if key not in self._columns:
+            read = self._read({index: nan}) if self.quick else None
+            self._columns[key] = self._slowly(index, nan) if read is None else read[:, 0]
+        return self._columns[key]
+
+    def refusal(self, entry: Mapped, row: int, expected: str) -> RecordingError:
+        """Return the error about the cell of an entry in a 0-based row."""
+        return self.cell(row, self.index(entry.column, entry.channel), expected)
+
+    def cell(self, row: int, index: int, expected: str) -> RecordingError:
+        """Return the error about one cell."""
+        line, cells = next(pair for i, pair in enumerate(self.rows()) if i == row)
+        text = f"{self.path}, line {line}, column {index + 1}: expected {expected}, found {cells[index].strip()[:80]!r}"
+        return RecordingError(text, path=self.path, position=line, expected=expected, found=cells[index])
+
+    def line(self, row: int) -> int:
+        """Return the line in the file of a 0-based row."""
+        return next(line for i, (line, _) in enumerate(self.rows()) if i == row)
+
+    def rows(self) -> Iterator[tuple[int, list[str]]]:
+        """Yield the lines (1-based) and cells of the rows of numbers, blank lines left out."""
+        count = 0
+        for line, row in self._all_rows():
+            if len(row) != self.width:
+                text = f"{self.path}, line {line}: expected {self.width} columns as in line {self.first_line}, "
+                text += f"found {len(row)}"
+                raise RecordingError(text, path=self.path, position=line, expected=self.width, found=len(row))
+            if self.heading and line == self.first_line:
+                continue
+            count += 1
+            yield line, row
+        if not count:
+            raise RecordingError(f"{self.path}: expected rows of numbers, found none", path=self.path, found=0)
+
+    def number(self, cell: str) -> float | None:
+        """Return the number in a cell, None where there is none."""
+        cell = cell.strip()
+        if self.decimal == ",":
+            cell = "?" if "." in cell else cell.replace(",", ".")
+        try:
+            return None if "_" in cell else float(cell)  # Python reads 1_000 as a number
+        except ValueError:
+            return None
+
+    def _all_rows(self) -> Iterator[tuple[int, list[str]]]:
+        try:
+            text = io.TextIOWrapper(io.BytesIO(self.data), encoding="utf-8", newline="")
+            reader = csv.reader(text, strict=True, delimiter=self.separator)
+            for row in reader:
+                if len(row) > 1 or any(c.strip() for c in row):
+                    yield reader.line_num, row
+        except (UnicodeDecodeError, csv.Error) as error:
+            raise RecordingError(f"{self.path}: cannot be read as csv: {error}", path=self.path) from error
+
+    def _decimal(self, lines: list[str]) -> str:
+        if self.separator == ",":
+            return "."
+        cells = [cell.strip() for line in lines for cell in line.split(self.separator)]
+        return "," if any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells) else "."
+
+    def _body(self) -> bytes:
+        """Return the rows of numbers as they are in the file."""
+        if not self.heading:
+            return self.data
+        return b"".join(self.data.split(b"\n", self.first_line)[self.first_line :])
+
+    def _uniform(self) -> bool:
+        """Tell whether the body is plain: no quotes, and as many separators in each line as in the first."""
+        body = self._body()
+        if not body.strip():
+            next(self.rows())
+        if b'"' in body or b"\0" in body or b"\r" in body.replace(b"\r\n", b"\n") or not body.isascii():
+            return False
+        marks = np.frombuffer(body, dtype=np.uint8)
+        ends = np.flatnonzero(marks == 10)
+        ends = ends if marks[-1] == 10 else np.append(ends, marks.size)
+        before = np.searchsorted(np.flatnonzero(marks == ord(self.separator)), ends)
+        counts = np.diff(before, prepend=0)
+        lengths = np.diff(ends, prepend=-1) - 1
+        blank = lengths == 0
+        if b"\r" in body:
+            blank |= (lengths == 1) & (marks[np.maximum(ends - 1, 0)] == 13)
+        return bool(np.all(counts[~blank] == self.width - 1)) and (self.width > 1 or not blank.any())
+
+    def _read(self, wanted: dict[int, frozenset[str]]) -> Array | None:
+        """Return the columns, (N, k) in order of their index; None where a cell is no number."""
+        order = sorted(wanted)
+        try:
+            frame = pandas.read_csv(
+                io.BytesIO(self._body()),
+                sep=self.separator,
+                decimal=self.decimal,
+                header=None,
+                usecols=order,
+                dtype=np.float64,
+                na_values={i: [*NAN, "", *wanted[i]] for i in order},
+                keep_default_na=False,
+                skipinitialspace=True,
+                quoting=csv.QUOTE_NONE,
+                float_precision="round_trip",
+                low_memory=False,
+            )
+        except (ValueError, OverflowError, pandas.errors.ParserError, pandas.errors.EmptyDataError):
+            return None
+        values = frame.to_numpy(dtype=np.float64)
+        return None if np.isinf(values).any() else values
+
+    def _slowly(self, index: int, nan: frozenset[str]) -> Array:
+        result = []
+        for line, row in self.rows():
+            cell = row[index].strip()
+            value = math.nan if not cell or cell in nan or _nan(cell) else self.number(cell)
+            if value is None or math.isinf(value):
+                expected = "a finite number, or this text in the map's `nan`"
+                hint = "; is the decimal sign a comma? then say `csv: {decimal: ','}`" if "," in cell else ""
+                text = f"{self.path}, line {line}, column {index + 1}: expected {expected}, found {cell[:80]!r}{hint}"
+                raise RecordingError(text, path=self.path, position=line, expected=expected, found=cell)
+            result.append(value)
+        return np.array(result, dtype=np.float64)
+
+
+def _nan(cell: str) -> bool:
+    return cell.strip().lower().lstrip("+-") == "nan"
+
+
+def _separator(lines: list[str]) -> str:
+    """Return the separator of which all the first lines have equally many, the likeliest first."""
+    for separator in (";", "\t", ",", "|"):
+        counts = {len(next(csv.reader([line], delimiter=separator), [])) for line in lines}
+        if len(counts) == 1 and counts != {1}:
+            return separator
+    present = [s for s in (";", "\t", ",") if any(s in line for line in lines[:1])]
+    return present[0] if present else ","
+
+
+def indices(values: Array) -> NDArray[np.intp]:
+    """Return the row of each sample of a recording that has no lines."""
+    return np.arange(values.size, dtype=np.intp)

@@ -1,0 +1,137 @@
+"""The entries of a map, found in recordings -> topics, on a clock that starts at 1 s."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import RecordingError
+from ..topic import Topic
+from .csv_source import MAX_SPAN_S, CsvSource
+from .decisions import Decisions
+from .recording_map import Constant, Mapped, RecordingMap
+from .sources import Array, Series, Source
+
+START_S = 1.0
+SECOND = 1_000_000_000
+SIGN_UNKNOWN, SIGN_MEASURED = 0, 1
+STATE = "thruster_msgs/msg/ThrusterState"
+
+
+@dataclass(frozen=True)
+class _Part:
+    entry: Mapped
+    stamps: NDArray[np.int64]
+    values: Array
+
+
+def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions) -> tuple[list[Topic], list[str]]:
+    """Return the topics, and warnings; channels of one topic with different times are merged, NaN in the gaps.
+
+    Raises:
+        RecordingError: a column is missing or in two files, a cell is no number, or rows are out of order.
+    """
+    places = [(e, _place(sources, e)) for e in told.mapped]
+    for source in sources:
+        if isinstance(source, CsvSource):
+            source.prepare([e for e, at in places if at is source])
+    read = [(e, at, at.series(e)) for e, at in places]
+    start = min(_first(series) for _, _, series in read)
+    parts: dict[str, list[_Part]] = {}
+    for e, at, series in read:
+        lag = series.origin - start
+        if (int(series.stamps[-1]) + lag) / SECOND > MAX_SPAN_S:
+            row = int(series.rows[np.flatnonzero((series.stamps.astype(float) + lag) / SECOND > MAX_SPAN_S)[0]])
+            raise at.refusal(e, row, f"a time at most {MAX_SPAN_S:g} s after the first one, its time is")
+        stamps = series.stamps + (lag + int(START_S * SECOND))
+        parts.setdefault(e.topic, []).append(_Part(e, stamps, _values(e, at, series)))
+        where = f"field {e.column!r}" if e.is_field else f"column {e.column!r} at {e.time_column!r}"
+        within = f" of {at.path.name}" if len(sources) > 1 else ""
+        log.add(e.channel, e.column, e.unit, f"{where}{within}; {e.how}")
+    shift = START_S - start / SECOND
+    how = f"{shift!r} s was added to all times, so that the clock starts at {START_S:g} s, as that of bench recordings"
+    log.add("shift of the clock", shift, "s", how)
+    made: list[Topic] = []
+    warnings: list[str] = []
+    for name, own in parts.items():
+        stamps, fields = _merge(own)
+        for c in told.entries:
+            if isinstance(c, Constant) and c.topic == name:
+                fields[c.path] = np.full(len(stamps), c.value)
+                log.add(c.channel, c.value, c.unit, "the same in all messages, as the map says")
+        kind = own[0].entry.type
+        if kind == STATE and "n" in fields and "sign_source" not in fields:
+            fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
+        made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
+    return made, warnings
+
+
+def _place(sources: Sequence[Source], entry: Mapped) -> Source:
+    """Return the one recording that an entry is in."""
+    named = [s for s in sources if not entry.file or s.path.name == entry.file]
+    found = [s for s in named if s.has(entry)]
+    if len(found) == 1:
+        return found[0]
+    what = f"{'field' if entry.is_field else 'column'} {entry.column!r}"
+    if found:
+        text = f"{entry.channel}: {what} is in {', '.join(s.path.name for s in found)}; say which by `file: NAME`"
+        raise RecordingError(text, found=[str(s.path) for s in found])
+    if not named:
+        files = ", ".join(s.path.name for s in sources)
+        raise RecordingError(f"{entry.channel}: expected file {entry.file!r}, found {files}", expected=entry.file)
+    source = named[0]
+    if entry.is_field == isinstance(source, CsvSource):
+        other = "column" if isinstance(source, CsvSource) else "field"
+        kind = "a table, whose entries have a `column`" if other == "column" else "a bag or log, whose have a `field`"
+        raise RecordingError(f"{source.path}: {entry.channel}: expected {other}, found {what}; it is {kind}")
+    if isinstance(source, CsvSource):
+        source.index(entry.column, entry.channel)  # says what there is
+    names = source.names()
+    listed = ", ".join(names[:40]) + (f" and {len(names) - 40} more" if len(names) > 40 else "")
+    raise RecordingError(f"{source.path}: {entry.channel}: expected {what}, found {listed}", path=source.path)
+
+
+def _first(series: Series) -> int:
+    return series.origin + int(series.stamps[0])
+
+
+def _values(entry: Mapped, source: Source, series: Series) -> Array:
+    with np.errstate(over="ignore"):
+        scaled = (
+            series.values if (entry.scale, entry.offset) == (1.0, 0.0) else entry.scale * series.values + entry.offset
+        )
+        values = entry.convert(scaled)
+    wrong = np.flatnonzero(np.isinf(values))
+    if wrong.size:
+        raise source.refusal(entry, int(series.rows[wrong[0]]), f"a finite number of {entry.unit}")
+    return values
+
+
+def _merge(parts: list[_Part]) -> tuple[NDArray[np.int64], dict[str, Any]]:
+    if all(np.array_equal(p.stamps, parts[0].stamps) for p in parts):
+        return parts[0].stamps, {p.entry.path: p.values for p in parts}
+    stamps = np.unique(np.concatenate([p.stamps for p in parts]))
+    fields: dict[str, Any] = {}
+    for p in parts:
+        merged = np.full(len(stamps), np.nan)
+        merged[np.searchsorted(stamps, p.stamps)] = p.values
+        fields[p.entry.path] = merged
+    return stamps, fields
+
+
+def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions, warnings: list[str]) -> int:
+    """Decide where the sign of n comes from: only a sensor that tells the direction gives negative speeds."""
+    channel = f"{topic}.sign_source"
+    if np.any(fields["n"] < 0):
+        log.add(channel, SIGN_MEASURED, "1", "SIGN_MEASURED: not in the map, and n is negative at times")
+        return SIGN_MEASURED
+    log.add(channel, SIGN_UNKNOWN, "1", "SIGN_UNKNOWN: not in the map, and n is never negative")
+    warnings.append(
+        f"{channel} is not in the map and n is never negative: SIGN_UNKNOWN is written, n counts as a magnitude; "
+        f"where the sensor tells the direction, add `{channel}: {{value: {SIGN_MEASURED}}}`"
+    )
+    return SIGN_UNKNOWN

@@ -1,0 +1,167 @@
+"""Good files, spoiled in many ways, before every reader: what is no sentence of ours is a fault.
+
+python run_bag/test/mutated_files.py --seconds 600 --seed 7 [READER...]      the long way; the tests take seconds
+"""
+
+import argparse
+import random
+import sys
+import tempfile
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+from foreign_recordings import autopilot_log, ros1_bag, ros2_bag, table, telemetry_log
+from rosbags.rosbag2 import CompressionMode, StoragePlugin
+
+from run_bag import RunError, Topic, read_run, write_run
+from run_bag.importers.cli_recording import import_recording, open_source
+from run_bag.importers.guess import guess
+from run_bag.importers.recording_map import read_map
+from run_bag.yaml_io import read_yaml
+
+SLOW = 20.0
+"""[s] of a processor that no small file may take."""
+MAP = """time: {column: 1, unit: ms}
+csv: {separator: ",", decimal: "."}
+thruster_0/throttle.commanded: {column: PWM (us), unit: us, stop: 1500, per_volt: 80, hold: previous}
+thruster_0/state.n: {column: rpm, unit: rpm, sign: -1, nan: ["-", 1], scale: 1e-3, offset: 017}
+thruster_0/state.sign_source: {value: 1}
+"""
+
+
+def _run(path: Path) -> Path:
+    stamps = 10**9 + np.arange(50) * 10**7
+    topic = Topic(name="thruster_0/throttle", type="thruster_msgs/Throttle", stamps=stamps,
+                  fields={"commanded": np.arange(50.0)}, frame="x")  # fmt: skip
+    return next(write_run(path, [topic], {"seed": 3}).glob("*.mcap"))
+
+
+def _text(name: str, content: str) -> Callable[[Path], Path]:
+    def write(folder: Path) -> Path:
+        (folder / name).write_text(content)
+        return folder / name
+
+    return write
+
+
+def _import(path: Path) -> None:
+    target, told = path.parent / "out", path.parent / "map.yaml"
+    told.write_text(MAP)
+    import_recording([path], told, target)
+    for file in target.iterdir():
+        file.unlink()
+    target.rmdir()
+
+
+def _folder(path: Path) -> None:
+    read_run(path.parent)
+
+
+def _guess(path: Path) -> None:
+    text = guess([open_source(path, None)])
+    (path.parent / "guessed.yaml").write_text(text)
+    if any(line[0] not in "#t" or not line.startswith(("#", "time:")) for line in text.splitlines()):
+        read_map(path.parent / "guessed.yaml")  # what is proposed can be read
+
+
+def _sqlite(folder: Path) -> Path:
+    return next(ros2_bag(folder / "q", StoragePlugin.SQLITE3).glob("*.db3"))
+
+
+def _packed(folder: Path) -> Path:
+    return next(ros2_bag(folder / "z", StoragePlugin.SQLITE3, CompressionMode.FILE).glob("*.zstd"))
+
+
+READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
+    "mcap": (lambda f: _run(f / "m"), read_run),
+    "mcap of others": (lambda f: next(ros2_bag(f / "o", StoragePlugin.MCAP).glob("*.mcap")), read_run),
+    "metadata.yaml": (lambda f: _run(f / "y").with_name("metadata.yaml"), _folder),
+    "sqlite3": (_sqlite, read_run),
+    "file-compressed": (_packed, read_run),
+    "ros1": (lambda f: ros1_bag(f / "x.bag"), read_run),
+    "BIN": (lambda f: autopilot_log(f / "x.BIN"), _guess),
+    "tlog": (lambda f: telemetry_log(f / "x.tlog"), _guess),
+    "csv": (lambda f: table(f / "x.csv"), _import),
+    "csv guessed": (lambda f: table(f / "g.csv", separator=";", comma=True), _guess),
+    "map": (_text("m.yaml", MAP), read_map),
+    "yaml": (_text("any.yaml", "a: [1, {b: 2e3}]\nc:\n- 'd'\n- |\n  text\n? e\n: \"\\x41\"\n"), read_yaml),
+}
+
+
+def mutated(data: bytes, rng: random.Random) -> bytes:
+    """Return data with one to a few spoiled places."""
+    result = bytearray(data)
+    for _ in range(rng.choice((1, 1, 1, 2, 5))):
+        kind, at = rng.randrange(8), rng.randrange(max(1, len(result)))
+        length = rng.choice((1, 2, 4, 8, 40))
+        if kind == 0:
+            del result[at:]
+        elif kind == 1:
+            del result[at : at + length]
+        elif kind == 2:
+            result[at:at] = bytes(rng.randrange(256) for _ in range(length))
+        elif kind == 3:
+            result[at:at] = result[at : at + length] * rng.choice((1, 2, 100))
+        elif kind == 4:
+            result[at : at + length] = rng.choice((b"\xff", b"\0", b"\x7f", b"{", b"[", b'"', b"-", b"9")) * length
+        elif kind == 5:
+            other = rng.randrange(max(1, len(result)))
+            result[at : at + length] = result[other : other + length]
+        elif kind == 6 and result:
+            result[at] ^= 1 << rng.randrange(8)
+        else:
+            result[at : at + length] = bytes(rng.randrange(256) for _ in range(length))
+    return bytes(result)
+
+
+def mutate_all(folder: Path, names: list[str], *, seconds: float, seed: int) -> tuple[int, list[str]]:
+    """Spoil and read for some seconds each; return how many files were read, and what was no sentence."""
+    count, wrong = 0, []
+    for name in names:
+        own = folder / name.replace(" ", "_")
+        own.mkdir()
+        path = READERS[name][0](own)
+        good, rng = path.read_bytes(), random.Random(f"{seed} {name}")
+        READERS[name][1](path)  # as it is, it must be read
+        end, cut = time.monotonic() + seconds, 0
+        while time.monotonic() < end:
+            # every third one is cut, at one place after the other
+            cut = (cut + 1 + len(good) // 997) % len(good)
+            data = good[:cut] if count % 3 == 0 else mutated(good, rng)
+            path.write_bytes(data)
+            begin = time.process_time()
+            try:
+                READERS[name][1](path)
+            except RunError as error:
+                if not str(error).strip():
+                    wrong.append(f"{name}, {count}: no sentence")
+            except Exception:  # noqa: BLE001 (faults are what is looked for)
+                (own / f"fault_{len(wrong)}").write_bytes(data)
+                wrong.append(f"{name}, {count}: {traceback.format_exc()}")
+            if time.process_time() - begin > SLOW:
+                wrong.append(f"{name}, {count}: {time.process_time() - begin:.1f} s")
+            count += 1
+    return count, wrong
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description="Spoil files and read them.")
+    parser.add_argument("readers", nargs="*", metavar="READER", help=", ".join(READERS))
+    parser.add_argument("--seconds", type=float, default=60.0, help="for all of them together")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--keep", type=Path, help="folder for the files at fault; must not exist")
+    given = parser.parse_args()
+    names = given.readers or list(READERS)
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = given.keep or Path(temporary)
+        folder.mkdir(exist_ok=given.keep is None)
+        count, wrong = mutate_all(folder, names, seconds=given.seconds / len(names), seed=given.seed)
+    sys.stdout.write("\n".join([*wrong, f"{count} files, {len(wrong)} faults"]) + "\n")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
