@@ -17,7 +17,8 @@
 #   --parameters SET     that observers and laws believe in (the strategy's own)
 #   --seed N             of everything random (0); --no-noise leaves the noise out
 #   --effects 'E.P=SIZE E[T2].P=SIZE ...'    unmodelled effects of vehicle, thrusters and sensors
-#   --fail 'T2 dead at 12 s'    failures, separated by semicolons; also 'T1 weak 0.5 at 20 s', 'T3 stuck at 5 s'
+#   --fail 'T2 dead at 12 s'    failures, separated by semicolons; also 'T1 weak 0.5 at 20 s', 'T3 stuck at 5 s',
+#                        and of sensors 'velocity lost at 8 s' (imu, velocity, depth, battery)
 #   --current 'N E D'    of the water along north, east, down [m/s]
 #   --random-wrench 'X Y Z K M N'    standard deviations of a random wrench on the body [N, N m]
 #   --sensors FILE       YAML file of the sensors (those of the package)
