@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rov_sim.vehicle.loop import VehicleLoopRun, simulate_vehicle_loop
 from rov_sim.vehicle.sensors import settings_io
+from rov_sim.vehicle.sensors.believed import navigation_settings
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle_study.assumptions import Assumptions
 from rov_sim.vehicle_study.conditions import drawn_vehicle, feedback_of, sensors_of, steering_of
@@ -96,10 +97,14 @@ def test_a_recorded_dive_is_the_study_s_offline_run_to_rounding(
 ) -> None:
     given = assumptions(feedback=feedback)
     file = sensors_file(given, tmp_path)
+    change: dict[str, dict[str, Any]] = {"plant": {"largest_step": given.largest_step}}
+    if feedback == "estimator":  # the study's filter knows how much its biases scatter, a navigation node guesses
+        knows = navigation_settings(load_sensors(file))
+        change["navigation"] = {name: getattr(knows, name) for name in ("gyro_bias_deviation", "force_bias_deviation")}
     graph = make(
         record=tmp_path / "dive", handing_over=True, strategy=name, feedback=feedback, seed=SEED, start_delay=DELAY,
         allocation="pseudo-inverse", truth=given.truth, sensors=load_sensors(file), sensors_file=str(file),
-        change={"plant": {"largest_step": given.largest_step}},
+        change=change,
     )  # fmt: skip
     graph.run(PERIODS + 2)
     graph.close()
