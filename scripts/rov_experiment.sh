@@ -14,6 +14,7 @@
 #   --feedback truth|estimator   what is fed back: the truth with noise, or a navigation node's estimate (truth)
 #   --rate HZ            of all loops (25); --gain 1/S: K_P and k_I of the outer loop (2); --u-max V: of throttles (5)
 #   --allocation pseudo-inverse|direction|least-squares      what is done with a wrench beyond the limits (least-squares)
+#   --given-up AXES      whose wrench counts last where not all can be had: pitch, for bluerov2, which cannot pitch
 #   --parameters SET     that observers and laws believe in (the strategy's own)
 #   --seed N             of everything random (0); --no-noise leaves the noise out
 #   --effects 'E.P=SIZE E[T2].P=SIZE ...'    unmodelled effects of vehicle, thrusters and sensors
@@ -50,7 +51,7 @@ while [ $# -gt 0 ]; do
         printf -v "${1#--}" '%s' "$2"
         shift
         ;;
-    --vehicle | --gain | --u-max | --allocation | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
+    --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
         given+=("${1/--parameters/--parameter-set}" "$2")

@@ -49,6 +49,7 @@ class Experiment:
         gain: K_P = gain I [1/s], k_I = gain times 1/s [1/s^2].
         u_max: largest throttle [V].
         allocation: pseudo-inverse, direction or least-squares.
+        given_up: axes, separated by commas, whose wrench counts last.
         parameter_set: that observers and laws believe in; "": the strategy's own.
         flow: whether observers are told U = K_t^T nu; else they predict U by (4.5) alone.
         sensors: as the controllers know them; sensors_file: the plant's, "": those of the package.
@@ -74,6 +75,7 @@ class Experiment:
     gain: float = 2.0
     u_max: float = 5.0
     allocation: str = "least-squares"
+    given_up: str = ""
     parameter_set: str = ""
     flow: bool = True
     sensors_file: str = ""
@@ -174,7 +176,7 @@ def _allocator(given: Experiment) -> dict[str, Any]:
     return {
         "vehicle": given.vehicle, "u_max": given.u_max, "K_P_linear": given.gain, "K_P_angular": given.gain,
         "k_I": given.gain, "period": 1.0 / given.rate, "flow": "kinematic" if given.flow else "none",
-        "method": given.allocation,
+        "method": given.allocation, "given_up": given.given_up,
         **({} if given.lockstep else {"setpoint_timeout": _TIMEOUT, "odometry_timeout": _TIMEOUT}),
     }  # fmt: skip
 
