@@ -24,7 +24,8 @@
 #   --random-wrench 'X Y Z K M N'    standard deviations of a random wrench on the body [N, N m]
 #   --sensors FILE       YAML file of the sensors (those of the package)
 #   --no-flow            observers are told no ambient flow: they predict it by (4.5) alone
-#   --hardware T1=PORT   a thruster that is not simulated: a device at a port, or 'emulated'; may be repeated; real time
+#   --hardware T1=PORT   a thruster that is not simulated: a device at a port; 'emulated', or 'firmware': the board's own
+#                        on an emulated processor; may be repeated; real time
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
@@ -38,7 +39,7 @@ compared=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
 
 
 given=() strategy=hq-ekf truth='' script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
-compare=false real_time=false composed=false
+compare=false real_time=false composed=false firmware=false
 value() { [ $# -ge 2 ] || refuse "$1: expected a value"; }
 while [ $# -gt 0 ]; do
     case "$1" in
@@ -54,6 +55,7 @@ while [ $# -gt 0 ]; do
     --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
+        [[ "$1=$2" != --hardware=*=firmware ]] || firmware=true
         given+=("${1/--parameters/--parameter-set}" "$2")
         shift
         ;;
@@ -80,6 +82,11 @@ if [ -z "${ROV_EXPERIMENT_READY-}" ]; then
 fi
 new_folder rov-experiment
 own_graph
+
+if $firmware; then
+    build_firmware --hardware
+    given+=(--firmware "$out/firmware")
+fi
 
 # ---- one experiment
 

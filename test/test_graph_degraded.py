@@ -11,14 +11,12 @@ import pytest
 import yaml
 from diagnostic_msgs.msg import DiagnosticStatus
 
-from rov_sim.vehicle import plant_node
 from thruster_model.errors import VehicleError
 from thruster_msgs.msg import ThrusterFailure
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.records import RecordPublisher
-from thruster_runtime.stamps import nanoseconds
 
-OK, WARN, ERROR = (int.from_bytes(x, "little") for x in (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR))  # fmt: skip
+OK, WARN, ERROR = (level[0] for level in (DiagnosticStatus.OK, DiagnosticStatus.WARN, DiagnosticStatus.ERROR))
 PERIOD = 40_000_000  # ns
 
 
@@ -130,8 +128,12 @@ def test_a_throttle_that_is_no_number_is_zero(make: Callable[..., Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    "given", [{"thruster": 9, "kind": ThrusterFailure.KIND_DEAD}, {"kind": ThrusterFailure.KIND_WEAK, "effectiveness": -1.0}]
-)  # fmt: skip
+    "given",
+    [
+        {"thruster": 9, "kind": ThrusterFailure.KIND_DEAD},
+        {"kind": ThrusterFailure.KIND_WEAK, "effectiveness": -1.0},
+    ],
+)
 def test_a_report_of_a_failure_that_cannot_be_is_not_used(make: Callable[..., Any], given: dict[str, Any]) -> None:
     graph = make(handing_over=False)
     graph.run(5)
@@ -177,7 +179,7 @@ def test_a_vehicle_that_leaves_the_numbers_ends_the_run_with_a_sentence(make: Ca
     graph = make(handing_over=True)
     graph.run(5)
     graph.plant.vehicle._plant._sheet[0, 7] = math.inf
-    with pytest.raises(VehicleError, match="state: expected finite numbers; found others after .* s: the step is too"):
+    with pytest.raises(VehicleError, match=r"state: expected finite numbers; found others after .* s: the step is too"):
         graph.run(10)
 
 

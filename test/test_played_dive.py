@@ -58,9 +58,7 @@ def replayed(context: Context, dive: Path, out: Path, script: Path, **given: Any
             node.destroy_node()
 
 
-@pytest.mark.parametrize(
-    ("strategy", "feedback"), [("hq-ekf", "truth"), ("hl-nlo", "estimator"), ("lookup", "truth")]
-)
+@pytest.mark.parametrize(("strategy", "feedback"), [("hq-ekf", "truth"), ("hl-nlo", "estimator"), ("lookup", "truth")])
 def test_observers_and_allocator_answer_a_played_dive_as_they_answered_the_vehicle(
     make: Callable[..., Any], fresh_context: Callable[[], Context], tmp_path: Path, strategy: str, feedback: str
 ) -> None:

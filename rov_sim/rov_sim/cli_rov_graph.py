@@ -21,6 +21,7 @@ from thruster_model.vehicle_set_io import load_vehicle_set
 
 __all__ = ["main"]
 
+_PORTS = "PORT may be 'emulated', or 'firmware': the board's own on an emulated processor"
 _DEFAULT = Experiment(thrusters=1, sensors=load_sensors())
 
 
@@ -41,7 +42,8 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--no-noise", action="store_true", help="of odometry and sensors")
     parser.add_argument("--no-flow", action="store_true", help="observers are told no ambient flow")
     parser.add_argument("--real-time", action="store_true", help="by the wall's clock")
-    parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help="PORT may be 'emulated'")
+    parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help=_PORTS)
+    parser.add_argument("--firmware", default="", help="folder in which the firmware was built, for T1=firmware")
     return parser
 
 
@@ -49,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the files; return the exit status."""
     given = _parser().parse_args(user_arguments(arguments))
     try:
-        nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"))
+        nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"), firmware=given.firmware)
         for node in nodes:
             _write(given.out / f"{node.name}.yaml", {node.name: {"ros__parameters": dict(node.parameters)}})
         entries = [
@@ -88,7 +90,7 @@ def _experiment(given: argparse.Namespace) -> Experiment:
 def _hardware(word: str) -> tuple[int, str]:
     match = re.fullmatch(r"T([1-9]\d*)=(.+)", word)
     if match is None:
-        raise ValueError(f"hardware: expected T1=PORT or T1=emulated; found {word!r}")
+        raise ValueError(f"hardware: expected T1=PORT, T1=emulated or T1=firmware; found {word!r}")
     return int(match[1]) - 1, match[2]
 
 

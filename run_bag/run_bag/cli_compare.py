@@ -33,9 +33,7 @@ def _line(found: TopicDifference) -> str:
 
 
 def _compare(given: argparse.Namespace) -> int:
-    found = compared(
-        read_run(given.run), read_run(given.other), given.topics, given.exclude, tolerance=given.tolerance
-    )
+    found = compared(read_run(given.run), read_run(given.other), given.topics, given.exclude, tolerance=given.tolerance)
     if not any(each.both for each in found):
         raise EmptyRunError(f"{given.run}, {given.other}: no message of one stamp and topic is in both", found=0)
     print(f"{'topic':<32}{'in both':>8}{'differ':>8}{'only 1':>8}{'only 2':>8}  most")

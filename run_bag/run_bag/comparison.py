@@ -55,8 +55,8 @@ def compared(
 
 
 def _topic(topic: str, one: dict[str, Channel], other: dict[str, Channel], tolerance: float) -> TopicDifference:
-    stamps = [_stamps(side) for side in (one, other)]
-    both = np.intersect1d(*stamps)
+    mine, theirs = _stamps(one), _stamps(other)
+    both = np.intersect1d(mine, theirs)
     differs = np.zeros(both.size, dtype=bool)
     worst, channel = 0.0, ""
     for field in sorted({*one, *other}):
@@ -70,7 +70,7 @@ def _topic(topic: str, one: dict[str, Channel], other: dict[str, Channel], toler
         largest = float("nan") if unlike.any() else float(np.max(apart[here]))
         if channel == "" or not largest <= worst:
             worst, channel = largest, f"{topic}.{field}"
-    alone = (np.setdiff1d(*stamps).size, np.setdiff1d(*reversed(stamps)).size)
+    alone = (mine.size - both.size, theirs.size - both.size)
     return TopicDifference(topic, both.size, *alone, int(differs.sum()), channel, worst)
 
 

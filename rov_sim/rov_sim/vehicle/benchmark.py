@@ -48,7 +48,7 @@ def _study(plain: float) -> Row:
     given = Assumptions(**{name: assumed.value for name, assumed in plan.assumed.items()})
     sets = sets_of(contents_of(plan))
     script = load_script(given.script)
-    names = [group for group in plan.groups if "hq-ekf" in group.strategies][0].strategies
+    names = next(group for group in plan.groups if "hq-ekf" in group.strategies).strategies
 
     def run_all(seed: int) -> None:
         for name in names:

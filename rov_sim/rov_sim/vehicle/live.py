@@ -122,7 +122,7 @@ class LiveSettings:
         for losing in self.lost:
             if losing.sensor not in LOSABLE:
                 wrong.append(f"lost: expected one of {', '.join(LOSABLE)}; found {losing.sensor!r}")
-        for time in (each.time for each in (*self.failures, *self.lost)):
+        for time in [each.time for each in self.failures] + [each.time for each in self.lost]:
             if not (isfinite(time) and time >= 0.0):
                 wrong.append(f"failures: expected a time of 0 s or more; found {time}")
         if wrong:
