@@ -65,7 +65,7 @@ class Listener(Node):
         self.content: list[tuple[int, str, str]] = []
         self.said: list[tuple[str, int, str]] = []
         """Node, level, words."""
-        topics = {name: kind for name, kind in KNOWN_VEHICLE.items() if name != "rov/operator"}
+        topics = {name: kind for name, kind in KNOWN_VEHICLE.items() if name not in ("rov/operator", "rov/scene")}
         names = ("state", "flow", "thrust_setpoint", "estimate", "throttle", "truth")
         topics |= {f"thruster_{i}/{name}": KNOWN[name] for i in range(thrusters) for name in names}
         for topic, kind in topics.items():

@@ -57,6 +57,7 @@ class Experiment:
         seed: of everything random.
         lockstep: on /clock; false: by the wall's clock.
         recorded: whether lockstep waits for the recorder.
+        scene: whether a node draws for viewers; nobody waits for it.
         hardware: ports of thrusters that are not simulated, by index; `EMULATED` or `FIRMWARE`: the emulated bench.
 
     Raises:
@@ -83,6 +84,7 @@ class Experiment:
     seed: int = 0
     lockstep: bool = True
     recorded: bool = True
+    scene: bool = False
     hardware: Mapping[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -132,6 +134,8 @@ def graph_of(given: Experiment, *, link: str = "", firmware: str = "") -> list[G
         if given.observer != "none":
             nodes.append(_node(given, "observer", "thruster_estimation", _observer(given, i), i))
         nodes.append(_node(given, "inner_loop", "thruster_control", _inner_loop(given, i), i))
+    if given.scene:
+        nodes.append(_node(given, "scene", "rov_sim", {"vehicle": given.vehicle}))
     for i, port in given.hardware.items():
         emulated = port in (EMULATED, FIRMWARE)
         if emulated:
@@ -147,6 +151,7 @@ _CLASSES = {
     "allocator": "thruster_control.allocator_node:AllocatorNode",
     "observer": "thruster_estimation.observer_node:ObserverNode",
     "inner_loop": "thruster_control.inner_loop_node:InnerLoopNode",
+    "scene": "rov_sim.vehicle.scene_node:SceneNode",
     "driver": "bench_driver.driver_node:Driver",
     "emulated_bench": "rov_sim.emulated_bench_node:EmulatedBenchNode",
 }
