@@ -26,6 +26,7 @@
 #   --no-flow            observers are told no ambient flow: they predict it by (4.5) alone
 #   --hardware T1=PORT   a thruster that is not simulated: a device at a port; 'emulated', or 'firmware': the board's own
 #                        on an emulated processor; may be repeated; real time
+#   --scene              a node draws frames, path and arrows for Foxglove and PlotJuggler; they are recorded too
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
@@ -43,7 +44,7 @@ compare=false real_time=false composed=false firmware=false
 value() { [ $# -ge 2 ] || refuse "$1: expected a value"; }
 while [ $# -gt 0 ]; do
     case "$1" in
-    --no-noise | --no-flow) given+=("$1") ;;
+    --no-noise | --no-flow | --scene) given+=("$1") ;;
     --real-time) real_time=true ;;
     --composed) composed=true ;;
     --compare) compare=true ;;

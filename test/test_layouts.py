@@ -21,8 +21,9 @@ DRAWN = ("/tf", "/rov/attitude", "/rov/path", "/rov/scene")
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A short dive with its scene, as `rov_experiment.sh --scene` records it."""
-    from conftest import a_context
     from vehicle_graph import SCRIPT, Graph
+
+    from conftest import a_context
 
     folder = tmp_path_factory.mktemp("layouts")
     (folder / "script.yaml").write_text(SCRIPT, "utf-8")
@@ -49,9 +50,7 @@ def foxglove() -> dict[str, Any]:
 
 
 def test_every_line_of_foxglove_s_plots_is_a_channel_of_the_dive(run: Run) -> None:
-    lines = [
-        line["value"] for name, panel in foxglove().items() if name.startswith("Plot!") for line in panel["paths"]
-    ]
+    lines = [line["value"] for name, panel in foxglove().items() if name.startswith("Plot!") for line in panel["paths"]]
     assert len(lines) > 40
     assert [line for line in lines if not line.startswith("/") or line[1:] not in run] == []
 
