@@ -18,6 +18,7 @@ setup(
     license="Apache-2.0",
     entry_points={
         "console_scripts": [
+            "compare = run_bag.cli_compare:main",
             "import_bench = run_bag.importers.cli_bench:main",
             "import_csv = run_bag.importers.cli_recording:main",
             "import_recording = run_bag.importers.cli_recording:main",

@@ -76,11 +76,8 @@ new_folder bench-experiment
 own_graph
 
 if $firmware; then
+    build_firmware --firmware
     built=$out/firmware
-    make -C "$root/bench_driver/firmware" "BUILD=$built" >"$out/firmware.txt" 2>&1 || {
-        tail -n 2 "$out/firmware.txt" >&2
-        refuse "--firmware: it could not be built ($out/firmware.txt); Debian: gcc-avr avr-libc libsimavr-dev libelf-dev"
-    }
 fi
 
 # ---- one experiment

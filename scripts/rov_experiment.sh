@@ -14,15 +14,19 @@
 #   --feedback truth|estimator   what is fed back: the truth with noise, or a navigation node's estimate (truth)
 #   --rate HZ            of all loops (25); --gain 1/S: K_P and k_I of the outer loop (2); --u-max V: of throttles (5)
 #   --allocation pseudo-inverse|direction|least-squares      what is done with a wrench beyond the limits (least-squares)
+#   --given-up AXES      whose wrench counts last where not all can be had: pitch, for bluerov2, which cannot pitch
 #   --parameters SET     that observers and laws believe in (the strategy's own)
 #   --seed N             of everything random (0); --no-noise leaves the noise out
 #   --effects 'E.P=SIZE E[T2].P=SIZE ...'    unmodelled effects of vehicle, thrusters and sensors
-#   --fail 'T2 dead at 12 s'    failures, separated by semicolons; also 'T1 weak 0.5 at 20 s', 'T3 stuck at 5 s'
+#   --fail 'T2 dead at 12 s'    failures, separated by semicolons; also 'T1 weak 0.5 at 20 s', 'T3 stuck at 5 s',
+#                        and of sensors 'velocity lost at 8 s' (imu, velocity, depth, battery)
 #   --current 'N E D'    of the water along north, east, down [m/s]
 #   --random-wrench 'X Y Z K M N'    standard deviations of a random wrench on the body [N, N m]
 #   --sensors FILE       YAML file of the sensors (those of the package)
 #   --no-flow            observers are told no ambient flow: they predict it by (4.5) alone
-#   --hardware T1=PORT   a thruster that is not simulated: a device at a port, or 'emulated'; may be repeated; real time
+#   --hardware T1=PORT   a thruster that is not simulated: a device at a port; 'emulated', or 'firmware': the board's own
+#                        on an emulated processor; may be repeated; real time
+#   --scene              a node draws frames, path and arrows for Foxglove and PlotJuggler; they are recorded too
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
@@ -36,11 +40,11 @@ compared=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
 
 
 given=() strategy=hq-ekf truth='' script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
-compare=false real_time=false composed=false
+compare=false real_time=false composed=false firmware=false
 value() { [ $# -ge 2 ] || refuse "$1: expected a value"; }
 while [ $# -gt 0 ]; do
     case "$1" in
-    --no-noise | --no-flow) given+=("$1") ;;
+    --no-noise | --no-flow | --scene) given+=("$1") ;;
     --real-time) real_time=true ;;
     --composed) composed=true ;;
     --compare) compare=true ;;
@@ -49,9 +53,10 @@ while [ $# -gt 0 ]; do
         printf -v "${1#--}" '%s' "$2"
         shift
         ;;
-    --vehicle | --gain | --u-max | --allocation | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
+    --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
+        [[ "$1=$2" != --hardware=*=firmware ]] || firmware=true
         given+=("${1/--parameters/--parameter-set}" "$2")
         shift
         ;;
@@ -78,6 +83,11 @@ if [ -z "${ROV_EXPERIMENT_READY-}" ]; then
 fi
 new_folder rov-experiment
 own_graph
+
+if $firmware; then
+    build_firmware --hardware
+    given+=(--firmware "$out/firmware")
+fi
 
 # ---- one experiment
 

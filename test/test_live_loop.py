@@ -1,13 +1,11 @@
 """Reference, observer and inner loop as nodes in lockstep with a plant, composed: twice the same, and as offline."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-import rclpy
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
@@ -35,21 +33,6 @@ TOPICS = {
     "state": ThrusterState, "flow": FlowVelocity, "thrust_setpoint": ThrustSetpoint, "estimate": ThrusterEstimate,
     "throttle": Throttle,
 }  # fmt: skip
-
-
-@pytest.fixture
-def fresh_context() -> Iterator[Callable[[], Context]]:
-    """Make graphs of their own."""
-    made: list[Context] = []
-
-    def fresh() -> Context:
-        made.append(Context())
-        rclpy.init(args=[], context=made[-1], domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
-        return made[-1]
-
-    yield fresh
-    for context in made:
-        rclpy.try_shutdown(context=context)
 
 
 class Sensors:

@@ -2,9 +2,11 @@
 
 import json
 import os
+import shutil
 import subprocess
 import uuid
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -29,14 +31,27 @@ def processes_with(variable: str) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("how", [["--composed"], ["--feedback", "estimator"]], ids=["composed", "process per node"])
-def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path, how: list[str]) -> None:
-    mark = uuid.uuid4().hex
-    domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
-    environment = {**os.environ, "ROS_DOMAIN_ID": domain, "ROV_EXPERIMENT_READY": "1", "EXPERIMENT_MARK": mark}
-    out, script = tmp_path / "dive", tmp_path / "short.yaml"
+class Done(NamedTuple):
+    """What a script that has ended has printed, and the variable by which its processes are found."""
+
+    status: int
+    printed: str
+    errors: str
+    mark: str
+
+
+def dived(script: Path, out: Path, how: list[str]) -> Done:
+    """Run a dive in this run's domain."""
+    mark = f"EXPERIMENT_MARK={uuid.uuid4().hex}"
     script.write_text(SCRIPT, "utf-8")
-    command = ["scripts/rov_experiment.sh", "--script", str(script), "--out", str(out), *how]
+    return ran(["scripts/rov_experiment.sh", "--script", str(script), "--out", str(out), *how], mark)
+
+
+def ran(command: list[str], mark: str) -> Done:
+    """Run a script whose workspace is ready, marked; it stops what it has started."""
+    domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
+    name, _, value = mark.partition("=")
+    environment = {**os.environ, "ROS_DOMAIN_ID": domain, "ROV_EXPERIMENT_READY": "1", name: value}
     with subprocess.Popen(
         command, env=environment, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
     ) as process:
@@ -44,15 +59,46 @@ def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Pa
             printed, errors = process.communicate(timeout=LONGEST)
         finally:
             process.terminate()  # it stops what it has started; leaving the block waits for it
-    assert process.returncode == 0, printed + errors
-    assert processes_with(f"EXPERIMENT_MARK={mark}") == []
-    report = Path(printed.splitlines()[-1])
+    return Done(process.returncode, printed, errors, mark)
+
+
+@pytest.mark.parametrize("how", [["--composed"], ["--feedback", "estimator"]], ids=["composed", "process per node"])
+def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path, how: list[str]) -> None:
+    out = tmp_path / "dive"
+    done = dived(tmp_path / "short.yaml", out, how)
+    assert done.status == 0, done.printed + done.errors
+    assert processes_with(done.mark) == []
+    report = Path(done.printed.splitlines()[-1])
     assert report == out / "scores" / "report.html" and report.stat().st_size > 10_000
     scores = json.loads((out / "scores" / "scores.json").read_text(encoding="utf-8"))
     assert scores["runs"][0]["tracking"]["surge"]["rmse"] < 0.02
     run = read_run(out / "run")
     throttles = run["thruster_0/throttle.commanded"].values
     assert np.ptp(throttles) > 0.5 and throttles[-1] == 0.0
+    if "--composed" in how:
+        again = ran(["scripts/rov_replay.sh", str(out), "--out", str(tmp_path / "again")], done.mark)
+        assert again.status == 0, again.printed + again.errors
+        assert again.printed.splitlines()[-1] == "equal" and "thruster_5/estimate" in again.printed
+        assert processes_with(done.mark) == []
+
+
+@pytest.mark.parametrize("device", ["emulated", "firmware"])
+def test_one_of_six_thrusters_may_be_a_driver_and_its_device(tmp_path: Path, device: str) -> None:
+    if device == "firmware" and not (shutil.which("avr-gcc") and shutil.which("make")):
+        pytest.skip("the firmware needs gcc make gcc-avr avr-libc libsimavr-dev libelf-dev")
+    out = tmp_path / "dive"
+    done = dived(tmp_path / "short.yaml", out, ["--composed", "--hardware", f"T1={device}"])
+    if device == "firmware" and done.status == 2 and "simavr" in done.errors:
+        pytest.skip("the firmware needs libsimavr-dev libelf-dev")
+    assert done.status == 0, done.printed + done.errors
+    assert processes_with(done.mark) == []
+    assert (out / "firmware" / "emulator").exists() == (device == "firmware")
+    run = read_run(out / "run")
+    sent = run["thruster_0/throttle_sent.sent"].values
+    assert np.nanmax(np.abs(sent)) > 0.5 and sent[-1] == 0.0, "the device was driven, and left at rest"
+    told, true = run["thruster_0/state.n"].values, run["thruster_0/truth.n"].values
+    assert np.nanmax(np.abs(told)) > 20.0 and np.nanmax(np.abs(true)) > 20.0, "its speed is the vehicle's thruster's"
+    assert "thruster_1/throttle_sent.sent" not in run, "the others are simulated"
 
 
 @pytest.mark.parametrize(
@@ -67,5 +113,21 @@ def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Pa
 def test_what_makes_no_sense_is_refused_with_a_sentence(given: list[str], said: str) -> None:
     done = subprocess.run(
         ["scripts/rov_experiment.sh", *given], cwd=ROOT, capture_output=True, text=True, timeout=20.0, check=False
+    )
+    assert done.returncode == 2 and said in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ([], "expected a folder of scripts/rov_experiment.sh; found none"),
+        (["test"], "test: expected a run/ and nodes/allocator.yaml in it"),
+        (["test", "docs"], "expected one dive; found 'test' and 'docs'"),
+        (["test", "--node", "allocator"], "--node: expected NAME=FILE.yaml; found 'allocator'"),
+    ],
+)
+def test_what_cannot_be_replayed_is_refused_with_a_sentence(given: list[str], said: str) -> None:
+    done = subprocess.run(
+        ["scripts/rov_replay.sh", *given], cwd=ROOT, capture_output=True, text=True, timeout=20.0, check=False
     )
     assert done.returncode == 2 and said in done.stderr

@@ -54,9 +54,11 @@ class SimavrDevice:
         self.line_speed = line_speed
         self._deadline = deadline
         self._pending = b""
+        # In a session of its own: a signal to the group of the process that uses it must not end it under its hands.
         self._process = subprocess.Popen(
-            [str(emulator), str(firmware)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0
-        )
+            [str(emulator), str(firmware)], stdin=subprocess.PIPE, stdout=subprocess.PIPE, bufsize=0,
+            start_new_session=True,
+        )  # fmt: skip
 
     def advance(self, period: float, inputs: Inputs, data: bytes = b"") -> Outputs:
         """Let a period [s] pass, during which the host's bytes arrive one after the other."""

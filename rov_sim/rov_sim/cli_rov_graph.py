@@ -21,13 +21,14 @@ from thruster_model.vehicle_set_io import load_vehicle_set
 
 __all__ = ["main"]
 
+_PORTS = "PORT may be 'emulated', or 'firmware': the board's own on an emulated processor"
 _DEFAULT = Experiment(thrusters=1, sensors=load_sensors())
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="rov_graph", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="the folder, which exists")
-    for name in ("vehicle", "truth", "strategy", "script", "feedback", "parameter-set", "allocation"):
+    for name in ("vehicle", "truth", "strategy", "script", "feedback", "parameter-set", "allocation", "given-up"):
         parser.add_argument(f"--{name}", default=getattr(_DEFAULT, name.replace("-", "_")))
     for name, unit in (("rate", "Hz"), ("gain", "1/s"), ("u-max", "V"), ("start-delay", "s")):
         default = getattr(_DEFAULT, name.replace("-", "_"))
@@ -40,8 +41,10 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--random-wrench", default="0 0 0 0 0 0", help="standard deviations [N, N m]")
     parser.add_argument("--no-noise", action="store_true", help="of odometry and sensors")
     parser.add_argument("--no-flow", action="store_true", help="observers are told no ambient flow")
+    parser.add_argument("--scene", action="store_true", help="a node draws for viewers")
     parser.add_argument("--real-time", action="store_true", help="by the wall's clock")
-    parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help="PORT may be 'emulated'")
+    parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help=_PORTS)
+    parser.add_argument("--firmware", default="", help="folder in which the firmware was built, for T1=firmware")
     return parser
 
 
@@ -49,7 +52,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write the files; return the exit status."""
     given = _parser().parse_args(user_arguments(arguments))
     try:
-        nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"))
+        nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"), firmware=given.firmware)
         for node in nodes:
             _write(given.out / f"{node.name}.yaml", {node.name: {"ros__parameters": dict(node.parameters)}})
         entries = [
@@ -79,16 +82,16 @@ def _experiment(given: argparse.Namespace) -> Experiment:
         thrusters=load_vehicle_set(given.vehicle).coefficients.thrusters, sensors=load_sensors(given.sensors or None),
         vehicle=given.vehicle, truth=given.truth, strategy=given.strategy, script=given.script,
         start_delay=given.start_delay, feedback=given.feedback, rate=given.rate, gain=given.gain, u_max=given.u_max,
-        parameter_set=given.parameter_set, allocation=given.allocation,
+        parameter_set=given.parameter_set, allocation=given.allocation, given_up=given.given_up,
         flow=not given.no_flow, sensors_file=given.sensors, plant=plant,
-        seed=given.seed, lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),
+        scene=given.scene, seed=given.seed, lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),
     )  # fmt: skip
 
 
 def _hardware(word: str) -> tuple[int, str]:
     match = re.fullmatch(r"T([1-9]\d*)=(.+)", word)
     if match is None:
-        raise ValueError(f"hardware: expected T1=PORT or T1=emulated; found {word!r}")
+        raise ValueError(f"hardware: expected T1=PORT, T1=emulated or T1=firmware; found {word!r}")
     return int(match[1]) - 1, match[2]
 
 

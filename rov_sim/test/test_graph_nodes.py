@@ -2,7 +2,7 @@
 
 import pytest
 
-from rov_sim.vehicle.graph import Experiment, graph_of
+from rov_sim.vehicle.graph import EMULATED, FIRMWARE, Experiment, graph_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from thruster_control.strategies import STRATEGIES
 from thruster_estimation.observer_parameters import PARAMETERS, chosen_observer
@@ -18,3 +18,29 @@ def test_every_strategy_has_observers_that_take_what_the_graph_tells_them(name: 
     for node in observers:
         assert set(node.parameters) <= {*SHIPPED, "use_sim_time"}
         assert chosen_observer({**SHIPPED, **node.parameters})[1] == []
+
+
+def test_a_thruster_that_is_no_simulated_one_has_a_driver_and_an_emulated_one_its_device() -> None:
+    def nodes(hardware: dict[int, str]):  # type: ignore[no-untyped-def]
+        given = Experiment(thrusters=6, sensors=load_sensors(), hardware=hardware, lockstep=False)
+        return {node.name: node for node in graph_of(given, link="a link", firmware="built")}
+
+    found = nodes({0: "/dev/ttyACM0", 3: FIRMWARE})
+    assert {"driver_0", "driver_3", "emulated_bench_3"} <= set(found) and "emulated_bench_0" not in found
+    assert found["driver_0"].parameters["port"] == "/dev/ttyACM0"
+    assert found["driver_3"].parameters["port"] == found["emulated_bench_3"].parameters["link"] == "a link"
+    assert found["emulated_bench_3"].parameters["firmware"] == "built"
+    assert found["plant"].parameters["elsewhere"] == "T1 T4"
+    assert nodes({3: EMULATED})["emulated_bench_3"].parameters["firmware"] == ""
+
+
+def test_hardware_that_cannot_be_is_refused_with_a_sentence() -> None:
+    def given(hardware: dict[int, str], **more: bool) -> Experiment:
+        return Experiment(thrusters=6, sensors=load_sensors(), hardware=hardware, **more)  # type: ignore[arg-type]
+
+    with pytest.raises(ValueError, match=r"found T7; hardware: expected real time"):
+        given({6: "/dev/ttyACM0"})
+    with pytest.raises(ValueError, match="expected one emulated device at most"):
+        given({0: EMULATED, 1: FIRMWARE}, lockstep=False)
+    with pytest.raises(ValueError, match="expected a folder in which the firmware was built; found none"):
+        graph_of(given({0: FIRMWARE}, lockstep=False))

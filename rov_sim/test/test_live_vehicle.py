@@ -9,7 +9,7 @@ import pytest
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.words import effects_of_words
 from rov_sim.vehicle.held_throttles import HeldThrottles
-from rov_sim.vehicle.live import Failing, FailureKind, Instant, LiveSettings, LiveVehicle
+from rov_sim.vehicle.live import Failing, FailureKind, Instant, LiveSettings, LiveVehicle, Losing
 from rov_sim.vehicle.noisy_odometry import OdometryNoise
 from rov_sim.vehicle.plant import VehicleSettings, simulate
 from rov_sim.vehicle.plant_parameters import parse_failures
@@ -71,7 +71,7 @@ def test_the_odometry_is_the_truth_where_it_has_no_noise() -> None:
 
 
 def test_failing_thrusters_fail_in_time() -> None:
-    failures = parse_failures("T2 dead at 0.4 s; T3 weak 0.5 at 0.4; T4 stuck at 0.4 s")
+    failures, _ = parse_failures("T2 dead at 0.4 s; T3 weak 0.5 at 0.4; T4 stuck at 0.4 s")
     whole = dive(settings())
     vehicle = LiveVehicle(settings(failures=failures))
     found = [vehicle.advance(THROTTLES if k < 10 else 6 * (0.0,)) for k in range(25)]
@@ -102,6 +102,8 @@ def test_a_thruster_that_is_elsewhere_has_the_speed_that_is_told() -> None:
         ("T0 dead at 3 s", "expected such as"),
         ("T1 weak at 3 s", "expected such as"),
         ("T1 dead 0.5 at 3 s", "expected such as"),
+        ("T1 dead at 3.4.5 s", "expected such as"),
+        ("tachometer lost at 3 s", "expected such as"),
     ],
 )
 def test_failures_that_cannot_be_read_are_said(text: str, said: str) -> None:
@@ -114,6 +116,21 @@ def test_failures_that_cannot_be_are_said() -> None:
         settings(failures=(Failing(6, FailureKind.DEAD, 1.0),))
     with pytest.raises(ValueError, match=r"expected an effectiveness between 0 and 1; found 1\.5"):
         settings(failures=(Failing(0, FailureKind.WEAK, 1.0, 1.5),))
+    with pytest.raises(ValueError, match=r"lost: expected one of imu, velocity, depth, battery; found 'sonar'"):
+        settings(lost=(Losing("sonar", 1.0),))
+    with pytest.raises(ValueError, match=r"expected a time of 0 s or more; found -1\.0"):
+        settings(lost=(Losing("depth", -1.0),))
+
+
+def test_a_lost_sensor_tells_nothing_from_its_time_on_and_all_else_is_as_before() -> None:
+    _, lost = parse_failures("Depth lost at 0.4 s")
+    assert lost == (Losing("depth", 0.4),)
+    whole, without = dive(settings()), dive(settings(lost=lost))
+    for one, other in zip(whole, without, strict=True):
+        for reading, told in zip(one.readings, other.readings, strict=True):
+            gone = reading.sensor == "depth" and reading.taken >= 400_000_000
+            assert all(np.isnan(told.values)) if gone else repr(told) == repr(reading)
+        assert repr(one.truth) == repr(other.truth)
 
 
 def test_a_sensor_that_is_not_there_is_not_waited_for() -> None:

@@ -76,6 +76,24 @@ def test_a_run_is_its_periods_bit_for_bit(ngs) -> None:
         np.testing.assert_array_equal(plant.state.thrusters, run.final.thrusters)
 
 
+@pytest.mark.parametrize("delay", [0.0125, 0.0153])
+def test_a_command_that_arrives_within_a_step_acts_from_its_instant_on(delay: float) -> None:
+    """Beside steps in which none arrives: a command smeared over its step is 0.3 rad/s off."""
+    late = ActiveVehicleEffect(id="command_delay", sizes={"time": delay})
+    sooner = ActiveVehicleEffect(id="command_delay", sizes={"time": 0.0071}, thruster=2)
+    commands = np.zeros((25, 6))
+    commands[5:12, :3], commands[12:, 3:] = 2.0, -3.0
+
+    def run(step: float, *effects: ActiveVehicleEffect):  # type: ignore[no-untyped-def]
+        return simulate(load_vehicle_settings("ngs", effects=effects, largest_step=step), commands, 0.04)
+
+    whole, split = run(1e-4, late), run(1e-3, late)
+    np.testing.assert_allclose(split.n, whole.n, rtol=0.0, atol=2e-3)
+    np.testing.assert_allclose(split.velocity, whole.velocity, rtol=0.0, atol=1e-5)
+    several = [replace(late, thruster=i) for i in (0, 1, 3, 4, 5)]
+    np.testing.assert_allclose(run(1e-3, sooner, *several).n, run(1e-4, sooner, *several).n, rtol=0.0, atol=2e-3)
+
+
 def test_effects_at_neutral_change_no_bit(ngs) -> None:
     u = np.random.default_rng(4).uniform(-4, 4, (20, 6))
     plain, neutral = simulate(ngs, u, 0.04), simulate(replace(ngs, effects=(NEUTRAL,) * 6), u, 0.04)

@@ -1,4 +1,4 @@
-"""Print the rows of every module `benchmark` as one table.
+"""Print the rows of every benchmark as one table.
 
 Of the graph, "ours" is all nodes in one process and "plain" a process each; of the recorder, "plain" is what was
 published, and the whole of a core.
@@ -9,7 +9,10 @@ import subprocess
 import sys
 import time
 
-MODULES = ("thruster_model", "thruster_estimation", "rov_sim", "run_bag", "run_bag.live", "thruster_runtime")
+MODULES = (
+    "thruster_model.benchmark", "thruster_estimation.benchmark", "rov_sim.benchmark", "run_bag.benchmark",
+    "run_bag.live.benchmark", "thruster_runtime.benchmark", "rov_sim.vehicle.graph_benchmark",
+)  # fmt: skip
 COLD_START = (
     "from thruster_model.flow_tank import simulate;"
     "from thruster_model.parameter_set_io import load_parameter_set as load;"
@@ -21,7 +24,7 @@ def main() -> None:
     """Measure and print."""
     print(f"{'what':<42}{'unit':<14}{'ours':>14}{'plain':>14}{'ratio':>9}")
     for module in MODULES:
-        for row in importlib.import_module(f"{module}.benchmark").rows():
+        for row in importlib.import_module(module).rows():
             ratio = f"{row.ours / row.plain:8.2g}x" if row.ours < row.plain else f"{row.ours / row.plain:8.1f}x"
             ours, plain = (f"{x:>14,.{0 if x >= 100.0 else 1}f}" for x in (row.ours, row.plain))
             print(f"{row.what:<42}{row.unit:<14}{ours}{plain}{ratio:>9}", flush=True)

@@ -105,3 +105,9 @@ new_folder() { # PREFIX: make the folder `out`, a new one under runs/ where it i
     fi
     out=$(cd "$out" && pwd -P)
 }
+build_firmware() { # OPTION: build it in $out/firmware; what is missing is said as a matter of the option
+    make -C "$root/bench_driver/firmware" "BUILD=$out/firmware" >"$out/firmware.txt" 2>&1 || {
+        tail -n 2 "$out/firmware.txt" >&2
+        refuse "$1: the firmware could not be built ($out/firmware.txt); Debian: gcc-avr avr-libc libsimavr-dev libelf-dev"
+    }
+}

@@ -85,6 +85,7 @@ def test_the_throttle_that_acted_is_the_mean_of_the_held_one() -> None:
     assert mean_throttle(history, 30, 50, 100) == 1.5
     assert mean_throttle(history, 0, 40, 100) == 1.0
     assert mean_throttle(history, None, 70, 100) == 4.0
+    assert mean_throttle(history, None, 60, 100) == 2.0, "what is commanded now has not acted yet"
 
 
 def test_a_throttle_that_has_not_come_or_is_too_old_is_not_known() -> None:

@@ -83,9 +83,11 @@ def mean_throttle(history: Sequence[tuple[int, float]], begin: int | None, end: 
     """Return the mean over `begin` to `end` [ns] of a throttle [V] that is held between its instants [ns], ascending.
 
     NaN where it is not known: before its first value, or where the last one is older than `timeout` [ns] at `begin`.
-    Without a beginning, or where none falls inside, it is the last value before.
+    Without a beginning, or where none falls inside, it is the last value before; one of the instant `end` acts after.
     """
-    begin = end if begin is None else begin
+    if begin is None:
+        history = [entry for entry in history if entry[0] < end]
+        begin = end
     before = [entry for entry in history if entry[0] <= begin][-1:]
     inside = [entry for entry in history if begin < entry[0] < end]
     if not before or begin - before[0][0] > timeout:

@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from thruster_model.effects.active import NOTHING, ActiveEffects
-from thruster_model.effects.chains import SENSED, command_memory, command_sample
+from thruster_model.effects.chains import SENSED, command_memory, command_split
 from thruster_model.effects.stages import LIBRARY, NO_EFFECTS
 from thruster_model.errors import ParameterSetError
 from thruster_model.flow_tank import simulate
@@ -29,9 +29,10 @@ def neutral(effect):
 
 
 def command(effects, commands):
-    """Return what reaches the plant of commands (N,), sample by sample."""
+    """Return what reaches the plant of commands (N,), sample by sample: the mean where it changes within one."""
     memory = np.zeros(command_memory(DT, effects.plant))
-    return np.array([command_sample(memory, u, DT, effects.plant) for u in commands])
+    split = [command_split(memory, u, DT, effects.plant) for u in commands]
+    return np.array([after + (before - after) * (late / DT) if late > 0.0 else after for before, late, after in split])
 
 
 def acting(effects, commands):

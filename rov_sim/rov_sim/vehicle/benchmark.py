@@ -11,7 +11,12 @@ from numpy.typing import NDArray
 from rov_sim.vehicle.kernel import advance_period
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of
 from rov_sim.vehicle.settings_io import load_vehicle_settings
+from rov_sim.vehicle_study.assumptions import Assumptions
+from rov_sim.vehicle_study.experiment import run_experiment
+from rov_sim.vehicle_study.plan_io import load_plan
+from rov_sim.vehicle_study.results_io import contents_of, sets_of
 from run_bag.benchmark_row import Row
+from thruster_control.vehicle_set_points_io import load_script
 from thruster_model.effects.stages import NEUTRAL
 from thruster_model.equations.rigid_body import skew
 from thruster_model.pipeline import derivative, outputs
@@ -34,7 +39,27 @@ def rows(steps: int = 300_000) -> list[Row]:
     for what, each in (("plant of a vehicle, six thrusters, RK4", settings), ("the same, effects at neutral", neutral)):
         _run(each, 10)
         found.append(Row(what, max(_speed(each, steps) for _ in range(3)), plain, "steps/s"))
-    return found
+    return [*found, _study(plain)]
+
+
+def _study(plain: float) -> Row:
+    """Measure the study's runs over all strategies of 5.2.2; plain: its plant alone, at its step, in plain NumPy."""
+    plan = load_plan("thesis")
+    given = Assumptions(**{name: assumed.value for name, assumed in plan.assumed.items()})
+    sets = sets_of(contents_of(plan))
+    script = load_script(given.script)
+    names = next(group for group in plan.groups if "hq-ekf" in group.strategies).strategies
+
+    def run_all(seed: int) -> None:
+        for name in names:
+            run_experiment(name, given, sets, script, seed, 1)
+
+    run_all(0)  # compiles
+    begin = time.perf_counter()
+    for seed in (1, 2):
+        run_all(seed)
+    ours = 2 * len(names) * given.duration / (time.perf_counter() - begin)
+    return Row("study of the vehicle, its strategies", ours, plain * given.largest_step, "x real time")
 
 
 def _run(settings: VehicleSettings, steps: int) -> None:

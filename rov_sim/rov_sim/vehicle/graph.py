@@ -14,10 +14,10 @@ from rov_sim.vehicle.sensors.settings import VehicleSensors
 from thruster_control.strategies import STRATEGIES, strategy
 from thruster_estimation.settings import OBSERVERS
 
-__all__ = ["EMULATED", "Experiment", "GraphNode", "graph_of"]
+__all__ = ["EMULATED", "FIRMWARE", "Experiment", "GraphNode", "graph_of"]
 
-EMULATED = "emulated"
-"""In the place of a port: the emulated bench."""
+EMULATED, FIRMWARE = "emulated", "firmware"
+"""In the place of a port: the emulated bench; the same with the board's own firmware on an emulated processor."""
 _TIMEOUT = 0.12
 """[s] In real time: silence after which a set point counts no more."""
 _NO_NOISE = 1e-6
@@ -49,6 +49,7 @@ class Experiment:
         gain: K_P = gain I [1/s], k_I = gain times 1/s [1/s^2].
         u_max: largest throttle [V].
         allocation: pseudo-inverse, direction or least-squares.
+        given_up: axes, separated by commas, whose wrench counts last.
         parameter_set: that observers and laws believe in; "": the strategy's own.
         flow: whether observers are told U = K_t^T nu; else they predict U by (4.5) alone.
         sensors: as the controllers know them; sensors_file: the plant's, "": those of the package.
@@ -56,7 +57,8 @@ class Experiment:
         seed: of everything random.
         lockstep: on /clock; false: by the wall's clock.
         recorded: whether lockstep waits for the recorder.
-        hardware: ports of thrusters that are not simulated, by index; `EMULATED`: the emulated bench.
+        scene: whether a node draws for viewers; nobody waits for it.
+        hardware: ports of thrusters that are not simulated, by index; `EMULATED` or `FIRMWARE`: the emulated bench.
 
     Raises:
         ValueError: with all that is wrong.
@@ -74,6 +76,7 @@ class Experiment:
     gain: float = 2.0
     u_max: float = 5.0
     allocation: str = "least-squares"
+    given_up: str = ""
     parameter_set: str = ""
     flow: bool = True
     sensors_file: str = ""
@@ -81,6 +84,7 @@ class Experiment:
     seed: int = 0
     lockstep: bool = True
     recorded: bool = True
+    scene: bool = False
     hardware: Mapping[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -94,7 +98,7 @@ class Experiment:
                 wrong.append(f"hardware: expected thrusters T1 to T{self.thrusters}; found T{i + 1}")
         if self.hardware and self.lockstep:
             wrong.append("hardware: expected real time, as a device does not wait; found lockstep")
-        if list(self.hardware.values()).count(EMULATED) > 1:
+        if sum(port in (EMULATED, FIRMWARE) for port in self.hardware.values()) > 1:
             wrong.append("hardware: expected one emulated device at most; found more")
         if wrong:
             raise ValueError("; ".join(wrong))
@@ -107,8 +111,19 @@ class Experiment:
         return strategy(self.strategy).observer
 
 
-def graph_of(given: Experiment, *, link: str = "") -> list[GraphNode]:
-    """Return the nodes, the plant first; `link`: a name for the port of an emulated device."""
+def graph_of(given: Experiment, *, link: str = "", firmware: str = "") -> list[GraphNode]:
+    """Return the nodes, the plant first.
+
+    Args:
+        given: what is run.
+        link: a name for the port of an emulated device.
+        firmware: folder in which the firmware was built, for a thruster with `FIRMWARE`.
+
+    Raises:
+        ValueError: firmware is asked for that was not built.
+    """
+    if FIRMWARE in given.hardware.values() and not firmware:
+        raise ValueError("hardware: expected a folder in which the firmware was built; found none")
     nodes = [_plant(given)]
     if given.feedback == "estimator":
         nodes.append(_node(given, "navigation", "thruster_estimation", _navigation(given)))
@@ -119,10 +134,13 @@ def graph_of(given: Experiment, *, link: str = "") -> list[GraphNode]:
         if given.observer != "none":
             nodes.append(_node(given, "observer", "thruster_estimation", _observer(given, i), i))
         nodes.append(_node(given, "inner_loop", "thruster_control", _inner_loop(given, i), i))
+    if given.scene:
+        nodes.append(_node(given, "scene", "rov_sim", {"vehicle": given.vehicle}))
     for i, port in given.hardware.items():
-        if port == EMULATED:
-            nodes.append(_bench(given, i, link))
-        nodes.append(_driver(given, i, link if port == EMULATED else port))
+        emulated = port in (EMULATED, FIRMWARE)
+        if emulated:
+            nodes.append(_bench(given, i, link, firmware if port == FIRMWARE else ""))
+        nodes.append(_driver(given, i, link if emulated else port))
     return nodes
 
 
@@ -133,6 +151,7 @@ _CLASSES = {
     "allocator": "thruster_control.allocator_node:AllocatorNode",
     "observer": "thruster_estimation.observer_node:ObserverNode",
     "inner_loop": "thruster_control.inner_loop_node:InnerLoopNode",
+    "scene": "rov_sim.vehicle.scene_node:SceneNode",
     "driver": "bench_driver.driver_node:Driver",
     "emulated_bench": "rov_sim.emulated_bench_node:EmulatedBenchNode",
 }
@@ -174,7 +193,7 @@ def _allocator(given: Experiment) -> dict[str, Any]:
     return {
         "vehicle": given.vehicle, "u_max": given.u_max, "K_P_linear": given.gain, "K_P_angular": given.gain,
         "k_I": given.gain, "period": 1.0 / given.rate, "flow": "kinematic" if given.flow else "none",
-        "method": given.allocation,
+        "method": given.allocation, "given_up": given.given_up,
         **({} if given.lockstep else {"setpoint_timeout": _TIMEOUT, "odometry_timeout": _TIMEOUT}),
     }  # fmt: skip
 
@@ -219,9 +238,9 @@ def _driver(given: Experiment, i: int, port: str) -> GraphNode:
     return _node(given, "driver", "bench_driver", parameters, i)._replace(renamed=renamed)
 
 
-def _bench(given: Experiment, i: int, link: str) -> GraphNode:
+def _bench(given: Experiment, i: int, link: str, firmware: str) -> GraphNode:
     truth = (given.truth.split() or ["hq"])[0]
-    parameters = {"parameter_set": truth, "seed": given.seed, "lockstep": False, "link": link}
+    parameters = {"parameter_set": truth, "seed": given.seed, "lockstep": False, "link": link, "firmware": firmware}
     node = _node(given, "emulated_bench", "rov_sim", parameters, i)
     return node._replace(
         renamed={"thruster_0/truth": f"daq/thruster_{i}/truth", "daq/thruster_0/load": f"daq/thruster_{i}/load"}

@@ -2,7 +2,8 @@
 
 Each throttle is held between commands; the acting throttle moves towards the command at u_dot_max. Where one of the
 throttles reaches its command within a step, the step is split there, and while one moves, steps are no longer than
-`RAMP_STEP`: see `stepper.plant_step`. What effects make of a command on its way acts once a step. Arguments: `rates`.
+`RAMP_STEP`: see `stepper.plant_step`. What effects make of a command on its way acts once a step; where a delay ends
+within a step, the step is split there too. Arguments: `rates`.
 """
 
 import numpy as np
@@ -17,11 +18,14 @@ from rov_sim.vehicle.rates import (
     thruster_row,
 )
 from rov_sim.vehicle.tables import (
+    AFTER,
     AT,
+    BEFORE,
     BODY,
     END,
     FIRST,
     GAINED,
+    LATE,
     LEFT,
     MEMORY,
     MIDDLE,
@@ -34,7 +38,7 @@ from rov_sim.vehicle.tables import (
 )
 from thruster_model.acting_throttle import followed
 from thruster_model.compilation import compiled, inlined
-from thruster_model.effects.chains import command_sample
+from thruster_model.effects.chains import command_split
 from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.pipeline import heat_after, lag_time, ramp_limit
 from thruster_model.stepper import RAMP_STEP
@@ -133,14 +137,26 @@ def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-un
 def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
     """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held."""
     N = layout.shape[0]
+    first = BODY + 2 * N
     remembers = sheet.shape[0] > MEMORY
     for _ in range(steps):
         for i in range(N):
             u = commands[int(layout[i, WIRING])]
+            before, late, after = u, 0.0, u
             if remembers:
-                u = command_sample(sheet[MEMORY + i], u, step, thruster(e, i))
-            sheet[REACHED, BODY + 2 * N + i] = layout[i, TURNING] * u
-        _step(sheet, step, gate, wrench, body, layout, p, e)
+                before, late, after = command_split(sheet[MEMORY + i], u, step, thruster(e, i))
+            sheet[BEFORE, first + i], sheet[AFTER, first + i] = layout[i, TURNING] * before, layout[i, TURNING] * after
+            sheet[LATE, first + i] = late if before != after else 0.0
+        gone = 0.0
+        while gone < step:
+            until = step
+            for i in range(first, first + N):
+                early = sheet[LATE, i] > gone + _SAME_INSTANT
+                sheet[REACHED, i] = sheet[BEFORE, i] if early else sheet[AFTER, i]
+                if early:
+                    until = min(until, sheet[LATE, i])
+            _step(sheet, until - gone, gate, wrench, body, layout, p, e)
+            gone = until
 
 
 @compiled

@@ -21,9 +21,11 @@ from rov_sim.vehicle.sensors.live import Reading, Sensors
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.truth import VehicleTruth
 
-__all__ = ["Failing", "FailureKind", "Instant", "LiveSettings", "LiveVehicle", "Odometry"]
+__all__ = ["LOSABLE", "Failing", "FailureKind", "Instant", "LiveSettings", "LiveVehicle", "Losing", "Odometry"]
 
 Array = NDArray[np.float64]
+LOSABLE = ("imu", "velocity", "depth", "battery")
+"""Sensors of the vehicle that can be lost."""
 
 
 class FailureKind(IntEnum):
@@ -49,6 +51,13 @@ class Failing(NamedTuple):
     kind: FailureKind
     time: float
     effectiveness: float = nan
+
+
+class Losing(NamedTuple):
+    """A sensor of `LOSABLE` that tells nothing any more from a time [s] on."""
+
+    sensor: str
+    time: float
 
 
 class Odometry(NamedTuple):
@@ -85,7 +94,7 @@ class LiveSettings:
         plant: vehicle with its thrusters; sensors: of it; sensed: their coefficients with effects, None: without.
         period: between instants [s].
         wrench: random, on the body; noise: of the odometry.
-        failures: to come.
+        failures: to come, of thrusters; lost: of sensors.
         seed: of everything random.
 
     Raises:
@@ -99,6 +108,7 @@ class LiveSettings:
     wrench: RandomWrench = field(default_factory=RandomWrench)
     noise: OdometryNoise = field(default_factory=OdometryNoise)
     failures: tuple[Failing, ...] = ()
+    lost: tuple[Losing, ...] = ()
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -107,10 +117,14 @@ class LiveSettings:
         for each in self.failures:
             if not 0 <= each.thruster < count:
                 wrong.append(f"failures: expected thrusters 0 to {count - 1}; found {each.thruster}")
-            if not (isfinite(each.time) and each.time >= 0.0):
-                wrong.append(f"failures: expected a time of 0 s or more; found {each.time}")
             if each.kind == FailureKind.WEAK and not 0.0 < each.effectiveness < 1.0:
                 wrong.append(f"failures: expected an effectiveness between 0 and 1; found {each.effectiveness}")
+        for losing in self.lost:
+            if losing.sensor not in LOSABLE:
+                wrong.append(f"lost: expected one of {', '.join(LOSABLE)}; found {losing.sensor!r}")
+        for time in [each.time for each in self.failures] + [each.time for each in self.lost]:
+            if not (isfinite(time) and time >= 0.0):
+                wrong.append(f"failures: expected a time of 0 s or more; found {time}")
         if wrong:
             raise ValueError("; ".join(wrong))
 
@@ -137,6 +151,7 @@ class LiveVehicle:
         self._errors = OdometryErrors(settings.noise, settings.seed)
         self._period = round(1e9 * settings.period)
         self._coming = sorted(settings.failures, key=lambda each: each.time)
+        self._lost_at = {each.sensor: round(1e9 * each.time) for each in reversed(settings.lost)}
         self._stuck: dict[int, float] = {}
         self._held = np.zeros(count)
         self.time = 0
@@ -163,9 +178,16 @@ class LiveVehicle:
             stop = end if instant is None else min(instant, end)
             truth = self._plant.advance(commands, 1e-9 * (stop - self.time), wrench=wrench)
             self.time = stop
-            readings += self._sensors.read(stop, truth)
+            readings += map(self._told, self._sensors.read(stop, truth))
         assert truth is not None
         return Instant(self.time, truth, tuple(readings), self._odometry(truth), self._failing())
+
+    def _told(self, reading: Reading) -> Reading:
+        """Return a reading, without its values where its sensor was lost by then."""
+        at = self._lost_at.get(reading.sensor)
+        if at is None or reading.taken < at:
+            return reading
+        return reading._replace(values=(nan,) * len(reading.values))
 
     def _turn(self, speeds: Mapping[int, float]) -> None:
         state = self._plant.state

@@ -11,7 +11,7 @@ from rclpy.node import Node
 
 from rov_sim.vehicle.effects.active import sensing_with
 from rov_sim.vehicle.effects.words import effects_of_words
-from rov_sim.vehicle.live import Failing, FailureKind, LiveSettings
+from rov_sim.vehicle.live import LOSABLE, Failing, FailureKind, LiveSettings, Losing
 from rov_sim.vehicle.noisy_odometry import OdometryNoise
 from rov_sim.vehicle.random_wrench import RandomWrench
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
@@ -79,7 +79,8 @@ PARAMETERS = (
     ),
     Parameter(
         name="failures", default="",
-        description="failures to come, such as 'T2 dead at 12 s; T1 weak 0.5 at 20 s; T3 stuck at 5 s'",
+        description="failures to come, such as 'T2 dead at 12 s; T1 weak 0.5 at 20 s; T3 stuck at 5 s; velocity lost "
+        "at 8 s', the last also of imu, depth and battery",
     ),
     Parameter(
         name="report_failures", default=True, description="whether they are told on rov/thruster_failure at once"
@@ -116,6 +117,7 @@ PARAMETERS = (
 )  # fmt: skip
 
 _FAILURE = re.compile(r"T(\d+)\s+(dead|weak|stuck)(?:\s+([\d.eE+-]+))?\s+at\s+([\d.eE+-]+)\s*s?", re.IGNORECASE)
+_LOSS = re.compile(rf"({'|'.join(LOSABLE)})\s+lost\s+at\s+(\d[\d.eE+-]*)\s*s?", re.IGNORECASE)
 
 
 class PlantNodeSettings(NamedTuple):
@@ -133,23 +135,30 @@ class PlantNodeSettings(NamedTuple):
     silence: float
 
 
-def parse_failures(text: str) -> tuple[Failing, ...]:
-    """Return the failures that a text names; thrusters count from T1.
+def parse_failures(text: str) -> tuple[tuple[Failing, ...], tuple[Losing, ...]]:
+    """Return the failures of thrusters and the losses of sensors that a text names; thrusters count from T1.
 
     Raises:
         ValueError: with each part of the text that names none.
     """
-    found, wrong = [], []
+    found, lost, wrong = [], [], []
     for part in filter(None, map(str.strip, text.split(";"))):
-        match = _FAILURE.fullmatch(part)
-        if match is None or int(match[1]) < 1 or (match[2].lower() == "weak") != (match[3] is not None):
-            wrong.append(f"failures: expected such as 'T2 dead at 12 s' or 'T1 weak 0.5 at 20 s'; found {part!r}")
-            continue
-        share = nan if match[3] is None else float(match[3])
-        found.append(Failing(int(match[1]) - 1, FailureKind[match[2].upper()], float(match[4]), share))
+        try:
+            if match := _LOSS.fullmatch(part):
+                lost.append(Losing(match[1].lower(), float(match[2])))
+                continue
+            match = _FAILURE.fullmatch(part)
+            if match is not None and int(match[1]) >= 1 and (match[2].lower() == "weak") == (match[3] is not None):
+                share = nan if match[3] is None else float(match[3])
+                found.append(Failing(int(match[1]) - 1, FailureKind[match[2].upper()], float(match[4]), share))
+                continue
+        except ValueError:  # a number that is none
+            pass
+        expected = "'T2 dead at 12 s', 'T1 weak 0.5 at 20 s' or 'velocity lost at 8 s'"
+        wrong.append(f"failures: expected such as {expected}; found {part!r}")
     if wrong:
         raise ValueError("; ".join(wrong))
-    return tuple(found)
+    return tuple(found), tuple(lost)
 
 
 def settings_of(node: Node) -> PlantNodeSettings:
@@ -197,9 +206,10 @@ def _live(given: Mapping[str, Any]) -> LiveSettings:
     plant = replace(plant, coefficients=c._replace(current=c.current + np.array(_numbers(given, "current", 3))))
     effects = (*active_effects(vehicle), *added)
     gravity = vehicle.values["gravity"]
+    failures, lost = parse_failures(given["failures"])
     return LiveSettings(
         plant=plant, sensors=sensors, sensed=sensing_with(sensor_coefficients(sensors, gravity), effects), noise=noise,
-        period=1.0 / given["rate"], seed=given["seed"], failures=parse_failures(given["failures"]),
+        period=1.0 / given["rate"], seed=given["seed"], failures=failures, lost=lost,
         wrench=RandomWrench(size=_numbers(given, "random_wrench", 6), time=given["random_wrench_time"]),
     )  # fmt: skip
 

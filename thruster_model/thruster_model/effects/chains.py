@@ -5,7 +5,7 @@ limits, the line's delay. Behind the plant each sensor has a chain: its dynamics
 converter. A chain is called once every `step` seconds from the beginning of a run on. What it remembers lies in a slice
 of floats, all zero at the beginning; with `NO_EFFECTS` it needs none, and nothing is compiled in.
 
-    memory = np.zeros(command_memory(step, e))        u = command_sample(memory, u_commanded, step, e)
+    memory = np.zeros(command_memory(step, e))        u, late, then = command_split(memory, u_commanded, step, e)
     memory = np.zeros(sensor_memory("speed", step, e))        y = speed_sample(memory, n, outputs, step, e)
 """
 
@@ -23,7 +23,6 @@ __all__ = [
     "axial_sample",
     "command_begin",
     "command_memory",
-    "command_sample",
     "command_split",
     "sensor_memory",
     "sensor_seed",
@@ -103,13 +102,6 @@ def command_split(memory, u, step, e):  # type: ignore[no-untyped-def]
     before = memory[0]
     memory[0] = _wired(memory[1:], u, step, e)
     return before, late, memory[0]
-
-
-@equation
-def command_sample(memory, u, step, e):  # type: ignore[no-untyped-def]
-    """Return the throttle [V] that reaches the plant, held over the step [s]; the mean where it changes within it."""
-    before, late, after = command_split(memory, u, step, e)
-    return after + (before - after) * (late / step) if late > 0.0 else after
 
 
 @equation

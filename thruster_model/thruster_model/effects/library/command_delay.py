@@ -1,8 +1,8 @@
 """Commands arrive late: transport on the line, a computing period, a driver that answers at its next turn.
 
 Exact for any delay: `sample` returns the command of whole steps before, and `late` how long into a step the one before
-that is still held. The stepper splits its step there; a caller that cannot takes the mean over the step, as
-`chains.command_sample` does. What else happens to a command does not depend on time, so the delay may come last.
+that is still held: steppers split their step there. What else happens to a command
+does not depend on time, so the delay may come last.
 """
 
 from thruster_model.compilation import equation
