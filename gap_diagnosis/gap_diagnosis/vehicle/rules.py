@@ -1,0 +1,38 @@
+"""Every threshold of a vehicle's diagnosis in one place, each with its reason."""
+
+PERIOD = 0.04
+"""[s] of the filter: commands of a vehicle come at 25 Hz, and its bodies and rotors are slower than that."""
+STEP = 0.01
+"""[s] Longest step of the plant inside the filter: RK4 on a rotor of 14 1/s errs by 1e-7 then."""
+SHARED = 0.05
+"""Deviation of what all thrusters have in common, where the set states none."""
+OWN = 0.02
+"""Deviation of one thruster from the others: motors and propellers of one batch."""
+CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
+"""[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
+LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4
+"""[N, N m] Random wrench that is assumed at least: no water is calmer, and gains stay finite."""
+MOST_DEVIATIONS = 4.0
+"""Whitened readings beyond it count as it: one outlier in 16,000 is none under a normal distribution."""
+P_EFFECT = 0.5
+"""Prior probability that a recording that somebody wants diagnosed has an effect beyond its parameters."""
+P_NAMELESS = 0.1
+"""Share of it for effects that the library does not have."""
+CLAIM = 30.0
+"""Odds at which an effect is claimed against none of it: what the diagnosis of a single thruster asks too."""
+LOOK_ALIKE = 3.0
+"""Distance [standard deviations] below which the data cannot tell two explanations apart."""
+NAMELESS = 12.0
+"""Gain in log evidence that a nameless dependence needs: 1 in 160,000 by chance, with some 200 of them tried."""
+MOST_EFFECTS = 3
+"""At a time: more have never been told apart from one recording session."""
+REFINED = 8
+"""Candidates that are fitted without linearisation: the right one was among the first four wherever it could be told."""
+LEAST_TIME = 10.0
+"""[s] of motion below which nothing is said."""
+LEAST_EXCITATION = 0.1
+"""[V] Standard deviation of throttles below which a thruster tells nothing of itself."""
+SHIFTED = 3.0
+"""Deviations by which a parameter must have moved to be named."""
+HORIZONS = (2.0, 10.0)
+"""[s] over which the model runs free for `how far`: within one the attitude is near, within the other drag has acted."""
