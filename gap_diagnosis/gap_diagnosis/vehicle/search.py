@@ -82,11 +82,6 @@ def search(
     rivals: list[tuple[tuple[float, Refined], ...]] = []
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = _stage(model, runs, values, accepted, free, tried)
-        if stages and stage.log_evidence + log_prior(accepted[-1].hypothesis, tried) < stages[-1].log_evidence + np.log(
-            rules.CLAIM
-        ):
-            rivals.pop()
-            break
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
@@ -161,16 +156,21 @@ def _stage(
     names = nameless_names(model)
     first = len(columns)
     columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in names]
-    gram = gathered(screen.residuals(), columns, keep=m)
+    width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
+    gram = gathered(screen.residuals(), columns, keep=m, base=m + len(own), block=width)
     moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
     gram = _centred(gram, m, moved)
     base = [*range(m), *own]
     nothing = evidence(gram, base)
     offered = []
     for h, at in places.items():
-        more = evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])
-        offered.append((more - nothing + log_prior(h, tried), h))
-    nameless = [(evidence(gram, [*base, first + j]) - nothing, name) for j, name in enumerate(names)]
+        gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
+        if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
+            continue
+        offered.append((tempered(gain, gram, at) + log_prior(h, tried), h))
+    nameless = [
+        (tempered(evidence(gram, [*base, first + j]) - nothing, gram, [first + j]), name) for j, name in enumerate(names)
+    ]
     offered.sort(key=lambda each: -each[0])
     nameless.sort(key=lambda each: -each[0])
     # the prior of accepted sizes is about zero, not about where they are
@@ -180,6 +180,11 @@ def _stage(
         screen=screen, gram=gram, moved=moved, accepted=accepted, offered=tuple(offered), nameless=tuple(nameless),
         log_evidence=total,
     )  # fmt: skip
+
+
+def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
+    """Return a gain in log evidence as it counts where scores scatter more than they should, see `Gram.scatter`."""
+    return gain / float(np.mean(gram.scatter[list(at)])) if gain > 0.0 else gain
 
 
 def _centred(gram: Gram, m: int, moved: Array) -> Gram:
@@ -221,7 +226,7 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
             start = tuple(own)
         fit = refined(stage.screen, stage.gram, free, h, start, stage.moved)
         gain = fit.log_evidence + 0.5 * float(stage.moved @ stage.moved) - nothing
-        found.append((gain + log_prior(h, tried), fit))
+        found.append((tempered(gain, stage.gram, at) + log_prior(h, tried), fit))
     return sorted(found, key=lambda each: -each[0])
 
 

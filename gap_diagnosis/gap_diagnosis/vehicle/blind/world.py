@@ -100,6 +100,7 @@ def run_world(  # type: ignore[no-untyped-def]
             nu = inverse @ momentum
             v, w = nu[:3], nu[3:]
             drift = R.T @ current
+            out_n[at] = n
             load = 0.0
             for i in range(N):
                 p = thrusters[i]
@@ -154,7 +155,6 @@ def run_world(  # type: ignore[no-untyped-def]
             out[at, :3] = position
             out[at, 3:12] = R.copy().ravel()
             out[at, 12:15], out[at, 15:18] = v + drift, w
-            out_n[at] = n
             momentum = momentum + 0.5 * h * (slope + later)
             nu2 = inverse @ momentum
             position = position + h * (R @ (0.5 * (v + nu2[:3])) + current)
