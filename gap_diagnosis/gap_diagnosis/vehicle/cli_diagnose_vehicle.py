@@ -1,4 +1,4 @@
-"""Command line: why recordings of a vehicle and its model disagree: a thruster, the hull, a sensor, the wiring, the water."""
+"""Command line: why a vehicle and its model disagree: a thruster, the hull, a sensor, the wiring or the water."""
 
 import argparse
 import sys
@@ -9,9 +9,9 @@ from gap_diagnosis.diagnose_io import package_version
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, written
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.rules import PERIOD
+from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from thruster_model.errors import ThrusterModelError
 from thruster_model.vehicle_set_io import available_vehicles
 
@@ -39,7 +39,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
             "runs": [str(path) for path in given.runs], "vehicle": model.vehicle.name,
             "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
         }  # fmt: skip
-        found = diagnosed(model, logs, provenance, lambda text: print(text, file=sys.stderr, flush=True), lambda h: h.effect not in given.without)
+        found = diagnosed(
+            model,
+            logs,
+            provenance,
+            lambda text: print(text, file=sys.stderr, flush=True),
+            lambda h: h.effect not in given.without,
+        )
         paths = written(found, given.out)
     except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
         print(error, file=sys.stderr)

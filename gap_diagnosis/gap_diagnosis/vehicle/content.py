@@ -54,12 +54,16 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
         library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
         rows.append({"block": library.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
     for gain, (_, axis, feature) in verdict.left[:2]:
-        rows.append({"block": "body", "thruster": None, "axis": axis, "regime": feature, "weight": min(gain / 50.0, 1.0)})
+        rows.append(
+            {"block": "body", "thruster": None, "axis": axis, "regime": feature, "weight": min(gain / 50.0, 1.0)}
+        )
     if not rows and verdict.name == "unknown":
         worst = int(np.argmax(verdict.wrench / np.array([1.0, 1.0, 1.0, 0.2, 0.2, 0.2])))
         rows.append({"block": "body", "thruster": None, "axis": _AXES[worst], "regime": "random", "weight": 1.0})
     total = sum(row["weight"] for row in rows) or 1.0
-    return [{**{k: v for k, v in row.items() if k != "weight"}, "share": round(row["weight"] / total, 3)} for row in rows]
+    return [
+        {**{k: v for k, v in row.items() if k != "weight"}, "share": round(row["weight"] / total, 3)} for row in rows
+    ]
 
 
 def content_of(
@@ -89,9 +93,7 @@ def content_of(
         "retuned_parameters": {
             ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
         },
-        "hidden": [
-            {**place_of(h), "least": size, "unit": _units(h)[h.parameters[0]]} for h, size in _hidden(verdict)
-        ],
+        "hidden": [{**place_of(h), "least": size, "unit": _units(h)[h.parameters[0]]} for h, size in _hidden(verdict)],
         "wiring": None if wiring is None else wiring.content(),
         "sensors": {name: bool(any(log.there[name] for log in logs)) for name in logs[0].there},
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
@@ -113,4 +115,7 @@ def _next(verdict: Verdict, wiring: Wiring | None) -> dict[str, Any] | None:
     silent = wiring is not None and bool(wiring.silent)
     if not (unsure or silent):
         return None
-    return {"kind": "pulses", "why": "each thruster alone, both ways, tells thrusters from the hull and from each other"}
+    return {
+        "kind": "pulses",
+        "why": "each thruster alone, both ways, tells thrusters from the hull and from each other",
+    }

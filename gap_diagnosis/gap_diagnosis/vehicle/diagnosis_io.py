@@ -46,7 +46,8 @@ def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None =
 
 
 def diagnosed(
-    model: Model, logs: Sequence[VehicleLog], provenance: dict[str, Any], told: Callable[[str], None] = lambda text: None,
+    model: Model, logs: Sequence[VehicleLog], provenance: dict[str, Any],
+    told: Callable[[str], None] = lambda text: None,
     only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True,
 ) -> Diagnosed:  # fmt: skip
     """Return the diagnosis of recordings."""
@@ -78,9 +79,14 @@ def _entry(refined: Any) -> EffectEntry:
 def written(found: Diagnosed, out: Path) -> list[Path]:
     """Write diagnosis.json, report.html and with_effect.yaml into a folder; return their paths."""
     out.mkdir(parents=True, exist_ok=True)
-    report = report_of(found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}")
+    report = report_of(
+        found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}"
+    )
     paths = [report.write(out / "report.html")]
-    for name, text in (("with_effect.yaml", found.with_effect), ("diagnosis.json", json.dumps(found.content, indent=1))):
+    for name, text in (
+        ("with_effect.yaml", found.with_effect),
+        ("diagnosis.json", json.dumps(found.content, indent=1)),
+    ):
         part = out / f".{name}.part"
         part.write_text(text, encoding="utf-8")
         part.rename(out / name)

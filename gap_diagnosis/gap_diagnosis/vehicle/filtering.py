@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -91,7 +92,8 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
     K, N = log.count, log.thrusters
     out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.full((K, 19 + 2 * N), np.nan)
     steps = built.settings.steps_in(log.period)
-    done = innovations(
+    kernel: Any = innovations
+    done = kernel(
         sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
         built.sensors, built.tach, log.attitude, log.told, log.speeds, log.battery, log.lateness, gains, speed_gains,
@@ -140,7 +142,7 @@ def prepared_with(
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     A, H = _slopes_of(model, log, states, built)
-    there = np.isfinite(log.told)
+    there = np.asarray(np.isfinite(log.told))
     there[:, :3] = np.isfinite(log.attitude).all(axis=1)[:, None]
     gains = filter_gains(A, H, there, noises, log.period)
     speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
@@ -178,9 +180,7 @@ def prepared(
         noises = first._replace(time=time)
         found: list[Prepared] = []
         for _ in range(rounds):
-            found = [
-                prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)
-            ]
+            found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
             states = [p.base.states if p.base.done else None for p in found]
             noises = _learned(model, found)
         found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]

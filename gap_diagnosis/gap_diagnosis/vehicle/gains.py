@@ -39,13 +39,14 @@ class Noises(NamedTuple):
 
 class Gains(NamedTuple):
     """Of one run: G (K, 16, 13); W (K, 13, 13), inverse of the factor of S; log |S|, sum over the run; spread of the
-    wrench P_ww (K, 6) and of the fitted channels H P H^T (K, 13), after correction."""
+    wrench P_ww (K, 6) and of the fitted channels H P H^T (K, 13), after correction; P (16, 16) at the end."""
 
     gains: Array
     whitener: Array
     log_determinant: float
     wrench_variance: Array
     channel_variance: Array
+    last: Array
 
 
 def _skew(a: Array) -> Array:
@@ -113,7 +114,7 @@ def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, 
 
 @compiled
 def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
-    K, m, x = H.shape
+    K, m, _x = H.shape
     total = 0.0
     for k in range(K):
         HP = H[k] @ P
@@ -135,14 +136,15 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
         for j in range(6):
             wrench_variance[k, j] = P[9 + j, 9 + j]
         P = F[k] @ P @ F[k].T + Q
-    return total
+    return total, P
 
 
-def filter_gains(A: Array, H: Array, there: Array, noises: Noises, period: float) -> Gains:
+def filter_gains(A: Array, H: Array, there: Array, noises: Noises, period: float, before: Array | None = None) -> Gains:
     """Return the gains of one run.
 
     Args:
         A, H: `slopes`; there: (K, 13), which channels tell at which instant.
+        before: covariance at the first instant (16, 16); None: little is known.
     """
     K = len(A)
     step = A * period
@@ -150,14 +152,14 @@ def filter_gains(A: Array, H: Array, there: Array, noises: Noises, period: float
     keep = np.exp(-period / noises.time)
     F[:, 9:15, 9:15] = keep * np.eye(6)
     Q = np.diag(np.concatenate((_DRIFT**2, noises.wrench**2 * (1.0 - keep**2), [1e-10])))
-    P = np.diag(np.concatenate((_FIRST**2, noises.wrench**2, [1.0])))
+    P = np.diag(np.concatenate((_FIRST**2, noises.wrench**2, [1.0]))) if before is None else before
     deviations = np.where(np.isfinite(noises.channels), noises.channels, 1.0)
     R = np.where(there, deviations**2, _UNSEEN)
     made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
     wrench, channel = np.empty((K, 6)), np.empty((K, CHANNELS))
     F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
-    total = float(_riccati(F, H, Q, R, P, *made, wrench, channel))
-    return Gains(*made, total, wrench, channel)
+    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), *made, wrench, channel)
+    return Gains(*made, float(total), wrench, channel, last)
 
 
 def rotor_gains(there: Array, decay: Array, noises: Noises) -> tuple[Array, Array]:

@@ -9,7 +9,6 @@ so that any set of columns is judged from A and b alone. A column is the change 
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-
 from typing import Any
 
 import numpy as np
@@ -22,8 +21,8 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Column:
-    """A direction: its name, deviation of its size (0: a switch, which is on or off), and r_k(probe) of each run over the
-    probe."""
+    """A direction: its name, the deviation of its size (0: a switch, on or off), and the change of r of each run by a
+    probe, over the probe."""
 
     name: object
     deviation: float
@@ -131,7 +130,7 @@ def solution(
     centre: prior means of columns, where they are not zero.
     """
     c = np.asarray(chosen, dtype=int)
-    b = gram.b[c] - (gram.A[np.ix_(c, list(on))].sum(axis=1) if on else 0.0)
+    b = gram.b[c] - (gram.A[c][:, list(on)].sum(axis=1) if on else 0.0)
     weight = 1.0 / gram.deviations[c] ** 2
     mean = np.array([(centre or {}).get(int(j), 0.0) for j in c])
     H = gram.A[np.ix_(c, c)] + np.diag(weight)
@@ -142,13 +141,13 @@ def solution(
 
 
 def evidence(gram: Gram, chosen: Sequence[int], on: Sequence[int] = ()) -> float:
-    """Return the logarithm of the recordings' likelihood, sizes of the chosen columns averaged over their deviations."""
+    """Return the log likelihood of the recordings, sizes of the chosen columns averaged over their deviations."""
     c = np.asarray(chosen, dtype=int)
     rr, b = gram.rr, gram.b[c]
     if on:
         o = list(on)
-        rr = rr - 2.0 * gram.b[o].sum() + gram.A[np.ix_(o, o)].sum()
-        b = b - gram.A[np.ix_(c, o)].sum(axis=1)
+        rr = rr - 2.0 * gram.b[o].sum() + gram.A[o][:, o].sum()
+        b = b - gram.A[c][:, o].sum(axis=1)
     L = gram.deviations[c]
     H = np.eye(c.size) + L[:, None] * gram.A[np.ix_(c, c)] * L[None, :]
     factor = np.linalg.cholesky(H)

@@ -61,7 +61,10 @@ class Hypothesis:
 
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""
-        held = {n: float(np.clip(s, a, b)) for n, s, a, b in zip(self.parameters, sizes, self.lower, self.upper, strict=True)}
+        held = {
+            n: float(np.clip(s, a, b))
+            for n, s, a, b in zip(self.parameters, sizes, self.lower, self.upper, strict=True)
+        }
         return ActiveVehicleEffect(
             id=self.effect, sizes={**self.fixed, **held}, thruster=self.thruster, other=self.other, axis=self.axis,
             sensor=self.sensor, kind=self.kind,
@@ -190,8 +193,8 @@ def _all(model: Model) -> Iterator[Hypothesis]:
             yield _made("thruster_misalignment", _TURNED, thruster=i, kind=kind)
         yield _made("thruster_misalignment", _MOVED, thruster=i, kind="position")
         reach = np.abs(model.vehicle.configuration[:3, i])
-        for a in np.flatnonzero(reach > 0.3):
-            yield _made("hull_interaction", _BODY["hull_interaction"], thruster=i, axis=_AXES[int(a)], kind="both")
+        for k in np.flatnonzero(reach > 0.3):
+            yield _made("hull_interaction", _BODY["hull_interaction"], thruster=i, axis=_AXES[int(k)], kind="both")
         if model.vehicle.layout[i].turn and model.vehicle.values.get("reaction_torque", 0.0) > 0.0:
             yield _made("reaction_torque", _BODY["reaction_torque"], thruster=i)
     if all(t.turn for t in model.vehicle.layout) and model.vehicle.values.get("reaction_torque", 0.0) > 0.0:

@@ -60,7 +60,7 @@ class VehicleLog:
     @property
     def there(self) -> dict[str, bool]:
         """Which sensors told anything."""
-        seen = np.isfinite(self.told).any(axis=0)
+        seen: NDArray[np.bool_] = np.asarray(np.isfinite(self.told).any(axis=0))
         return {
             "attitude": bool(np.isfinite(self.attitude).any()),
             "gyro": bool(seen[3:6].any()),

@@ -32,8 +32,8 @@ def read_log(path: Path, thrusters: int, period: float = PERIOD) -> VehicleLog:
     return log_of(run, thrusters, period)
 
 
-def log_of(run: Run, thrusters: int, period: float = PERIOD) -> VehicleLog:
-    """Return a run as a log of a vehicle with so many thrusters.
+def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:
+    """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
 
     Raises:
         RunError: no throttles, or nothing that tells the motion.
@@ -68,7 +68,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD) -> VehicleLog:
     first = max(start, float(moving[0][0]))
     start += period * np.ceil((first - start) / period - 1e-6)
     end = min(float(moving[0][-1]), max(float(t[-1]) for t, _ in given) + 5.0)
-    grid = start + period * np.arange(max(int((end - start) / period), 1))
+    if grid is None:
+        grid = start + period * np.arange(max(int((end - start) / period), 1))
     K = grid.size
     held = [np.zeros(K) if each is None else _held_mean(*each, grid, period) for each in throttles]
     missing = [i for i, each in enumerate(throttles) if each is None]
@@ -118,7 +119,9 @@ def _columns(run: Run, names: Sequence[str]) -> tuple[Array, Array] | None:
 
 
 def _turned(q: Array) -> bool:
-    return bool(np.all(np.isfinite(q))) and bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
+    return (
+        bool(np.all(np.isfinite(q))) and bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
+    )
 
 
 def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:

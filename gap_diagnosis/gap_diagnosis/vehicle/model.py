@@ -105,7 +105,9 @@ class Model:
         vehicle = self.vehicle
         if changes:
             base = vehicle.values
-            vehicle = vehicle.with_values({n: _admissible(n, base[n] + v) for n, v in changes.items()}, source="unknown")
+            vehicle = vehicle.with_values(
+                {n: _admissible(n, base[n] + v) for n, v in changes.items()}, source="unknown"
+            )
         N = self.thrusters
         thrusters, scale = [], np.ones(N)
         for i, each in enumerate(self.sets):
@@ -119,12 +121,12 @@ class Model:
             thrusters.append(p)
         active = (*active_effects(vehicle, self.sets), *effects)
         tach = np.tile([1.0, 0.0], (N, 1))
-        for each in active:
-            for i in range(N) if each.thruster is None else (each.thruster,):
-                if each.id == "tach_scale":
-                    tach[i, 0] *= 1.0 + next(iter(each.sizes.values()))
-                elif each.id == "tach_lag":
-                    tach[i, 1] = max(next(iter(each.sizes.values())) / 0.04, 0.0)
+        for effect in active:
+            for i in range(N) if effect.thruster is None else (effect.thruster,):
+                if effect.id == "tach_scale":
+                    tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
+                elif effect.id == "tach_lag":
+                    tach[i, 1] = max(next(iter(effect.sizes.values())) / 0.04, 0.0)
         body = vehicle.coefficients._replace(full_thrust=self._full)
         body = body_with(body, active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)

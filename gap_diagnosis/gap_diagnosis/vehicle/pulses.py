@@ -15,7 +15,7 @@ from gap_diagnosis.vehicle.rules import PULSE_MARGIN
 from rov_sim.vehicle.plant import simulate
 from rov_sim.vehicle.truth import at_rest
 
-__all__ = ["DryRun", "PulseLimits", "Programme", "pulses"]
+__all__ = ["DryRun", "Programme", "PulseLimits", "pulses"]
 
 Array = NDArray[np.float64]
 
@@ -61,7 +61,9 @@ def _pattern(N: int, pulse: float, rest: float, period: float) -> Array:
     return np.concatenate(rows)
 
 
-def pulses(model: Model, limits: PulseLimits, *, pulse: float = 1.0, rest: float = 3.0, period: float = 0.04) -> Programme:
+def pulses(
+    model: Model, limits: PulseLimits, *, pulse: float = 1.0, rest: float = 3.0, period: float = 0.04
+) -> Programme:
     """Return the programme for a vehicle.
 
     Args:
@@ -83,8 +85,8 @@ def pulses(model: Model, limits: PulseLimits, *, pulse: float = 1.0, rest: float
         if level <= least:
             raise ValueError(
                 f"pulses: expected a tilt below {limits.tilt:g} rad, depth within {limits.depth:g} m, speed below "
-                f"{limits.speed:g} m/s; found {run.tilt:.2g} rad, {run.depth:.2g} m, {run.speed:.2g} m/s at {level:.2g} V, the "
-                "smallest pulses that move anything: shorten --pulse"
+                f"{limits.speed:g} m/s; found {run.tilt:.2g} rad, {run.depth:.2g} m, {run.speed:.2g} m/s at "
+                f"{level:.2g} V, the smallest pulses that move anything: shorten --pulse"
             )
         level = max(0.9 * level, least)
 

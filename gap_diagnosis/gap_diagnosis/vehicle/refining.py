@@ -94,6 +94,7 @@ def refined(
 
 def _start(screen: Screen, h: Hypothesis, start: Sequence[float]) -> tuple[float, ...]:
     if h.effect in _GRIDS:
+
         def cost(size: float) -> float:
             at = [screen.at(k, screen.values, (*screen.effects, h.active((size,)))) for k in range(len(screen.runs))]
             return sum(float(np.sum(r**2)) for r in at)

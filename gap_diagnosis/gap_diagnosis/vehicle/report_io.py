@@ -102,9 +102,15 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
             dx, dy = 0.45 * reach * t.axis[right], 0.45 * reach * t.axis[up] * (1.0 if view == "above" else -1.0)
             figure.add_trace(
                 go.Scatter(
-                    x=[x], y=[y], mode="markers+text", text=[f"{i}"], textposition="top center",
-                    marker={"size": 12, "color": colour}, showlegend=False, hovertemplate=f"thruster {i}<extra></extra>",
-                )  # fmt: skip
+                    x=[x],
+                    y=[y],
+                    mode="markers+text",
+                    text=[f"{i}"],
+                    textposition="top center",
+                    marker={"size": 12, "color": colour},
+                    showlegend=False,
+                    hovertemplate=f"thruster {i}<extra></extra>",
+                )
             )
             figure.add_annotation(
                 x=x + dx, y=y + dy, ax=x, ay=y, axref="x", ayref="y", arrowhead=2, arrowcolor=colour, text="",
@@ -113,7 +119,9 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
             x=shift, y=1.5 * reach, showarrow=False,
             text="from above, bow up" if view == "above" else "from starboard, bow right",
         )  # fmt: skip
-    axes = [e["axis"] or e["sensor"] for e in content["effects"] if e["thruster"] is None and (e["axis"] or e["sensor"])]
+    axes = [
+        e["axis"] or e["sensor"] for e in content["effects"] if e["thruster"] is None and (e["axis"] or e["sensor"])
+    ]
     if axes:
         figure.add_annotation(x=0.0, y=0.0, showarrow=False, text=f"<b>{', '.join(axes)}</b>", font={"color": _SUSPECT})
     figure.update_layout(

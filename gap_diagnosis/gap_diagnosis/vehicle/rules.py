@@ -27,7 +27,7 @@ NAMELESS = 12.0
 MOST_EFFECTS = 3
 """At a time: more have never been told apart from one recording session."""
 REFINED = 8
-"""Candidates that are fitted without linearisation: the right one was among the first four wherever it could be told."""
+"""Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
 LEAST_TIME = 10.0
 """[s] of motion below which nothing is said."""
 LEAST_EXCITATION = 0.1
@@ -35,12 +35,12 @@ LEAST_EXCITATION = 0.1
 SHIFTED = 3.0
 """Deviations by which a parameter must have moved to be named."""
 HORIZONS = (2.0, 10.0)
-"""[s] over which the model runs free for `how far`: within one the attitude is near, within the other drag has acted."""
+"""[s] over which the model runs free: within one the attitude is near, within the other drag has acted."""
 BLOCK = 2.0
-"""[s] of the blocks whose scores are compared: longer than a disturbance is remembered, short enough for twenty in a run."""
+"""[s] of the blocks whose scores are compared: longer than most disturbances are remembered, twenty in a run."""
 LARGE_WRENCH = (1.2, 0.25)
-"""[N, N m] Random wrench above which it is no eddy but something that the model lacks: the calm of pools and harbours is
-0 to 0.6 N."""
+"""[N, N m] Random wrench above which it is no eddy but something that the model lacks: pools and harbours
+have 0 to 0.6 N."""
 WIRING_SEEN = 60.0
 """Chi squared of a command's column on six axes, above which it is seen to do something: 6 by chance."""
 WIRING_MARGIN = 30.0
@@ -48,12 +48,12 @@ WIRING_MARGIN = 30.0
 PULSE_MARGIN = 1.25
 """By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
 WATCH_LOSS, WATCH_BIAS = 0.3, 0.02
-"""Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: what an operator must know of."""
+"""Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: an operator must know."""
 WATCH_THRESHOLD = 14.0
-"""Log likelihood ratio at which the watch speaks: by Wald once in e^14 tests of some 10 s, far beyond 10 h where the model
-is right; the rest is for what it lacks."""
+"""Log likelihood ratio at which the watch speaks: by Wald once in e^14 tests of some 10 s, far beyond 10 h where
+the model is right; the rest is for what it lacks."""
 WATCH_FORGET = 0.01
-"""[1/s] by which a sum of log ratios falls beside what the data say: an hour of small misfit must not add up."""
+"""[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
 model of it many small things differ, and none of them is what anybody would repair."""

@@ -16,7 +16,7 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Refined, refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
 
-__all__ = ["Found", "Stage", "search"]
+__all__ = ["Found", "Stage", "search", "started"]
 
 Array = NDArray[np.float64]
 _NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
@@ -76,7 +76,7 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    runs, values = _started(model, logs, free)
+    runs, values = started(model, logs, free)
     accepted: tuple[Refined, ...] = ()
     stages: list[Stage] = []
     rivals: list[tuple[tuple[float, Refined], ...]] = []
@@ -93,16 +93,14 @@ def search(
         first = candidates[0][1]
         rivals.append(tuple((odds - candidates[0][0], each) for odds, each in candidates[1:]))
         accepted = (*accepted, first)
-        values = {
-            k: values.get(k, 0.0) + float(s) * d for (k, d), s in zip(free.items(), first.shifts, strict=True)
-        }
+        values = {k: values.get(k, 0.0) + float(s) * d for (k, d), s in zip(free.items(), first.shifts, strict=True)}
         runs = prepared(model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=3)
-    return Found(
-        stages=tuple(stages), rivals=tuple(rivals), nuisances=free, tried=tuple(tried)
-    )
+    return Found(stages=tuple(stages), rivals=tuple(rivals), nuisances=free, tried=tuple(tried))
 
 
-def _started(model: Model, logs: Sequence[VehicleLog], free: dict[Key, float]) -> tuple[list[Prepared], dict[Key, float]]:
+def started(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float]
+) -> tuple[list[Prepared], dict[Key, float]]:
     """Return the recordings with gains whose noises were learned once parameters and biases had been fitted."""
     runs = prepared(model, logs, {}, start=None, rounds=0)
     values: dict[Key, float] = {}
@@ -169,7 +167,8 @@ def _stage(
             continue
         offered.append((tempered(gain, gram, at) + log_prior(h, tried), h))
     nameless = [
-        (tempered(evidence(gram, [*base, first + j]) - nothing, gram, [first + j]), name) for j, name in enumerate(names)
+        (tempered(evidence(gram, [*base, first + j]) - nothing, gram, [first + j]), name)
+        for j, name in enumerate(names)
     ]
     offered.sort(key=lambda each: -each[0])
     nameless.sort(key=lambda each: -each[0])
@@ -212,7 +211,9 @@ def _derivative(screen: Screen, accepted: Sequence[Refined], each: Refined, j: i
 def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Refined]]:
     """Return the best hypotheses, fitted, with log odds against nothing more, best first."""
     m = len(free)
-    base = [j for j, name in enumerate(stage.gram.names) if j < m or (isinstance(name, tuple) and name[0] == "accepted")]
+    base = [
+        j for j, name in enumerate(stage.gram.names) if j < m or (isinstance(name, tuple) and name[0] == "accepted")
+    ]
     nothing = evidence(stage.gram, base)
     found = []
     for _, h in stage.offered[: rules.REFINED]:

@@ -73,9 +73,10 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     if rough:
         p_unknown = max(p_unknown, 0.9)
     shifted = _shifted(found)
-    if all(log.duration < rules.LEAST_TIME for log in logs) or max(
-        float(log.throttles.std(axis=0).max()) for log in logs
-    ) < rules.LEAST_EXCITATION:
+    if (
+        all(log.duration < rules.LEAST_TIME for log in logs)
+        or max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION
+    ):
         name, claims = "not_enough_data", ()
     elif claims and _nameless_is_better(found):
         name = "unknown"
@@ -151,7 +152,8 @@ def _hidden(found: Found) -> tuple[tuple[Hypothesis, float], ...]:
 
 
 def _summary(
-    name: str, claims: Sequence[Claim], small: Sequence[Refined], found: Found, nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
+    name: str, claims: Sequence[Claim], small: Sequence[Refined], found: Found,
+    nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
     shifted: Sequence[tuple[Key, float, float]],
 ) -> str:  # fmt: skip
     says = []
@@ -160,7 +162,8 @@ def _summary(
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(
-            f"{p} {s:.3g} ± {d:.2g}" for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+            f"{p} {s:.3g} ± {d:.2g}"
+            for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
         if claim.rivals:
@@ -179,7 +182,7 @@ def _summary(
         says.append(f"What is left acts on {axis} and goes with {feature}: no effect of the library does that.")
     if rough:
         says.append(
-            f"A wrench of {wrench[:3].max():.1f} N and {wrench[3:].max():.2f} N m comes and goes unexplained, more than "
-            "calm water has."
+            f"A wrench of {wrench[:3].max():.1f} N and {wrench[3:].max():.2f} N m comes and goes unexplained, more "
+            "than calm water has."
         )
     return " ".join(says)

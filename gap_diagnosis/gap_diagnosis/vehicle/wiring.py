@@ -88,7 +88,9 @@ def wiring_of(logs: Sequence[VehicleLog], K_t: Array, mass: Array) -> Wiring:
         size = float(c @ inverse @ c)
         seen[i] = used[i] and size > WIRING_SEEN
         # directions agree within a few percent of their size, however sharp the data
-        inverse = np.linalg.pinv(spreads[i][np.ix_(good, good)] + 0.15**2 * np.diag(c**2) + 0.05**2 * (c @ c) * np.eye(c.size))
+        inverse = np.linalg.pinv(
+            spreads[i][np.ix_(good, good)] + 0.15**2 * np.diag(c**2) + 0.05**2 * (c @ c) * np.eye(c.size)
+        )
         for j in range(N):
             d = b[good, j]
             a = float(d @ inverse @ c) / max(float(d @ inverse @ d), 1e-12)
@@ -134,7 +136,9 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         force = log.told[:, 6:9] + 9.81 * down_of(log.attitude)
         y = np.concatenate((force, turning), axis=1)
         down = down_of(log.attitude)
-        slow = np.concatenate((np.ones((len(u), 1)), down, rate, rate * np.abs(rate), np.cross(rate, rate[:, [1, 2, 0]])), axis=1)
+        slow = np.concatenate(
+            (np.ones((len(u), 1)), down, rate, rate * np.abs(rate), np.cross(rate, rate[:, [1, 2, 0]])), axis=1
+        )
         X.append(np.concatenate((followed * np.abs(followed) ** 0.5, slow), axis=1))
         Y.append(y)
     x, y = np.concatenate(X), np.concatenate(Y)
@@ -173,13 +177,19 @@ def _sentences(verdict, order, signs, silent, alike, used):  # type: ignore[no-u
     says = []
     for i, j in enumerate(order):
         if verdict == "wrong" and i not in silent and (int(j) != i or signs[i] < 0):
-            where = f"moves the vehicle as thruster {int(j)}" if int(j) != i else "moves the vehicle as thruster it is named"
+            where = (
+                f"moves the vehicle as thruster {int(j)}"
+                if int(j) != i
+                else "moves the vehicle as thruster it is named"
+            )
             says.append(f"The command of thruster {i} {where}{', the other way round' if signs[i] < 0 else ''}.")
     idle = [i for i in silent if not used[i]]
     dead = [i for i in silent if used[i]]
     if idle:
         says.append(f"Thruster {', '.join(map(str, idle))} was never commanded: nothing is known of its wire.")
     if dead:
-        says.append(f"The command of thruster {', '.join(map(str, dead))} moves nothing that stands out from the rest of the motion.")
+        says.append(
+            f"The command of thruster {', '.join(map(str, dead))} moves nothing that stands out from the other motion."
+        )
     says += [f"Thrusters {', '.join(map(str, g))} push alike: an exchange among them cannot be seen." for g in alike]
     return tuple(says)

@@ -1,4 +1,4 @@
-"""A sealed case as recordings: the world driven through its runs, sensors that read it, topics as a logger writes them."""
+"""A sealed case as recordings: its world driven through runs, read by sensors, written as a logger does."""
 
 from typing import Any
 
@@ -139,7 +139,7 @@ def _topics(
     factor = draw.noise
     t0 = NANO
 
-    def stamps(at: Array) -> NDArray[np.int64]:
+    def stamps(at: NDArray[Any]) -> NDArray[np.int64]:
         return t0 + np.round(at * STEP * 1e9).astype(np.int64)
 
     topics = [
@@ -214,7 +214,6 @@ def _axis_turn(axis: str, angle: float) -> Array:
 
 
 def _quaternions(R: Array, yaw: Array, errors: Array) -> Array:
-
 
     turned = Rotation.from_euler("z", yaw[:, None]) * Rotation.from_matrix(R) * Rotation.from_rotvec(errors)
     return np.asarray(np.roll(turned.as_quat(), 1, axis=1))

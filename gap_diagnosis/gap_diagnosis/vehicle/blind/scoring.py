@@ -26,7 +26,9 @@ def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[s
     said = content["effects"] if content["verdict"] == "effect" else []
     sure = [e for e in said if e["probability"] >= 0.8]
     hits = [h for h in hidden if any(_same(h, e) for e in said)]
-    within = [h for h in hidden if any(_same(h, e) or any(_same(h, r) for r in e["indistinguishable_from"]) for e in said)]
+    within = [
+        h for h in hidden if any(_same(h, e) or any(_same(h, r) for r in e["indistinguishable_from"]) for e in said)
+    ]
     wrong = [e for e in sure if not any(_same(h, e) for h in hidden)]
     marks: dict[str, Any] = {
         "kind": "outside" if outside else ("none", "one", "pair")[min(len(hidden), 2)],
@@ -68,6 +70,7 @@ def _share(hits: int, of: int) -> str:
 
 def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     """Return (figure, value) rows over opened cases."""
+
     def of(kind: str) -> list[Mapping[str, Any]]:
         return [c["marks"] for c in cases if c["marks"]["kind"] == kind]
 
@@ -80,13 +83,22 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     covered = int(np.sum(np.abs(sizes[:, 1] - sizes[:, 0]) <= 1.645 * sizes[:, 2])) if len(sizes) else 0
     return [
         ("one effect hidden: it alone is named, in its place", _share(sum(m["right"] for m in one), len(one))),
-        ("one effect hidden: it is among what is named or what that cannot be told from", _share(sum(m["within"] for m in one), len(one))),
-        ("a wrong effect or place named with p of 0.8 or more, all cases", _share(sum(m["wrong_sure"] > 0 for m in every), len(every))),
+        (
+            "one effect hidden: it is among what is named or what that cannot be told from",
+            _share(sum(m["within"] for m in one), len(one)),
+        ),
+        (
+            "a wrong effect or place named with p of 0.8 or more, all cases",
+            _share(sum(m["wrong_sure"] > 0 for m in every), len(every)),
+        ),
         ("thruster right, given the effect", _share(sum(places), len(places))),
         ("an effect claimed where there is none", _share(sum(m["claims"] > 0 for m in none), len(none))),
         ("outside the library: unknown", _share(sum(m["right"] for m in outside), len(outside))),
         ("both of a pair", _share(sum(m["hits"] == 2 for m in pair), len(pair))),
         ("no velocity log, tachometer, battery: right", _share(sum(m["right"] for m in poor), len(poor))),
-        ("median error of a size", f"{100 * float(np.median(errors)):.1f} % ({len(errors)} sizes)" if len(errors) else "–"),
+        (
+            "median error of a size",
+            f"{100 * float(np.median(errors)):.1f} % ({len(errors)} sizes)" if len(errors) else "–",
+        ),
         ("90 % intervals that hold the size", _share(covered, len(sizes))),
     ]

@@ -4,9 +4,10 @@ quaternion, forces at places in place of a configuration matrix, Heun's steps wi
     d a = f - w x a,   d b = m - w x b - v x a,     (a, b) = M (v, w): momentum in body axes, v relative to the water
     dR = R S(w),       f = sum e_i T_i + ...,       m = sum r_i x e_i T_i + ...
 
-Row i of `thrusters`: r (3), e (3), c_u1, c_u2, d_1, d_2, k_n, k_Q c_Q, c_T, c_nv, c_v, k_v, k_Uv, k_w, k_Tv, hand, then what may
-be wrong with it: share of thrust, of reverse thrust, delay [steps], lag [s], coulomb [rad/s^2], turning, hull axis, hull
-share, cavitation share, cavitation onset [rad/s], fade share, fade time [s], rate of torque on the vehicle.
+Row i of `thrusters`: r (3), e (3), c_u1, c_u2, d_1, d_2, k_n, k_Q c_Q, c_T, c_nv, c_v, k_v, k_Uv, k_w, k_Tv, hand,
+then what may be wrong with it: share of thrust, of reverse thrust, delay [steps], lag [s], coulomb [rad/s^2], turning,
+hull axis, hull share, cavitation share, cavitation onset [rad/s], fade share, fade time [s], torque on the vehicle
+[N m s^2].
 """
 
 import numpy as np
@@ -17,9 +18,10 @@ __all__ = ["COLUMNS", "STEP", "run_world"]
 
 STEP = 0.002  # s
 COLUMNS = (
-    "rx ry rz ex ey ez c_u1 c_u2 d_1 d_2 k_n k_q c_T c_nv c_v k_v k_Uv k_w k_Tv hand "
-    "share reverse delay lag coulomb turning hull_axis hull_share cav_share cav_onset fade fade_time torque"
-).split()
+    "rx", "ry", "rz", "ex", "ey", "ez", "c_u1", "c_u2", "d_1", "d_2", "k_n", "k_q", "c_T", "c_nv", "c_v", "k_v", "k_Uv",
+    "k_w", "k_Tv", "hand", "share", "reverse", "delay", "lag", "coulomb", "turning", "hull_axis", "hull_share",
+    "cav_share", "cav_onset", "fade", "fade_time", "torque",
+)  # fmt: skip
 (RX, _, _, EX, _, _, CU1, CU2, D1, D2, KN, KQ, CT, CNV, CV, KV, KUV, KW, KTV, HAND,
  SHARE, REVERSE, DELAY, LAG, COULOMB, TURNING, HULL_AXIS, HULL_SHARE, CAV_SHARE, CAV_ONSET, FADE, FADE_TIME,
  TORQUE) = range(33)  # fmt: skip
@@ -31,7 +33,9 @@ def _cross(a, b):  # type: ignore[no-untyped-def]
 
 
 @compiled
-def _forces(R, v, w, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction):  # type: ignore[no-untyped-def]
+def _forces(  # type: ignore[no-untyped-def]
+    R, v, w, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction
+):
     """Return (f, m) on the body."""
     down = R[2]
     nu = np.concatenate((v, w))
@@ -66,7 +70,8 @@ def run_world(  # type: ignore[no-untyped-def]
     """Fill out (K steps + 1, 24) with position, R, v over ground, w, dv, dw at each step; out_n with rotor speeds;
     sent (K, N): commands with feedback; supply (K steps + 1, 2): relative voltage and load.
 
-    commands (K, N) [V]; gains (N, 12): of feedback on (turn, rate, force) errors; wanted (K, 4): roll, pitch, yaw, depth.
+    commands (K, N) [V]; gains (N, 12): of feedback on errors of turn, rate, depth; wanted (K, 4): roll, pitch, yaw,
+    depth.
     """
     K, N = commands.shape
     inverse = np.linalg.inv(M)
