@@ -142,8 +142,7 @@ def prepared_with(
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     A, H = _slopes_of(model, log, states, built)
-    there = np.asarray(np.isfinite(log.told))
-    there[:, :3] = np.isfinite(log.attitude).all(axis=1)[:, None]
+    there = log.telling
     gains = filter_gains(A, H, there, noises, log.period)
     speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)

@@ -139,7 +139,9 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
     return total, P
 
 
-def filter_gains(A: Array, H: Array, there: Array, noises: Noises, period: float, before: Array | None = None) -> Gains:
+def filter_gains(
+    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None
+) -> Gains:
     """Return the gains of one run.
 
     Args:
@@ -162,7 +164,7 @@ def filter_gains(A: Array, H: Array, there: Array, noises: Noises, period: float
     return Gains(*made, float(total), wrench, channel, last)
 
 
-def rotor_gains(there: Array, decay: Array, noises: Noises) -> tuple[Array, Array]:
+def rotor_gains(there: NDArray[np.bool_], decay: Array, noises: Noises) -> tuple[Array, Array]:
     """Return gains and deviations of the innovations of the tachometers, (K, N) each.
 
     Args:

@@ -58,6 +58,13 @@ class VehicleLog:
         return self.count * self.period
 
     @property
+    def telling(self) -> NDArray[np.bool_]:
+        """Which of the 13 channels of the body tell at which instant, (K, 13)."""
+        told = np.array(np.isfinite(self.told), dtype=np.bool_)
+        told[:, :3] = np.isfinite(self.attitude.sum(axis=1, keepdims=True))
+        return told
+
+    @property
     def there(self) -> dict[str, bool]:
         """Which sensors told anything."""
         seen: NDArray[np.bool_] = np.asarray(np.isfinite(self.told).any(axis=0))

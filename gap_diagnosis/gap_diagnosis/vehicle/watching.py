@@ -119,8 +119,7 @@ class Watch:
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
         places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
         A, H = slopes(q, nu, first.built.settings.coefficients, *places)
-        there = np.asarray(np.isfinite(log.told))
-        there[:, :3] = np.isfinite(log.attitude).all(axis=1)[:, None]
+        there = log.telling
         gains = filter_gains(A, H, there, noises, log.period, self._P)
         self._P = gains.last
         decay = np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * log.period) for s in self._model.sets])

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from gap_diagnosis.vehicle.blind.draws import drawn
-from gap_diagnosis.vehicle.blind.recording import recorded
+from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import scored, table
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model
 from gap_diagnosis.vehicle.log_io import read_log
