@@ -23,6 +23,11 @@ setup(
             "steady_states = gap_diagnosis.cli_steady_states:main",
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
             "scoreboard = gap_diagnosis.scoreboard.cli_scoreboard:main",
+            "diagnose_vehicle = gap_diagnosis.vehicle.cli_diagnose_vehicle:main",
+            "pulses = gap_diagnosis.vehicle.cli_pulses:main",
+            "blind_vehicle = gap_diagnosis.vehicle.blind.cli_blind_vehicle:main",
+            "watch = gap_diagnosis.vehicle.watch_node:main",
+            "watch_run = gap_diagnosis.vehicle.cli_watch_run:main",
             "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]
     },

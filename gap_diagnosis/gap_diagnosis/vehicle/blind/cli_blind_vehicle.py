@@ -1,0 +1,79 @@
+"""Command line: hide effects in recordings of vehicles from a generator of its own, diagnose them, open the seals.
+
+Cases are appended to CASES.jsonl one by one: an interrupted check goes on where it stopped.
+"""
+
+import argparse
+import json
+import sys
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from gap_diagnosis.vehicle.blind.draws import drawn
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.blind.scoring import scored, table
+from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model
+from gap_diagnosis.vehicle.log_io import read_log
+from run_bag import write_run
+from run_bag.command_line import user_arguments
+
+__all__ = ["TUNING", "main"]
+
+TUNING = 1000
+"""Seeds below it were looked at while rules were set; those from it on are reported."""
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run or go on with a check; return the exit status."""
+    parser = argparse.ArgumentParser(prog="blind_vehicle", description=__doc__)
+    parser.add_argument("cases", type=Path, metavar="CASES.jsonl", help="opened cases; made or gone on with")
+    parser.add_argument("--first", type=int, default=TUNING, help="seed (default %(default)s; below: for tuning)")
+    parser.add_argument("--count", type=int, default=0, help="cases in all (default: only print the table)")
+    parser.add_argument("--kind", choices=("none", "one", "pair", "outside"), help="only this kind")
+    given = parser.parse_args(user_arguments(arguments))
+    done = _read(given.cases)
+    for seed in range(given.first, given.first + given.count):
+        if seed in {c["seed"] for c in done}:
+            continue
+        begun = time.monotonic()
+        try:
+            case = _case(seed, given.kind)
+        except ArithmeticError as error:
+            case = {"seed": seed, "diverged": str(error)}
+        case["seconds"] = round(time.monotonic() - begun, 1)
+        with given.cases.open("a", encoding="utf-8") as file:
+            file.write(json.dumps(case) + "\n")
+        done.append(case)
+        print(json.dumps(case), flush=True)
+    rows = table([c for c in done if "marks" in c])
+    print("| figure | value |\n|---|---|")
+    for name, value in rows:
+        print(f"| {name} | {value} |")
+    return 0
+
+
+def _read(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
+
+
+def _case(seed: int, kind: str | None) -> dict[str, Any]:
+    draw = drawn(seed, only=kind)
+    model = load_model(draw.vehicle)
+    with tempfile.TemporaryDirectory() as folder:
+        logs = []
+        for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
+            logs.append(read_log(write_run(Path(folder) / f"run_{k}", topics), model.thrusters))
+    content = diagnosed(model, logs, {}, how_far=False).content
+    hidden = [{"id": e, **place, "sizes": dict(sizes)} for e, place, sizes in draw.effects]
+    return {
+        "seed": seed, "vehicle": draw.vehicle, "hidden": hidden, "outside": draw.outside, "missing": draw.missing,
+        "wrench": draw.wrench, "noise": draw.noise, "kinds": draw.kinds, "wiring": content["wiring"]["verdict"],
+        "marks": scored(hidden, draw.outside, content), "summary": content["summary"],
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,104 @@
+"""Opened cases: what was hidden against what was said, and the table of them all."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+__all__ = ["TWINS", "scored", "table"]
+
+TWINS: tuple[frozenset[str], ...] = (
+    frozenset({"thrust_loss", "propeller_fouling", "water_unloaded"}),
+    frozenset({"throttle_gain", "viscous_friction"}),
+    frozenset({"thruster_polarity", "throttle_gain"}),
+)
+"""Effects that these models cannot tell apart: on the same thruster either name counts."""
+
+
+def _same(hidden: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
+    place = all(said.get(k) == hidden.get(k) for k in ("thruster", "other", "axis") if hidden.get(k) is not None)
+    name = said["id"] == hidden["id"] or any({said["id"], hidden["id"]} <= twins for twins in TWINS)
+    return name and place
+
+
+def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the marks of one case; hidden: id, place and sizes of each effect."""
+    said = content["effects"] if content["verdict"] == "effect" else []
+    sure = [e for e in said if e["probability"] >= 0.8]
+    hits = [h for h in hidden if any(_same(h, e) for e in said)]
+    within = [
+        h for h in hidden if any(_same(h, e) or any(_same(h, r) for r in e["indistinguishable_from"]) for e in said)
+    ]
+    wrong = [e for e in sure if not any(_same(h, e) for h in hidden)]
+    marks: dict[str, Any] = {
+        "kind": "outside" if outside else ("none", "one", "pair")[min(len(hidden), 2)],
+        "verdict": content["verdict"],
+        "right": len(hits) == len(hidden) and len(said) == len(hidden) and not outside,
+        "within": len(within) == len(hidden),
+        "hits": len(hits),
+        "wrong_sure": len(wrong),
+        "claims": len(said),
+        "said": [{k: e[k] for k in ("id", "thruster", "other", "axis", "probability")} for e in said],
+        "thruster": None,
+        "sizes": [],
+    }
+    for h in hidden:
+        for e in said:
+            if e["id"] == h["id"] and h.get("thruster") is not None:
+                marks["thruster"] = e["thruster"] == h["thruster"]
+            if _same(h, e) and e["id"] == h["id"]:
+                for name, value in h["sizes"].items():
+                    if name in e["parameters"] and abs(value) > 0.0:
+                        found = e["parameters"][name]
+                        marks["sizes"].append([value, found["value"], found["std"]])
+    if not hidden and not outside:
+        marks["right"] = content["verdict"] in ("no_gap", "parameters")
+    if outside:
+        marks["right"] = content["verdict"] == "unknown"
+    return marks
+
+
+def _share(hits: int, of: int) -> str:
+    """Return a share with its 90 % interval (Wilson)."""
+    if of == 0:
+        return "– (0 cases)"
+    z, p = 1.645, hits / of
+    middle = (p + z * z / (2 * of)) / (1 + z * z / of)
+    half = z * np.sqrt(p * (1 - p) / of + z * z / (4 * of * of)) / (1 + z * z / of)
+    return f"{100 * p:.0f} % ({100 * max(middle - half, 0):.0f} to {100 * min(middle + half, 1):.0f}; {hits} of {of})"
+
+
+def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
+    """Return (figure, value) rows over opened cases."""
+
+    def of(kind: str) -> list[Mapping[str, Any]]:
+        return [c["marks"] for c in cases if c["marks"]["kind"] == kind]
+
+    one, none, pair, outside = of("one"), of("none"), of("pair"), of("outside")
+    every = [c["marks"] for c in cases]
+    poor = [c["marks"] for c in cases if "tachometer" in c["missing"] and c["marks"]["kind"] == "one"]
+    places = [m["thruster"] for m in every if m["thruster"] is not None]
+    sizes = np.array([s for m in every for s in m["sizes"]]).reshape(-1, 3)
+    errors = np.abs(sizes[:, 1] - sizes[:, 0]) / np.abs(sizes[:, 0]) if len(sizes) else np.zeros(0)
+    covered = int(np.sum(np.abs(sizes[:, 1] - sizes[:, 0]) <= 1.645 * sizes[:, 2])) if len(sizes) else 0
+    return [
+        ("one effect hidden: it alone is named, in its place", _share(sum(m["right"] for m in one), len(one))),
+        (
+            "one effect hidden: it is among what is named or what that cannot be told from",
+            _share(sum(m["within"] for m in one), len(one)),
+        ),
+        (
+            "a wrong effect or place named with p of 0.8 or more, all cases",
+            _share(sum(m["wrong_sure"] > 0 for m in every), len(every)),
+        ),
+        ("thruster right, given the effect", _share(sum(places), len(places))),
+        ("an effect claimed where there is none", _share(sum(m["claims"] > 0 for m in none), len(none))),
+        ("outside the library: unknown", _share(sum(m["right"] for m in outside), len(outside))),
+        ("both of a pair", _share(sum(m["hits"] == 2 for m in pair), len(pair))),
+        ("no velocity log, tachometer, battery: right", _share(sum(m["right"] for m in poor), len(poor))),
+        (
+            "median error of a size",
+            f"{100 * float(np.median(errors)):.1f} % ({len(errors)} sizes)" if len(errors) else "–",
+        ),
+        ("90 % intervals that hold the size", _share(covered, len(sizes))),
+    ]

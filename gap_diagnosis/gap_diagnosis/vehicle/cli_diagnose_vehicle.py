@@ -1,0 +1,64 @@
+"""Command line: why a vehicle and its model disagree: a thruster, the hull, a sensor, the wiring or the water."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap_diagnosis.diagnose_io import package_version
+from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, written
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.rules import PERIOD
+from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+from thruster_model.errors import ThrusterModelError
+from thruster_model.vehicle_set_io import available_vehicles
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Diagnose runs of a vehicle; return the exit status."""
+    parser = argparse.ArgumentParser(prog="diagnose_vehicle", description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
+    sets = ", ".join(available_vehicles())
+    parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
+    parser.add_argument("--model", help="parameter set of its thrusters; default: the one that the vehicle's set names")
+    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
+    parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
+    parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
+    parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
+    given = parser.parse_args(user_arguments(arguments))
+    try:
+        if given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
+            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        model = load_model(given.vehicle, given.model, given.sensors)
+        logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
+        provenance = {
+            "runs": [str(path) for path in given.runs], "vehicle": model.vehicle.name,
+            "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
+        }  # fmt: skip
+        found = diagnosed(
+            model,
+            logs,
+            provenance,
+            lambda text: print(text, file=sys.stderr, flush=True),
+            lambda h: h.effect not in given.without,
+        )
+        paths = written(found, given.out)
+    except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: nothing was written", file=sys.stderr)
+        return 130
+    print(found.content["verdict"])
+    print(found.content["summary"])
+    for path in paths:
+        print(path)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

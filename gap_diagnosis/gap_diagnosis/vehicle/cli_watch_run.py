@@ -1,0 +1,50 @@
+"""Command line: the watch over a recorded run, as the node would have had it; or its false alarms, counted."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap_diagnosis.vehicle.baseline import baseline
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.watching import Watch
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+from thruster_model.errors import ThrusterModelError
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Watch a run; return the exit status."""
+    parser = argparse.ArgumentParser(prog="watch_run", description=__doc__)
+    parser.add_argument("run", type=Path, metavar="RUN")
+    parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
+    parser.add_argument("--model", help="parameter set of its thrusters")
+    parser.add_argument("--sensors", type=Path, help="places of its sensors")
+    parser.add_argument(
+        "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
+    )
+    given = parser.parse_args(user_arguments(arguments))
+    try:
+        model = load_model(given.vehicle, given.model, given.sensors)
+        values, noises = baseline(model, [read_log(path, model.thrusters) for path in given.baseline])
+        log = read_log(given.run, model.thrusters)
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    watch, told = Watch(model, noises, values), set()
+    piece = max(round(1.0 / log.period), 1)
+    for first in range(0, log.count - piece + 1, piece):
+        for alarm in watch.step(log.part(first, first + piece))[:1]:
+            key = (alarm.effect, alarm.thruster, alarm.sensor)
+            if key not in told:
+                told.add(key)
+                print(f"{watch.time:.1f} s: {alarm.words} (log ratio {alarm.log_ratio:.0f})")
+    print(f"{log.duration:.0f} s watched, {len(told)} alarms")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

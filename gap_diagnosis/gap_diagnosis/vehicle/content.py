@@ -1,0 +1,121 @@
+"""A vehicle's diagnosis as content for `diagnosis.json`, which other programs read."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors
+from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.search import Found
+from gap_diagnosis.vehicle.verdict import Claim, Verdict
+from gap_diagnosis.vehicle.wiring import Wiring
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+from thruster_model.effects import stages
+
+__all__ = ["content_of", "where_of"]
+
+_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+def place_of(h: Hypothesis) -> dict[str, Any]:
+    """Return identifier and place of a hypothesis."""
+    return {
+        "id": h.effect, "thruster": h.thruster, "other": h.other, "axis": h.axis,
+        "sensor": h.sensor or SENSORS_OF.get(h.effect), "kind": h.kind,
+    }  # fmt: skip
+
+
+def _units(h: Hypothesis) -> dict[str, str]:
+    library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
+    return {p.name: p.unit for p in library.parameters}
+
+
+def _effect(claim: Claim) -> dict[str, Any]:
+    h, units = claim.refined.hypothesis, _units(claim.refined.hypothesis)
+    rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+    return {
+        **place_of(h),
+        "words": h.words,
+        "probability": round(claim.probability, 4),
+        "parameters": {n: {"value": s, "std": d, "unit": units[n]} for n, s, d in rows},
+        "indistinguishable_from": [{**place_of(r), "probability": round(p, 4)} for p, r in claim.rivals],
+        "shrink": None,
+        "shrink_interval": None,
+    }
+
+
+def where_of(verdict: Verdict) -> list[dict[str, Any]]:
+    """Return blocks with shares that sum to 1: of each claim, or of what is nearest, or of a nameless dependence."""
+    rows: list[dict[str, Any]] = []
+    for claim in verdict.claims:
+        h = claim.refined.hypothesis
+        library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
+        rows.append({"block": library.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
+    for gain, (_, axis, feature) in verdict.left[:2]:
+        rows.append(
+            {"block": "body", "thruster": None, "axis": axis, "regime": feature, "weight": min(gain / 50.0, 1.0)}
+        )
+    if not rows and verdict.name == "unknown":
+        worst = int(np.argmax(verdict.wrench / np.array([1.0, 1.0, 1.0, 0.2, 0.2, 0.2])))
+        rows.append({"block": "body", "thruster": None, "axis": _AXES[worst], "regime": "random", "weight": 1.0})
+    total = sum(row["weight"] for row in rows) or 1.0
+    return [
+        {**{k: v for k, v in row.items() if k != "weight"}, "share": round(row["weight"] / total, 3)} for row in rows
+    ]
+
+
+def content_of(
+    verdict: Verdict, found: Found | None, errors: Sequence[Errors], wiring: Wiring | None, logs: Sequence[VehicleLog],
+    provenance: dict[str, Any],
+) -> dict[str, Any]:  # fmt: skip
+    """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`."""
+    channels: dict[str, Any] = {}
+    for each in errors:
+        for name, (_, unit) in CHANNEL_GROUPS.items():
+            values = {k: _number(getattr(each, k)[name]) for k in ("as_is", "retuned", "with_effect")}
+            if values["as_is"] is not None:
+                channels[f"rov/{name} after {each.horizon:g} s"] = {"unit": unit, **values}
+    return {
+        "verdict": verdict.name,
+        "summary": verdict.summary,
+        "gap": {"channels": channels},
+        "where": where_of(verdict),
+        "effects": [_effect(c) for c in verdict.claims],
+        "candidates": [
+            {**place_of(h), "probability": round(float(1.0 / (1.0 + np.exp(-np.clip(o, -50, 50)))), 4)}
+            for o, h in verdict.candidates
+        ],
+        "p_none": verdict.p_none,
+        "p_unknown": verdict.p_unknown,
+        "budget": {"horizons": [each.horizon for each in errors], "unexplained_wrench": verdict.wrench.tolist()},
+        "retuned_parameters": {
+            ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
+        },
+        "hidden": [{**place_of(h), "least": size, "unit": _units(h)[h.parameters[0]]} for h, size in _hidden(verdict)],
+        "wiring": None if wiring is None else wiring.content(),
+        "sensors": {name: bool(any(log.there[name] for log in logs)) for name in logs[0].there},
+        "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
+        "next_experiment": _next(verdict, wiring),
+        "provenance": provenance,
+    }
+
+
+def _hidden(verdict: Verdict) -> list[tuple[Hypothesis, float]]:
+    return [(h, size) for h, size in verdict.hidden if size > max(abs(h.lower[0]), abs(h.upper[0]))]
+
+
+def _number(value: float) -> float | None:
+    return None if not np.isfinite(value) else float(value)
+
+
+def _next(verdict: Verdict, wiring: Wiring | None) -> dict[str, Any] | None:
+    unsure = verdict.name in ("cannot_tell", "unknown", "not_enough_data") or any(c.rivals for c in verdict.claims)
+    silent = wiring is not None and bool(wiring.silent)
+    if not (unsure or silent):
+        return None
+    return {
+        "kind": "pulses",
+        "why": "each thruster alone, both ways, tells thrusters from the hull and from each other",
+    }

@@ -1,0 +1,94 @@
+"""A diagnosis of a vehicle from files to files."""
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.content import content_of
+from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.report_io import report_of
+from gap_diagnosis.vehicle.search import search
+from gap_diagnosis.vehicle.verdict import Verdict, judged
+from gap_diagnosis.vehicle.wiring import wiring_of
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+from rov_sim.vehicle.sensors.settings_io import load_sensors
+from rov_sim.vehicle.settings_io import load_thruster_sets
+from thruster_model.effect_entry import EffectEntry
+from thruster_model.effects import stages
+from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
+
+__all__ = ["Diagnosed", "diagnosed", "load_model", "written"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnosed:
+    """The verdict, what goes into diagnosis.json, errors of free runs, the vehicle's set with the effects as YAML."""
+
+    verdict: Verdict
+    content: dict[str, Any]
+    errors: tuple[Errors, ...]
+    with_effect: str
+    model: Model
+
+
+def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None = None) -> Model:
+    """Return the model of a vehicle's set, of its thrusters' set where one is named, of the sensors' settings."""
+    chosen = load_vehicle_set(vehicle)
+    return Model(vehicle=chosen, sets=load_thruster_sets(chosen, thruster), sensors=load_sensors(sensors))
+
+
+def diagnosed(
+    model: Model, logs: Sequence[VehicleLog], provenance: dict[str, Any],
+    told: Callable[[str], None] = lambda text: None,
+    only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True,
+) -> Diagnosed:  # fmt: skip
+    """Return the diagnosis of recordings."""
+    c = model.vehicle.coefficients
+    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(c.mass_matrix))
+    for sentence in wiring.sentences:
+        told(sentence)
+    found = search(model, logs, told, only)
+    verdict = judged(found, logs)
+    longest = max(log.duration for log in logs)
+    horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
+    errors = tuple(left_out_errors(found, h) for h in horizons)
+    content = content_of(verdict, found, errors, wiring, logs, provenance)
+    vehicle = replace(model.vehicle, effects=(*model.vehicle.effects, *(_entry(c.refined) for c in verdict.claims)))
+    return Diagnosed(
+        verdict=verdict, content=content, errors=errors, with_effect=dump_vehicle_set(vehicle), model=model
+    )  # fmt: skip
+
+
+def _entry(refined: Any) -> EffectEntry:
+    h, active = refined.hypothesis, refined.active
+    library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
+    return EffectEntry(
+        id=h.effect, sizes=dict(active.sizes), thruster=h.thruster, other=h.other, axis=h.axis, sensor=h.sensor,
+        kind=h.kind, units={p.name: p.unit for p in library.parameters if p.name in active.sizes},
+    )  # fmt: skip
+
+
+def written(found: Diagnosed, out: Path) -> list[Path]:
+    """Write diagnosis.json, report.html and with_effect.yaml into a folder; return their paths."""
+    out.mkdir(parents=True, exist_ok=True)
+    report = report_of(
+        found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}"
+    )
+    paths = [report.write(out / "report.html")]
+    for name, text in (
+        ("with_effect.yaml", found.with_effect),
+        ("diagnosis.json", json.dumps(found.content, indent=1)),
+    ):
+        part = out / f".{name}.part"
+        part.write_text(text, encoding="utf-8")
+        part.rename(out / name)
+        paths.append(out / name)
+    return paths

@@ -1,0 +1,256 @@
+"""Whitened innovations of recordings under any point of the model, and how their noises are learned from them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.innovations import innovations
+from rov_sim.vehicle.plant import sheet_of
+from rov_sim.vehicle.truth import VehicleState
+
+__all__ = ["Filtered", "Prepared", "filtered", "learned_from", "prepared", "prepared_with", "whitened"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Filtered:
+    """What one run of the filter gives: innovations (K, 13), (K, N), (K, 2), states as `innovations` fills them."""
+
+    body: Array
+    rotor: Array
+    battery: Array
+    states: Array
+    done: bool
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Prepared:
+    """One log with gains for it.
+
+    Attributes:
+        log, run: the recording and its number.
+        gains, noises: of the body's filter.
+        speed_gains, spread: of the rotors'.
+        base: what the filter gives at the point for which the gains were made.
+        weights: (K, M) of whitened readings, below 1 where one is an outlier.
+    """
+
+    log: VehicleLog
+    run: int
+    gains: Gains
+    noises: Noises
+    speed_gains: Array
+    spread: Array
+    base: Filtered
+    weights: Array = field(default_factory=lambda: np.ones((0, 0)))
+
+
+def initial_state(log: VehicleLog) -> VehicleState:
+    """Return a vehicle as it is when the recording begins, as far as sensors tell."""
+    q = log.attitude[np.isfinite(log.attitude).all(axis=1)]
+    depth = log.told[np.isfinite(log.told[:, 9]), 9]
+    velocity = np.zeros(6)
+    for at, to in ((3, 3), (10, 0)):
+        first = log.told[np.isfinite(log.told[:, at : at + 3]).all(axis=1), at : at + 3]
+        if len(first):
+            velocity[to : to + 3] = first[0]
+    thrusters = np.zeros((log.thrusters, 4))
+    speeds = np.nan_to_num(log.speeds[0])
+    thrusters[:, 0] = speeds if log.signed else speeds * np.sign(log.throttles[0])
+    thrusters[:, 2] = log.throttles[0]
+    return VehicleState(
+        np.array([0.0, 0.0, depth[0] if len(depth) else 0.0]),
+        q[0] if len(q) else np.array([1.0, 0.0, 0.0, 0.0]),
+        velocity,
+        thrusters,
+    )
+
+
+def filtered(
+    model: Model,
+    prepared: Prepared,
+    values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (),
+    extra: Array | None = None,
+) -> Filtered:
+    """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
+    log = prepared.log
+    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra)
+
+
+def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
+    K, N = log.count, log.thrusters
+    out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.full((K, 19 + 2 * N), np.nan)
+    steps = built.settings.steps_in(log.period)
+    kernel: Any = innovations
+    done = kernel(
+        sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
+        np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
+        built.sensors, built.tach, log.attitude, log.told, log.speeds, log.battery, log.lateness, gains, speed_gains,
+        *out,
+    )  # fmt: skip
+    return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
+
+
+def whitened(prepared: Prepared, result: Filtered) -> Array:
+    """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
+    e = np.nan_to_num(result.body)
+    body = np.einsum("kij,kj->ki", prepared.gains.whitener, e)
+    body[~np.isfinite(prepared.base.body)] = 0.0
+    rotor = np.nan_to_num(result.rotor / prepared.spread)
+    battery = np.nan_to_num(result.battery / prepared.noises.battery)
+    r = np.concatenate((body, rotor, battery), axis=1)
+    return r * prepared.weights if prepared.weights.size else r
+
+
+def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]
+    q = _filled(log.attitude)
+    nu = np.zeros((log.count, 6)) if states is None else np.nan_to_num(states[:, 7:13])
+    if states is None:
+        nu[:, 3:] = np.nan_to_num(log.told[:, 3:6])
+    places = (np.asarray(getattr(model.sensors, s).position) for s in ("imu", "velocity", "depth"))
+    return slopes(q, nu, built.settings.coefficients, *places)
+
+
+def _filled(q: Array) -> Array:
+    out = q.copy()
+    good = np.isfinite(q).all(axis=1)
+    if not good.any():
+        return np.tile([1.0, 0.0, 0.0, 0.0], (len(q), 1))
+    k = np.maximum.accumulate(np.where(good, np.arange(len(q)), -1))
+    return out[np.where(k >= 0, k, int(np.argmax(good)))]
+
+
+def _rotor_decay(model: Model, period: float) -> Array:
+    return np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * period) for s in model.sets])
+
+
+def prepared_with(
+    model: Model, log: VehicleLog, run: int, noises: Noises, values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (), states: Array | None = None,
+) -> Prepared:  # fmt: skip
+    """Return a log with gains for these noises, made at this point of the model."""
+    built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
+    A, H = _slopes_of(model, log, states, built)
+    there = log.telling
+    gains = filter_gains(A, H, there, noises, log.period)
+    speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
+    base = _run(log, built, gains.gains, speed_gains, noises.time, None)
+    return Prepared(
+        log=log, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
+    )  # fmt: skip
+
+
+def log_likelihood(prepared: Prepared) -> float:
+    """Return that of the body's innovations at the point for which the gains were made; outliers count as the bound."""
+    body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
+    body[~np.isfinite(prepared.base.body)] = 0.0
+    return -0.5 * float(np.sum(np.minimum(body**2, MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant
+
+
+def prepared(
+    model: Model,
+    logs: Sequence[VehicleLog],
+    values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (),
+    start: Noises | None = None,
+    rounds: int = 4,
+) -> list[Prepared]:
+    """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
+
+    The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
+    likelihood over `CORRELATION_TIMES`.
+    """
+    first = start or _first_noises(model, logs)
+    times = CORRELATION_TIMES if start is None and rounds > 0 else (first.time,)
+    best: tuple[float, list[Prepared]] | None = None
+    states: list[Array | None] = [None] * len(logs)
+    for time in times:
+        noises = first._replace(time=time)
+        found: list[Prepared] = []
+        for _ in range(rounds):
+            found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+            states = [p.base.states if p.base.done else None for p in found]
+            noises = _learned(model, found)
+        found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+        score = sum(log_likelihood(p) for p in found)
+        if best is None or score > best[0]:
+            best = (score, found)
+    assert best is not None
+    return [_weighted(p) for p in best[1]]
+
+
+def learned_from(found: Sequence[Prepared]) -> Noises:
+    """Return the noises that these logs are prepared with."""
+    return found[0].noises
+
+
+def _weighted(prepared: Prepared) -> Prepared:
+    size = np.abs(whitened(prepared, prepared.base))
+    return replace(prepared, weights=np.minimum(MOST_DEVIATIONS / np.maximum(size, 1e-9), 1.0))
+
+
+def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
+    def typical(name: str) -> Array:
+        values = np.array([getattr(log, name) for log in logs])
+        with np.errstate(all="ignore"):
+            return np.asarray(np.nanmedian(values, axis=0)) if np.isfinite(values).any() else values[0]
+
+    c = model.built({}).settings.coefficients
+    weight = c.mass_matrix.diagonal()
+    wrench = np.concatenate((0.02 * weight[:3], 0.05 * weight[3:]))
+    floor = np.array([1e-4] * 3 + [1e-4] * 3 + [2e-3] * 3 + [1e-3] + [1e-3] * 3)
+    battery = typical("battery_noise")
+    return Noises(
+        wrench, 2.0, np.fmax(typical("noise"), floor), np.full(model.thrusters, 0.3),
+        np.fmax(typical("speed_noise"), 0.05), np.where(np.isfinite(battery), np.fmax(battery, 1e-3), 1.0),
+    )  # fmt: skip
+
+
+def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
+    """Return the noises that the filters' own estimates speak for."""
+    old = found[0].noises
+    w = np.concatenate([np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance for p in found])
+    least = np.array([LEAST_FORCE] * 3 + [LEAST_MOMENT] * 3)
+    wrench = np.maximum(np.sqrt(_trimmed(w)), least)
+    left, spread = [], []
+    for p in found:
+        # what is left of the innovation once the state is corrected: e - H G e, and H P H^T beside it
+        S_inverse = np.einsum("kji,kjl->kil", p.gains.whitener, p.gains.whitener)
+        R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
+        left.append((R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2)
+        spread.append(np.where(np.isfinite(p.base.body), p.gains.channel_variance, np.nan))
+    with np.errstate(all="ignore"):
+        R = _trimmed(np.concatenate(left)) + np.nanmean(np.concatenate(spread), axis=0)
+    channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
+    channels = np.maximum(channels, 0.5 * found[0].noises.channels)
+    e = np.concatenate([p.base.rotor for p in found])
+    rotor, speed = old.rotor.copy(), old.speed.copy()
+    S = np.concatenate([p.spread for p in found]) ** 2
+    for i in range(e.shape[1]):
+        if np.isfinite(e[:, i]).sum() > 50:
+            excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
+            rotor[i] = np.sqrt(max(rotor[i] ** 2 + 0.5 * excess, 1e-4))
+    battery = old.battery.copy()
+    b = np.concatenate([p.base.battery for p in found])
+    for j in range(2):
+        if np.isfinite(b[:, j]).sum() > 20:
+            battery[j] = max(float(np.nanstd(b[:, j])), 1e-3)
+    return Noises(wrench, old.time, channels, rotor, speed, battery)
+
+
+def _trimmed(squares: Array) -> Array:
+    """Return means of columns, values beyond 16 times the mean counting as that."""
+    with np.errstate(all="ignore"):
+        mean = np.nanmean(squares, axis=0)
+        return np.asarray(np.nanmean(np.minimum(squares, 16.0 * mean), axis=0))

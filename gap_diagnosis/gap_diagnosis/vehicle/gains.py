@@ -1,0 +1,182 @@
+r"""Gains of the filter and the covariance of its innovations, from the motion, the model's slopes and the noises.
+
+Error state x (16): turn theta of the body, nu, random wrench w, depth. With A the slope of the motion (`slopes`),
+
+    P <- F P F^T + Q,   F = 1 + A h + (A h)^2 / 2,      w: keep = exp(-h / tau), Q_w = sigma^2 (1 - keep^2)
+    S = H P H^T + R,    G = P H^T S^-1,   P <- (1 - G H) P
+
+The rotors have a scalar filter each: their speed follows the throttle by k_n, and what disturbs it is white.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from rov_sim.vehicle.innovations import CHANNELS, CORRECTED
+from thruster_model.compilation import compiled
+from thruster_model.vehicle_coefficients import VehicleCoefficients
+
+__all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes"]
+
+Array = NDArray[np.float64]
+_UNSEEN = 1e12
+_FIRST = np.array([0.05] * 3 + [0.3] * 3 + [0.1] * 3)
+_DRIFT = np.array([1e-5] * 3 + [2e-4] * 3 + [2e-4] * 3)
+
+
+class Noises(NamedTuple):
+    """Deviations of the wrench (6,) [N, N m], its time [s], of the channels (13,), of the rotors' disturbance per
+    period (N,) and of their tachometers (N,) [rad/s], of the battery's readings (2,) [V, A]."""
+
+    wrench: Array
+    time: float
+    channels: Array
+    rotor: Array
+    speed: Array
+    battery: Array
+
+
+class Gains(NamedTuple):
+    """Of one run: G (K, 16, 13); W (K, 13, 13), inverse of the factor of S; log |S|, sum over the run; spread of the
+    wrench P_ww (K, 6) and of the fitted channels H P H^T (K, 13), after correction; P (16, 16) at the end."""
+
+    gains: Array
+    whitener: Array
+    log_determinant: float
+    wrench_variance: Array
+    channel_variance: Array
+    last: Array
+
+
+def _skew(a: Array) -> Array:
+    out = np.zeros((*a.shape[:-1], 3, 3))
+    out[..., 0, 1], out[..., 0, 2] = -a[..., 2], a[..., 1]
+    out[..., 1, 0], out[..., 1, 2] = a[..., 2], -a[..., 0]
+    out[..., 2, 0], out[..., 2, 1] = -a[..., 1], a[..., 0]
+    return out
+
+
+def down_of(q: Array) -> Array:
+    """Return the earth's down in body axes (K, 3) of attitudes (K, 4)."""
+    w, x, y, z = q.T
+    return np.stack((2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)), axis=1)
+
+
+def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, sensor: Array) -> tuple[Array, Array]:
+    """Return A (K, 16, 16) of the motion and H (K, 13, 16) of the channels.
+
+    Args:
+        q: attitudes (K, 4); nu: (K, 6).
+        c: of the vehicle.
+        imu, log, sensor: places of IMU, velocity log, depth sensor [m].
+    """
+    K = len(q)
+    M = c.mass_matrix
+    inverse = np.linalg.inv(M)
+    down = down_of(q)
+    v, omega = nu[:, :3], nu[:, 3:]
+    momentum = nu @ M.T
+    a, b = momentum[:, :3], momentum[:, 3:]
+    turning = np.zeros((K, 6, 6))
+    So, Sv = _skew(omega), _skew(v)
+    turning[:, :3] = So @ M[:3]
+    turning[:, 3:] = So @ M[3:] + Sv @ M[:3]
+    turning[:, :3, 3:] -= _skew(a)
+    turning[:, 3:, :3] -= _skew(a)
+    turning[:, 3:, 3:] -= _skew(b)
+    drag = c.D_L[None] + 2.0 * c.D_Q[None] * np.abs(nu)[:, None, :]
+    arm = c.weight * np.asarray(c.r_G) - c.buoyancy * np.asarray(c.r_B)
+    Sd = _skew(down)
+    righting = np.concatenate(((c.weight - c.buoyancy) * Sd, _skew(arm) @ Sd), axis=1)
+    accelerated = np.zeros((K, 6, CORRECTED))
+    accelerated[:, :, :3] = inverse @ righting
+    accelerated[:, :, 3:9] = -inverse @ (drag + turning)
+    accelerated[:, :, 9:15] = inverse
+    A = np.zeros((K, CORRECTED, CORRECTED))
+    A[:, :3, :3], A[:, :3, 6:9] = -So, np.eye(3)
+    A[:, 3:9] = accelerated
+    A[:, 15, 3:6] = down
+    A[:, 15, :3] = np.cross(v, down)
+    H = np.zeros((K, CHANNELS, CORRECTED))
+    H[:, :3, :3] = np.eye(3)
+    H[:, 3:6, 6:9] = np.eye(3)
+    H[:, 6:9] = accelerated[:, :3] - _skew(imu[None]) @ accelerated[:, 3:]
+    H[:, 6:9, 3:6] += So
+    H[:, 6:9, 6:9] -= Sv
+    H[:, 6:9, :3] -= 9.81 * Sd
+    H[:, 9, 15] = 1.0
+    H[:, 9, :3] = np.cross(sensor[None], down)
+    H[:, 10:13, 3:6] = np.eye(3)
+    H[:, 10:13, 6:9] = -_skew(log)
+    return A, H
+
+
+@compiled
+def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
+    K, m, _x = H.shape
+    total = 0.0
+    for k in range(K):
+        HP = H[k] @ P
+        S = HP @ H[k].T
+        for j in range(m):
+            S[j, j] += R[k, j]
+        L = np.linalg.cholesky(S)
+        W = np.linalg.inv(L)
+        for j in range(m):
+            if R[k, j] < 1e11:
+                total += 2.0 * np.log(L[j, j])
+        G = np.ascontiguousarray((W.T @ (W @ HP)).T)
+        P = P - G @ HP
+        P = 0.5 * (P + P.T)
+        gains[k], whitener[k] = G, W
+        after = H[k] @ P @ H[k].T
+        for j in range(m):
+            channel_variance[k, j] = after[j, j]
+        for j in range(6):
+            wrench_variance[k, j] = P[9 + j, 9 + j]
+        P = F[k] @ P @ F[k].T + Q
+    return total, P
+
+
+def filter_gains(
+    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None
+) -> Gains:
+    """Return the gains of one run.
+
+    Args:
+        A, H: `slopes`; there: (K, 13), which channels tell at which instant.
+        before: covariance at the first instant (16, 16); None: little is known.
+    """
+    K = len(A)
+    step = A * period
+    F = np.eye(CORRECTED) + step + 0.5 * step @ step
+    keep = np.exp(-period / noises.time)
+    F[:, 9:15, 9:15] = keep * np.eye(6)
+    Q = np.diag(np.concatenate((_DRIFT**2, noises.wrench**2 * (1.0 - keep**2), [1e-10])))
+    P = np.diag(np.concatenate((_FIRST**2, noises.wrench**2, [1.0]))) if before is None else before
+    deviations = np.where(np.isfinite(noises.channels), noises.channels, 1.0)
+    R = np.where(there, deviations**2, _UNSEEN)
+    made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
+    wrench, channel = np.empty((K, 6)), np.empty((K, CHANNELS))
+    F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
+    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), *made, wrench, channel)
+    return Gains(*made, float(total), wrench, channel, last)
+
+
+def rotor_gains(there: NDArray[np.bool_], decay: Array, noises: Noises) -> tuple[Array, Array]:
+    """Return gains and deviations of the innovations of the tachometers, (K, N) each.
+
+    Args:
+        there: (K, N), which tell at which instant; decay: (N,), share of a disturbance left after a period.
+    """
+    K, N = there.shape
+    gains, spread = np.zeros((K, N)), np.ones((K, N))
+    P = np.full(N, 25.0)
+    R = np.where(np.isfinite(noises.speed), noises.speed, 1.0) ** 2
+    for k in range(K):
+        S = P + R
+        spread[k] = np.sqrt(S)
+        gains[k] = np.where(there[k], P / S, 0.0)
+        P = decay**2 * (1.0 - gains[k]) * P + noises.rotor**2
+    return gains, spread

@@ -1,0 +1,84 @@
+"""A vehicle's recording on one grid of instants: what was commanded and what each sensor told."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["VehicleLog"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VehicleLog:
+    """K instants of N thrusters; NaN: not measured.
+
+    Attributes:
+        name: of the recording.
+        period: between instants [s].
+        throttles: (K, N) [V], mean over the period that begins at the instant.
+        attitude: (K, 4), (w, x, y, z), body to earth.
+        told: (K, 13): gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9 [m], velocity 10-12 [m/s].
+        speeds: (K, N) [rad/s]; signed: whether they tell the direction.
+        battery: (K, 2) voltage, current drawn [V, A].
+        lateness: (K,), of the velocity's instants before the grid's, in periods.
+        noise: (13,) of the channels, each reading on the grid [rad, rad/s, m/s^2, m, m/s]; NaN: not there.
+        speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
+        notes: what the reader decided, one sentence each.
+    """
+
+    name: str
+    period: float
+    throttles: Array
+    attitude: Array
+    told: Array
+    speeds: Array
+    battery: Array
+    lateness: Array
+    noise: Array
+    speed_noise: Array
+    battery_noise: Array
+    signed: bool = True
+    notes: tuple[str, ...] = ()
+
+    @property
+    def count(self) -> int:
+        """Number of instants."""
+        return len(self.throttles)
+
+    @property
+    def thrusters(self) -> int:
+        """Number of thrusters."""
+        return self.throttles.shape[1]
+
+    @property
+    def duration(self) -> float:
+        """[s]."""
+        return self.count * self.period
+
+    @property
+    def telling(self) -> NDArray[np.bool_]:
+        """Which of the 13 channels of the body tell at which instant, (K, 13)."""
+        told = np.array(np.isfinite(self.told), dtype=np.bool_)
+        told[:, :3] = np.isfinite(self.attitude.sum(axis=1, keepdims=True))
+        return told
+
+    @property
+    def there(self) -> dict[str, bool]:
+        """Which sensors told anything."""
+        seen: NDArray[np.bool_] = np.asarray(np.isfinite(self.told).any(axis=0))
+        return {
+            "attitude": bool(np.isfinite(self.attitude).any()),
+            "gyro": bool(seen[3:6].any()),
+            "accelerometer": bool(seen[6:9].any()),
+            "depth": bool(seen[9]),
+            "velocity": bool(seen[10:13].any()),
+            "tachometer": bool(np.isfinite(self.speeds).any()),
+            "battery": bool(np.isfinite(self.battery).any()),
+        }
+
+    def part(self, first: int, last: int) -> "VehicleLog":
+        """Return instants first to before last."""
+        cut = ("throttles", "attitude", "told", "speeds", "battery", "lateness")
+        return replace(self, **{name: getattr(self, name)[first:last] for name in cut})  # type: ignore[arg-type]

@@ -1,0 +1,203 @@
+"""Runs as vehicle logs: topics of any rate on one grid, with whatever sensors there are."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.rules import PERIOD
+from run_bag import MissingTopicError, Run, RunError, read_run
+
+__all__ = ["log_of", "read_log"]
+
+Array = NDArray[np.float64]
+_VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
+_MOST = 32
+
+
+def read_log(path: Path, thrusters: int, period: float = PERIOD) -> VehicleLog:
+    """Return the run in that folder as a log.
+
+    Raises:
+        RunError: it cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
+    """
+    wanted = [*_VEHICLE, *(f"thruster_{i}/{name}" for i in range(_MOST) for name in ("throttle", "state"))]
+    try:
+        run = read_run(path, wanted)
+    except MissingTopicError as error:
+        there = set(error.found) if isinstance(error.found, list) else set()
+        run = read_run(path, [topic for topic in wanted if topic in there])
+    return log_of(run, thrusters, period)
+
+
+def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:
+    """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
+
+    Raises:
+        RunError: no throttles, or nothing that tells the motion.
+    """
+    notes: list[str] = []
+    throttles = [_throttle(run, i) for i in range(thrusters)]
+    if all(each is None for each in throttles):
+        raise RunError(f"{run.name}: expected thruster_<i>/throttle; found {', '.join(run)}")
+    extra = [i for i in range(thrusters, _MOST) if _throttle(run, i) is not None]
+    if extra:
+        raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
+    imu, odometry = "rov/imu.", "rov/odometry."
+    attitude = _columns(run, [f"{imu}orientation.{a}" for a in "wxyz"])
+    if attitude is None or not _turned(attitude[1]):
+        attitude = _columns(run, [f"{odometry}pose.pose.orientation.{a}" for a in "wxyz"])
+        if attitude is not None:
+            notes.append("attitude of rov/odometry: the IMU tells none")
+    rates = _columns(run, [f"{imu}angular_velocity.{a}" for a in "xyz"])
+    if rates is None:
+        rates = _columns(run, [f"{odometry}twist.twist.angular.{a}" for a in "xyz"])
+        notes.append("rates of rov/odometry: there is no gyro")
+    if rates is None and attitude is None:
+        raise RunError(f"{run.name}: expected rov/imu or rov/odometry with attitude or rates; found {', '.join(run)}")
+    force = _columns(run, [f"{imu}linear_acceleration.{a}" for a in "xyz"])
+    velocity = _columns(run, [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"])
+    depth = _columns(run, ["rov/depth.depth"])
+    battery = _columns(run, ["rov/battery.voltage", "rov/battery.current"])
+    given = [each for each in throttles if each is not None]
+    start = min(float(t[0]) for t, _ in given)
+    moving = rates if rates is not None else attitude
+    assert moving is not None
+    first = max(start, float(moving[0][0]))
+    start += period * np.ceil((first - start) / period - 1e-6)
+    end = min(float(moving[0][-1]), max(float(t[-1]) for t, _ in given) + 5.0)
+    if grid is None:
+        grid = start + period * np.arange(max(int((end - start) / period), 1))
+    K = grid.size
+    held = [np.zeros(K) if each is None else _held_mean(*each, grid, period) for each in throttles]
+    missing = [i for i, each in enumerate(throttles) if each is None]
+    if missing:
+        notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
+    told, noise = np.full((K, 13), np.nan), np.full(13, np.nan)
+    for at, channel in ((3, rates), (6, force), (9, depth)):
+        if channel is not None:
+            width = channel[1].shape[1]
+            told[:, at : at + width], noise[at : at + width] = _at_instants(*channel, grid, period)
+    lateness = np.zeros(K)
+    if velocity is not None:
+        told[:, 10:13], noise[10:13], lateness = _nearest(*velocity, grid, period)
+    quaternions = np.full((K, 4), np.nan)
+    if attitude is not None:
+        quaternions, noise[:3] = _attitudes(*attitude, grid, period)
+    speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes)
+    power, power_noise = np.full((K, 2), np.nan), np.full(2, np.nan)
+    if battery is not None:
+        power, power_noise = _at_instants(*battery, grid, period)
+        power[:, 1] = -power[:, 1]
+    return VehicleLog(
+        name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
+        battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise, battery_noise=power_noise,
+        signed=signed, notes=tuple(notes),
+    )  # fmt: skip
+
+
+def _throttle(run: Run, i: int) -> tuple[Array, Array] | None:
+    name = f"thruster_{i}/throttle.commanded"
+    if name not in run:
+        return None
+    values = run[name].values.copy()
+    sent = f"thruster_{i}/throttle.sent"
+    if sent in run:
+        values = np.where(np.isfinite(run[sent].values), run[sent].values, values)
+    keep = np.isfinite(values)
+    return (run.time(name)[keep], values[keep]) if keep.any() else None
+
+
+def _columns(run: Run, names: Sequence[str]) -> tuple[Array, Array] | None:
+    if not all(name in run for name in names):
+        return None
+    time, values = run.time(names[0]), np.column_stack([run[name].values for name in names])
+    keep = np.isfinite(values).any(axis=1)
+    return (time[keep], values[keep]) if keep.sum() > 2 else None
+
+
+def _turned(q: Array) -> bool:
+    return (
+        bool(np.all(np.isfinite(q))) and bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
+    )
+
+
+def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:
+    """Return the mean over each period of a value that is held from its instant on; zero before the first one."""
+    edges = np.append(grid, grid[-1] + period)
+    area = np.concatenate(([0.0], np.cumsum(values[:-1] * np.diff(time))))
+    k = np.searchsorted(time, edges + 1e-9, side="right") - 1
+    whole = np.where(k >= 0, area[np.maximum(k, 0)] + values[np.maximum(k, 0)] * (edges - time[np.maximum(k, 0)]), 0.0)
+    return np.diff(whole) / period
+
+
+def scatter(values: Array) -> Array:
+    """Return the standard deviation of white noise on columns (K, m) of slow signals, from third differences."""
+    if len(values) < 8:
+        return np.full(values.shape[1], np.nan)
+    difference = np.diff(values, 3, axis=0)
+    return np.asarray(1.4826 * np.nanmedian(np.abs(difference), axis=0) / np.sqrt(20.0))
+
+
+def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array]:
+    """Return readings at the instants (K, m) and the noise of one of them (m,).
+
+    Fast sensors: a parabola through five readings, whose middle does not lag behind what bends, as a mean would; a
+    mean over 40 ms of a vehicle's rate errs by three times a gyro's noise where a thruster starts. Slow ones: each
+    reading at the instant nearest to it.
+    """
+    spacing = float(np.median(np.diff(time))) if time.size > 1 else np.inf
+    noise = scatter(values)
+    out = np.full((grid.size, values.shape[1]), np.nan)
+    if spacing > 0.9 * period:
+        place = np.round((time - grid[0]) / period).astype(int)
+        keep = (place >= 0) & (place < grid.size)
+        out[place[keep]] = values[keep]
+        return out, noise
+    smooth = values
+    if spacing < 0.4 * period and time.size > 5:
+        weights = np.array([-3.0, 12.0, 17.0, 12.0, -3.0]) / 35.0
+        smooth = values.copy()
+        smooth[2:-2] = sum(w * values[j : len(values) - 4 + j] for j, w in enumerate(weights))
+        noise = noise * np.sqrt(17.0 / 35.0)
+    after = np.clip(np.searchsorted(time, grid), 1, time.size - 1)
+    near = time[after] - time[after - 1] < 3.0 * spacing
+    near &= (grid >= time[0] - 1e-9) & (grid <= time[-1] + 1e-9)
+    for j in range(values.shape[1]):
+        out[near, j] = np.interp(grid[near], time, smooth[:, j])
+    return out, noise
+
+
+def _attitudes(time: Array, q: Array, grid: Array, period: float) -> tuple[Array, Array]:
+    q = q / np.linalg.norm(q, axis=1, keepdims=True)
+    flip = np.cumprod(np.concatenate(([1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))))
+    q = q * flip[:, None]
+    mean, noise = _at_instants(time, q, grid, period)
+    mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+    return mean, np.full(3, 2.0 * float(np.sqrt(np.mean(noise**2))))
+
+
+def _nearest(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array, Array]:
+    """Return single readings at the instant at or after each, and by how many periods they are older than it."""
+    out, late = np.full((grid.size, values.shape[1]), np.nan), np.zeros(grid.size)
+    place = np.ceil((time - grid[0]) / period - 1e-6).astype(int)
+    keep = (place >= 0) & (place < grid.size)
+    out[place[keep]] = values[keep]
+    late[place[keep]] = place[keep] - (time[keep] - grid[0]) / period
+    return out, scatter(values), np.maximum(late, 0.0)
+
+
+def _speeds(run: Run, thrusters: int, grid: Array, period: float, notes: list[str]) -> tuple[Array, Array, bool]:
+    speeds, noise, signed = np.full((grid.size, thrusters), np.nan), np.full(thrusters, np.nan), True
+    for i in range(thrusters):
+        channel = _columns(run, [f"thruster_{i}/state.n"])
+        if channel is not None:
+            out, scattered = _at_instants(*channel, grid, period)
+            speeds[:, i], noise[i] = out[:, 0], scattered[0]
+            source = f"thruster_{i}/state.sign_source"
+            signed = signed and (source not in run or bool(np.median(run[source].values) > 0.5))
+    if not signed:
+        notes.append("rotor speeds without sign")
+    return speeds, noise, signed

@@ -1,0 +1,149 @@
+"""The vehicle's model at any point of the space of its unknowns, as tables for the filter's kernel.
+
+Unknowns are named by keys:
+    ("vehicle", name)            added to a parameter of the vehicle set, in its unit
+    ("shared", group)            share by which a group of coefficients of all thrusters is larger
+    ("own", group, i)            the same of one thruster, beside
+    ("gyro", run, axis)          bias of the gyro in one run [rad/s]
+    ("force", run, axis)         bias of the accelerometer [m/s^2]
+    ("power", name)              share by which voltage, idle or full current of the battery is larger
+    ("nameless", axis, feature)  wrench on an axis in proportion to a feature of the motion [N, N m]
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.rules import STEP
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
+from rov_sim.vehicle.plant import VehicleSettings
+from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coefficients
+from rov_sim.vehicle.sensors.settings import VehicleSensors
+from rov_sim.vehicle.settings import active_effects, full_thrust
+from rov_sim.vehicle.truth import VehicleState
+from thruster_model.parameter_set import ParameterSet
+from thruster_model.vehicle_parameters import definition_of
+from thruster_model.vehicle_set import VehicleSet
+
+__all__ = ["GROUPS", "Built", "Key", "Model"]
+
+Array = NDArray[np.float64]
+Key = tuple[Any, ...]
+GROUPS: dict[str, tuple[str, ...]] = {
+    "drive": ("c_u1", "c_u2"),
+    "edges": ("delta_u1", "delta_u2"),
+    "rotor": ("k_n",),
+    "thrust": (),
+    "flow_loss": ("c_nv_T", "c_v_T"),
+    "k_v": ("k_v",),
+    "k_Uv": ("k_Uv",),
+    "k_Tv": ("k_Tv",),
+}
+"""Coefficients of a thruster that move together; thrust is that on the vehicle."""
+_TACH = ("tach_scale", "tach_lag")
+
+
+class Built(NamedTuple):
+    """What the kernel takes: settings with tables, sensors' coefficients, tach (N, 2)."""
+
+    settings: VehicleSettings
+    sensors: SensorCoefficients
+    tach: Array
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A vehicle with its thrusters and sensors as they are believed to be.
+
+    Attributes:
+        vehicle: its set; effects that it switches on are on.
+        sets: of its thrusters, one each.
+        sensors: their places.
+    """
+
+    vehicle: VehicleSet
+    sets: tuple[ParameterSet, ...]
+    sensors: VehicleSensors
+
+    @cached_property
+    def _full(self) -> Array:
+        known: dict[int, float] = {}
+        return np.array([known.setdefault(id(s), full_thrust(s.coefficients)) for s in self.sets])
+
+    @property
+    def thrusters(self) -> int:
+        """Number of thrusters."""
+        return len(self.sets)
+
+    def groups(self) -> tuple[str, ...]:
+        """Return the groups of coefficients that these thrusters have and that are not zero."""
+        p = self.sets[0].coefficients
+        lagged = p.drive_gain == p.k_n  # a lag whose rate sets both: its steady speed must not move with it
+        found = []
+        for name, fields in GROUPS.items():
+            if name == "rotor" and lagged:
+                continue
+            if not fields or any(getattr(p, f, 0.0) for f in fields):
+                found.append(name)
+        return tuple(found)
+
+    def built(
+        self,
+        values: Mapping[Key, float],
+        effects: Sequence[ActiveVehicleEffect] = (),
+        *,
+        run: int = 0,
+        signed: bool = True,
+        initial: VehicleState | None = None,
+    ) -> Built:
+        """Return the model with these values of the unknowns and these effects, for one run."""
+        changes = {k[1]: v for k, v in values.items() if k[0] == "vehicle" and v}
+        vehicle = self.vehicle
+        if changes:
+            base = vehicle.values
+            vehicle = vehicle.with_values(
+                {n: _admissible(n, base[n] + v) for n, v in changes.items()}, source="unknown"
+            )
+        N = self.thrusters
+        thrusters, scale = [], np.ones(N)
+        for i, each in enumerate(self.sets):
+            p = each.coefficients
+            for name, fields in GROUPS.items():
+                share = values.get(("shared", name), 0.0) + values.get(("own", name, i), 0.0)
+                if share and name == "thrust":
+                    scale[i] = 1.0 + share
+                elif share:
+                    p = p._replace(**{f: getattr(p, f) * (1.0 + share) for f in fields if hasattr(p, f)})
+            thrusters.append(p)
+        active = (*active_effects(vehicle, self.sets), *effects)
+        tach = np.tile([1.0, 0.0], (N, 1))
+        for effect in active:
+            for i in range(N) if effect.thruster is None else (effect.thruster,):
+                if effect.id == "tach_scale":
+                    tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
+                elif effect.id == "tach_lag":
+                    tach[i, 1] = max(next(iter(effect.sizes.values())) / 0.04, 0.0)
+        body = vehicle.coefficients._replace(full_thrust=self._full)
+        body = body_with(body, active)
+        body = body._replace(thrust_scale=body.thrust_scale * scale)
+        own = thruster_effects([a for a in active if a.id not in _TACH], N)
+        settings = VehicleSettings(
+            coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial, largest_step=STEP
+        )
+        c = sensing_with(sensor_coefficients(self.sensors, vehicle.values["gravity"]), active)
+        gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))
+        force = tuple(b + values.get(("force", run, a), 0.0) for a, b in enumerate(c.force_bias))
+        power = {
+            name: getattr(c, name) * (1.0 + values.get(("power", name), 0.0))
+            for name in ("nominal_voltage", "idle_current", "current_at_full")
+        }
+        return Built(settings, c._replace(gyro_bias=gyro, force_bias=force, signed=int(signed), **power), tach)
+
+
+def _admissible(name: str, value: float) -> float:
+    definition = definition_of(name)
+    return value if definition is None else min(max(value, definition.lower), definition.upper)

@@ -1,0 +1,48 @@
+"""What is uncertain without being a gap: parameters within their deviations, biases of each run's start.
+
+What all thrusters share deviates by `SHARED`, what each has of its own by `OWN`: a hierarchy, so that a loss of one
+thruster and a wrong common coefficient do not compete.
+"""
+
+from collections.abc import Sequence
+
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import GROUPS, Key, Model
+from gap_diagnosis.vehicle.rules import OWN, SHARED
+
+__all__ = ["nuisances"]
+
+_OWN_GROUPS = ("drive", "edges", "rotor", "thrust")
+_GYRO, _FORCE = 0.002, 0.04
+"""[rad/s, m/s^2] Deviations of an inertial sensor's biases from start to start: twice a middling data sheet's."""
+_POWER = {"nominal_voltage": 0.1, "idle_current": 1.0, "current_at_full": 0.5}
+_GIVEN = ("gravity", "density", "reaction_torque")
+
+
+def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
+    """Return deviations by key (see `model`) of all that is uncertain in these recordings."""
+    found: dict[Key, float] = {}
+    for name in model.vehicle.parameters:
+        deviation = model.vehicle.deviation(name)
+        if name not in _GIVEN and deviation > 0.0:
+            found["vehicle", name] = deviation
+    stated = model.sets[0]
+    for group in model.groups():
+        shares = [
+            p.standard_deviation / abs(p.value)
+            for name, p in stated.parameters.items()
+            if name in GROUPS[group] and p.standard_deviation is not None and p.value
+        ]
+        found["shared", group] = max(shares) if shares else SHARED
+    for group in _OWN_GROUPS:
+        if group in model.groups():
+            for i in range(model.thrusters):
+                found["own", group, i] = OWN
+    for k, log in enumerate(logs):
+        if log.there["gyro"]:
+            found |= {("gyro", k, a): _GYRO for a in range(3)}
+        if log.there["accelerometer"]:
+            found |= {("force", k, a): _FORCE for a in range(3)}
+    if any(log.there["battery"] for log in logs):
+        found |= {("power", name): share for name, share in _POWER.items()}
+    return found

@@ -1,0 +1,131 @@
+"""A vehicle's diagnosis as one self-contained HTML page, with a picture of the vehicle and the suspected part."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors
+from run_bag.report import Axis, Bars, Column, Plot, Report, bars
+from thruster_model.vehicle_set import VehicleSet
+
+__all__ = ["report_of"]
+
+_CALM, _SUSPECT = "#7a8794", "#c2410c"
+
+
+def report_of(
+    content: dict[str, Any], vehicle: VehicleSet, errors: Sequence[Errors], with_effect: str, title: str
+) -> Report:  # fmt: skip
+    """Return the report of `content` (see `content.content_of`)."""
+    report = Report(title, f"verdict: {content['verdict'].replace('_', ' ')}", content["provenance"])
+    for note in content["warnings"]:
+        report.warning(note)
+    report.section("Answer")
+    report.paragraph(content["summary"])
+    if content["wiring"]:
+        for sentence in content["wiring"]["sentences"]:
+            report.paragraph(sentence)
+    report.figure(
+        picture(vehicle, content), caption="The vehicle from above and from its side; what is suspected is marked.",
+        alt="Positions and directions of the thrusters; " + content["summary"],
+    )  # fmt: skip
+    if content["effects"]:
+        rows = []
+        for e in content["effects"]:
+            sizes = "; ".join(f"{n} {p['value']:.3g} ± {p['std']:.2g} {p['unit']}" for n, p in e["parameters"].items())
+            near = ", ".join(f"{r['id']} ({r['probability']:.2f})" for r in e["indistinguishable_from"]) or "none"
+            rows.append([e["words"], e["probability"], sizes or "on", near])
+        report.table(
+            ["effect", Column(name="probability", format=".2f"), "size", "cannot be told from"], rows,
+            caption="What is claimed.",
+        )  # fmt: skip
+    if content["candidates"]:
+        some = content["candidates"][:10]
+        report.figure(
+            bars(
+                [_named(c) for c in some], [Bars(name="probability", value=[c["probability"] for c in some])],
+                quantity=Axis(name="probability of one more effect", unit="1"),
+            ),
+            caption="What else was nearest.", alt="Probabilities of the next best effects, each alone.",
+        )  # fmt: skip
+    report.section("How far")
+    rows = [
+        [f"{name} after {e.horizon:g} s", e.as_is[name], e.retuned[name], e.with_effect[name], unit]
+        for e in errors
+        for name, (_, unit) in CHANNEL_GROUPS.items()
+        if np.isfinite(e.as_is[name])
+    ]
+    report.table(
+        ["free run", "as it is", "re-tuned", "with the effects", "unit"], rows,
+        caption="Root mean square error of free runs; each recording with numbers of the others.",
+    )  # fmt: skip
+    if content["retuned_parameters"]:
+        report.table(
+            ["parameter", Column(name="moved by", unit="deviations"), Column(name="left", unit="deviations")],
+            [[n, p["deviations"], p["std"]] for n, p in content["retuned_parameters"].items()],
+            caption="Parameters that moved most.",
+        )  # fmt: skip
+    report.section("What could not have been shown")
+    missing = [name for name, there in content["sensors"].items() if not there]
+    report.paragraph(f"Sensors that are missing: {', '.join(missing) or 'none'}.")
+    if content["hidden"]:
+        report.table(
+            ["effect", Column(name="least size that would be claimed"), "unit"],
+            [[_named(h), h["least"], h["unit"]] for h in content["hidden"][:40]],
+            caption="Effects whose whole range these sensors and this excitation leave in the dark.",
+        )  # fmt: skip
+    report.section("Files")
+    report.download("Vehicle set with the effects", "with_effect.yaml", with_effect)
+    return report
+
+
+def _named(entry: dict[str, Any]) -> str:
+    parts = [entry["id"].replace("_", " ")]
+    parts += [f"thruster {entry['thruster']}"] if entry["thruster"] is not None else []
+    parts += [f"and {entry['other']}"] if entry["other"] is not None else []
+    parts += [str(entry[k]).replace("_", " ") for k in ("axis", "kind") if entry[k]]
+    return " ".join(parts)
+
+
+def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
+    """Return the thrusters of a vehicle from above and from its side, suspected ones marked."""
+    suspects = {e[k] for e in content["effects"] for k in ("thruster", "other") if e[k] is not None}
+    figure = go.Figure()
+    reach = max(float(np.abs([t.position for t in vehicle.layout]).max()), 0.1)
+    offset = 3.2 * reach
+    for view, (right, up, shift) in {"above": (1, 0, 0.0), "side": (0, 2, offset)}.items():
+        for i, t in enumerate(vehicle.layout):
+            colour = _SUSPECT if i in suspects else _CALM
+            x, y = shift + t.position[right], t.position[up] * (1.0 if view == "above" else -1.0)
+            dx, dy = 0.45 * reach * t.axis[right], 0.45 * reach * t.axis[up] * (1.0 if view == "above" else -1.0)
+            figure.add_trace(
+                go.Scatter(
+                    x=[x],
+                    y=[y],
+                    mode="markers+text",
+                    text=[f"{i}"],
+                    textposition="top center",
+                    marker={"size": 12, "color": colour},
+                    showlegend=False,
+                    hovertemplate=f"thruster {i}<extra></extra>",
+                )
+            )
+            figure.add_annotation(
+                x=x + dx, y=y + dy, ax=x, ay=y, axref="x", ayref="y", arrowhead=2, arrowcolor=colour, text="",
+            )  # fmt: skip
+        figure.add_annotation(
+            x=shift, y=1.5 * reach, showarrow=False,
+            text="from above, bow up" if view == "above" else "from starboard, bow right",
+        )  # fmt: skip
+    axes = [
+        e["axis"] or e["sensor"] for e in content["effects"] if e["thruster"] is None and (e["axis"] or e["sensor"])
+    ]
+    if axes:
+        figure.add_annotation(x=0.0, y=0.0, showarrow=False, text=f"<b>{', '.join(axes)}</b>", font={"color": _SUSPECT})
+    figure.update_layout(
+        height=380, margin={"t": 10, "b": 10, "l": 10, "r": 10}, xaxis={"visible": False},
+        yaxis={"visible": False, "scaleanchor": "x"},
+    )  # fmt: skip
+    return Plot(figure=figure, height=380)

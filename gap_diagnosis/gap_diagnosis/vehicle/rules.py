@@ -1,0 +1,59 @@
+"""Every threshold of a vehicle's diagnosis in one place, each with its reason."""
+
+PERIOD = 0.04
+"""[s] of the filter: commands of a vehicle come at 25 Hz, and its bodies and rotors are slower than that."""
+STEP = 0.02
+"""[s] Longest step of the plant inside the filter: RK4 on a rotor of 14 1/s errs by 1e-5 a step then."""
+SHARED = 0.05
+"""Deviation of what all thrusters have in common, where the set states none."""
+OWN = 0.02
+"""Deviation of one thruster from the others: motors and propellers of one batch."""
+CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
+"""[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
+LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4
+"""[N, N m] Random wrench that is assumed at least: no water is calmer, and gains stay finite."""
+MOST_DEVIATIONS = 4.0
+"""Whitened readings beyond it count as it: one outlier in 16,000 is none under a normal distribution."""
+P_EFFECT = 0.5
+"""Prior probability that a recording that somebody wants diagnosed has an effect beyond its parameters."""
+P_NAMELESS = 0.1
+"""Share of it for effects that the library does not have."""
+CLAIM = 30.0
+"""Odds at which an effect is claimed against none of it: what the diagnosis of a single thruster asks too."""
+SUSPECTED = 3.0
+"""Odds above which an effect that is not claimed is not denied either."""
+NAMELESS = 12.0
+"""Gain in log evidence that a nameless dependence needs: 1 in 160,000 by chance, with some 200 of them tried."""
+MOST_EFFECTS = 3
+"""At a time: more have never been told apart from one recording session."""
+REFINED = 8
+"""Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
+LEAST_TIME = 10.0
+"""[s] of motion below which nothing is said."""
+LEAST_EXCITATION = 0.1
+"""[V] Standard deviation of throttles below which a thruster tells nothing of itself."""
+SHIFTED = 3.0
+"""Deviations by which a parameter must have moved to be named."""
+HORIZONS = (2.0, 10.0)
+"""[s] over which the model runs free: within one the attitude is near, within the other drag has acted."""
+BLOCK = 2.0
+"""[s] of the blocks whose scores are compared: longer than most disturbances are remembered, twenty in a run."""
+LARGE_WRENCH = (1.2, 0.25)
+"""[N, N m] Random wrench above which it is no eddy but something that the model lacks: pools and harbours
+have 0 to 0.6 N."""
+WIRING_SEEN = 60.0
+"""Chi squared of a command's column on six axes, above which it is seen to do something: 6 by chance."""
+WIRING_MARGIN = 30.0
+"""Chi squared that another order must gain, with directions taken as known to 15 %: 1 in a million by chance."""
+PULSE_MARGIN = 1.25
+"""By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
+WATCH_LOSS, WATCH_BIAS = 0.3, 0.02
+"""Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: an operator must know."""
+WATCH_THRESHOLD = 14.0
+"""Log likelihood ratio at which the watch speaks: by Wald once in e^14 tests of some 10 s, far beyond 10 h where
+the model is right; the rest is for what it lacks."""
+WATCH_FORGET = 0.01
+"""[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
+WORTH = 0.25
+"""Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
+model of it many small things differ, and none of them is what anybody would repair."""

@@ -1,0 +1,152 @@
+"""The columns of nuisances, hypotheses and nameless dependences, made by running the filter at each probe."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
+from gap_diagnosis.vehicle.gram import Column
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.model import Key, Model
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from thruster_model.errors import VehicleError
+
+__all__ = ["Screen", "nameless_names"]
+
+Array = NDArray[np.float64]
+_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Screen:
+    """A point of the model, at which directions are tried.
+
+    Attributes:
+        model: of the vehicle.
+        runs: its recordings with gains.
+        values: of the nuisances; effects: switched on.
+    """
+
+    model: Model
+    runs: Sequence[Prepared]
+    values: Mapping[Key, float]
+    effects: tuple[ActiveVehicleEffect, ...] = ()
+    _base: dict[int, Array] = field(default_factory=dict)
+
+    def residual(self, k: int) -> Array:
+        """Return whitened innovations of run k at the point, (K, M)."""
+        if k not in self._base:
+            self._base[k] = whitened(self.runs[k], filtered(self.model, self.runs[k], self.values, self.effects))
+        return self._base[k]
+
+    def residuals(self) -> list[Array]:
+        """Return those of all runs, flat."""
+        return [self.residual(k).ravel() for k in range(len(self.runs))]
+
+    def at(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
+        """Return whitened innovations of run k elsewhere; those of the point where there is no such model."""
+        try:
+            result = filtered(self.model, self.runs[k], values, effects)
+        except (VehicleError, ValueError):
+            return self.residual(k)
+        if not result.done:
+            return np.clip(np.nan_to_num(whitened(self.runs[k], result)), -20.0, 20.0)
+        return whitened(self.runs[k], result)
+
+    def of_nuisance(self, key: Key, deviation: float) -> Column:
+        """Return the column of a nuisance, over its deviation (it then has the deviation 1)."""
+        step = 0.2 * deviation
+
+        def change(k: int) -> Array:
+            if key[0] in ("gyro", "force") and key[1] != k:
+                return np.zeros_like(self.residual(k))
+            moved = {**self.values, key: self.values.get(key, 0.0) + step}
+            return (self.at(k, moved, self.effects) - self.residual(k)) / (step / deviation)
+
+        return Column(key, 1.0, change)
+
+    def of_hypothesis(self, h: Hypothesis) -> list[Column]:
+        """Return the columns of a hypothesis: one for each parameter over its expected size, or one for a switch."""
+        if h.switch:
+            return [Column((h, "on"), 0.0, lambda k: self._changed(k, h, ()))]
+        if h.carrier:
+            return self._carried(h)
+        if h.effect in ("throttle_rate_limit", "throttle_saturation"):
+            return [Column((h, h.parameters[0]), 1.0, lambda k: self._changed(k, h, h.probe))]
+        return [Column((h, name), 1.0, self._probe(h, j)) for j, name in enumerate(h.parameters)]
+
+    def _probe(self, h: Hypothesis, j: int) -> Any:
+        sizes = tuple(p if i == j else 0.0 for i, p in enumerate(h.probe))
+        return lambda k: self._changed(k, h, sizes) * (h.scale[j] / h.probe[j])
+
+    def _carried(self, h: Hypothesis) -> list[Column]:
+        first = (h.probe[0], *(0.0 for _ in h.probe[1:]))
+        columns = [Column((h, h.parameters[0]), 1.0, lambda k: self._changed(k, h, first) * (h.scale[0] / h.probe[0]))]
+        for j in range(1, len(h.parameters)):
+            sizes = tuple(h.probe[0] if i == 0 else h.probe[i] if i == j else 0.0 for i in range(len(h.probe)))
+            over = h.scale[0] * h.scale[j] / (h.probe[0] * h.probe[j])
+
+            def change(k: int, sizes: Any = sizes, over: float = over) -> Array:
+                return (self._changed(k, h, sizes) - self._changed(k, h, first)) * over
+
+            columns.append(Column((h, h.parameters[j]), 1.0, change))
+        return columns
+
+    def _changed(self, k: int, h: Hypothesis, sizes: tuple[float, ...]) -> Array:
+        try:
+            active = h.active(sizes)
+        except ValueError:
+            return np.zeros_like(self.residual(k))
+        return self.at(k, self.values, (*self.effects, active)) - self.residual(k)
+
+    def of_nameless(self, name: Key, probe: float) -> Column:
+        """Return the column of a wrench on one axis in proportion to a feature of the motion; see `features`."""
+        _, axis, feature = name
+
+        def change(k: int) -> Array:
+            base = self.runs[k].base.states
+            wrench = np.zeros((len(base), 6))
+            wrench[:, _AXES.index(axis)] = probe * features(self.runs[k], feature)
+            result = filtered(self.model, self.runs[k], self.values, self.effects, wrench)
+            return whitened(self.runs[k], result) - self.residual(k)
+
+        return Column(name, 1.0, change)
+
+
+def nameless_names(model: Model) -> list[Key]:
+    """Return the names of all nameless dependences that are tried."""
+    own = [f"thrust {i}" for i in range(model.thrusters)]
+    motion = ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
+    rest = ["time", "start or end", "depth"]
+    return [("nameless", axis, feature) for axis in _AXES for feature in (*own, *motion, *rest)]
+
+
+def features(prepared: Prepared, feature: str) -> Array:
+    """Return a feature of the motion over a run (K,), of mean square 1 or less."""
+    states = np.nan_to_num(prepared.base.states)
+    N = prepared.log.thrusters
+    nu = states[:, 7:13]
+    w, x, y, z = states[:, 3:7].T
+    if feature.endswith("|") or feature.startswith("thrust"):
+        i = int(feature.strip("|").split()[1])
+        T = states[:, 19 + N + i]
+        out = np.abs(T) - np.mean(np.abs(T)) if feature.startswith("|") else T
+    elif feature == "time":
+        out = np.linspace(-1.0, 1.0, len(states))
+    elif feature == "start or end":
+        out = np.linspace(-1.0, 1.0, len(states)) ** 2
+    elif feature in ("down x", "down y"):
+        out = 2.0 * (x * z - w * y) if feature == "down x" else 2.0 * (y * z + w * x)
+    elif feature in ("north", "east"):
+        out = 1.0 - 2.0 * (y * y + z * z) if feature == "north" else 2.0 * (x * y + w * z)
+    elif feature == "depth":
+        out = states[:, 2] - np.mean(states[:, 2])
+    else:
+        a, b = ("uvwpqr".index(c) for c in feature)
+        out = nu[:, a] * np.abs(nu[:, a]) if a == b else nu[:, a] * nu[:, b]
+        if a == b:
+            out = nu[:, a] ** 2
+    return np.asarray(out / max(float(np.sqrt(np.mean(out**2))), 1e-9))

@@ -1,0 +1,188 @@
+"""From what the search found to a verdict: which effects, how sure, what is left, what could not have been shown."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.gram import solution
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key
+from gap_diagnosis.vehicle.refining import Refined
+from gap_diagnosis.vehicle.search import Found
+
+__all__ = ["Claim", "Verdict", "judged"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Claim:
+    """One effect: as fitted, its probability among what the data cannot tell from it, and those rivals."""
+
+    refined: Refined
+    probability: float
+    rivals: tuple[tuple[float, Hypothesis], ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """The answer.
+
+    Attributes:
+        name: no_gap, parameters, effect, cannot_tell, unknown or not_enough_data.
+        claims: effects, most probable explanation each.
+        candidates: (log odds against nothing more, hypothesis), best first, of what is not claimed.
+        p_none, p_unknown: of no effect at all; of a significant nameless part.
+        shifted: parameters that moved: (key, in deviations, deviation left).
+        left: nameless dependences that are significant: (gain, key).
+        hidden: what could not have been shown: (hypothesis, least size), in its own unit.
+        wrench: random wrench that remains (6,) [N, N m].
+        summary: in sentences.
+    """
+
+    name: str
+    claims: tuple[Claim, ...]
+    candidates: tuple[tuple[float, Hypothesis], ...]
+    p_none: float
+    p_unknown: float
+    shifted: tuple[tuple[Key, float, float], ...]
+    left: tuple[tuple[float, Key], ...]
+    hidden: tuple[tuple[Hypothesis, float], ...]
+    wrench: Array
+    summary: str
+
+
+def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
+    """Return the verdict on these recordings."""
+    last = found.stages[-1]
+    wrench = np.asarray(last.screen.runs[0].noises.wrench)
+    accepted = [(a, r) for a, r in zip(last.accepted, found.rivals, strict=True) if worth_claiming(a)]
+    claims = tuple(_claim(a, r) for a, r in accepted)
+    small = tuple(a for a in last.accepted if not worth_claiming(a))
+    best = last.offered[0][0] if last.offered else -np.inf
+    p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
+    nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
+    total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
+    top = last.nameless[0][0] if last.nameless else -np.inf
+    p_unknown = float(1.0 / (1.0 + np.exp(np.clip(total - top, -500.0, 500.0))))
+    rough = bool(wrench[:3].max() > rules.LARGE_WRENCH[0] or wrench[3:].max() > rules.LARGE_WRENCH[1])
+    if rough:
+        p_unknown = max(p_unknown, 0.9)
+    shifted = _shifted(found)
+    if (
+        all(log.duration < rules.LEAST_TIME for log in logs)
+        or max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION
+    ):
+        name, claims = "not_enough_data", ()
+    elif claims and _nameless_is_better(found):
+        name = "unknown"
+    elif claims:
+        name = "effect" if min(c.probability for c in claims) >= 0.5 else "cannot_tell"
+    elif nameless or rough:
+        name = "unknown"
+    elif best > np.log(rules.SUSPECTED):
+        name = "cannot_tell"
+    elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted):
+        name = "parameters"
+    else:
+        name = "no_gap"
+    return Verdict(
+        name=name, claims=claims, candidates=tuple(last.offered[:15]), p_none=p_none, p_unknown=p_unknown,
+        shifted=shifted, left=tuple(nameless[:5]), hidden=_hidden(found), wrench=wrench,
+        summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
+    )  # fmt: skip
+
+
+def _claim(accepted: Refined, rivals: Sequence[tuple[float, Refined]]) -> Claim:
+    odds = np.exp(np.clip([o for o, _ in rivals], -50.0, 0.0)) if rivals else np.zeros(0)
+    probability = float(1.0 / (1.0 + odds.sum()))
+    near = tuple((float(o) * probability, r.hypothesis) for o, (_, r) in zip(odds, rivals, strict=True) if o > 0.02)
+    return Claim(refined=accepted, probability=probability, rivals=near)
+
+
+def worth_claiming(accepted: Refined) -> bool:
+    """Return whether an effect is large enough to be named, see `rules.WORTH`."""
+    h = accepted.hypothesis
+    if h.switch or h.effect in ("throttle_rate_limit", "throttle_saturation"):
+        return True
+    sizes, scale = np.abs(accepted.sizes), np.array(h.scale)
+    return bool(sizes[0] > rules.WORTH * scale[0]) if h.carrier else bool(np.any(sizes > rules.WORTH * scale))
+
+
+def _nameless_is_better(found: Found) -> bool:
+    """Return whether some nameless dependence alone explains far more than the best effect of the library did."""
+    first = found.stages[0]
+    return bool(first.nameless and first.offered and first.nameless[0][0] > first.offered[0][0] + rules.NAMELESS)
+
+
+def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
+    last = found.stages[-1]
+    m = len(found.nuisances)
+    x, covariance = solution(last.gram, range(m))
+    moved = last.moved + x
+    rows = [
+        (key, float(moved[j]), float(np.sqrt(covariance[j, j])))
+        for j, key in enumerate(found.nuisances)
+        if key[0] in ("vehicle", "shared", "own")
+    ]
+    rows.sort(key=lambda row: -abs(row[1]))
+    return tuple(row for row in rows if abs(row[1]) > 1.5)[:8]
+
+
+def _hidden(found: Found) -> tuple[tuple[Hypothesis, float], ...]:
+    """Return the least size at which each hypothesis of one size would be claimed: log(odds) = gain."""
+    last = found.stages[-1]
+    base = list(range(len(found.nuisances)))
+    H = np.linalg.inv(last.gram.A[np.ix_(base, base)] + np.eye(len(base)))
+    out = []
+    for j, name in enumerate(last.gram.names):
+        if not (isinstance(name, tuple) and isinstance(name[0], Hypothesis)) or name[0].switch:
+            continue
+        h = name[0]
+        if len(h.parameters) != 1:
+            continue
+        left = last.gram.A[j, j] - last.gram.A[base, j] @ H @ last.gram.A[base, j]
+        need = 2.0 * last.gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
+        out.append((h, float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))))
+    return tuple(out)
+
+
+def _summary(
+    name: str, claims: Sequence[Claim], small: Sequence[Refined], found: Found,
+    nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
+    shifted: Sequence[tuple[Key, float, float]],
+) -> str:  # fmt: skip
+    says = []
+    if name == "not_enough_data":
+        return "The recordings are too short or too quiet to say anything."
+    for claim in claims:
+        h = claim.refined.hypothesis
+        sizes = ", ".join(
+            f"{p} {s:.3g} ± {d:.2g}"
+            for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+        )
+        says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
+        if claim.rivals:
+            says.append("These recordings cannot tell it from " + ", ".join(h.words for _, h in claim.rivals[:4]) + ".")
+    if name == "no_gap":
+        says.append("The model explains the recordings within the deviations of its parameters.")
+    if small:
+        says.append("Too small to be claimed: " + ", ".join(a.hypothesis.words for a in small) + ".")
+    if name == "parameters":
+        named = ", ".join(f"{'.'.join(map(str, k[1:]))} by {s:+.1f} deviations" for k, s, _ in shifted[:3])
+        says.append(f"Parameters beyond their stated deviations explain the gap: {named}.")
+    if name == "cannot_tell" and not claims:
+        says.append(f"Something may be there, but not surely: {found.stages[-1].offered[0][1].words} is the nearest.")
+    if nameless:
+        _, axis, feature = nameless[0][1]
+        says.append(f"What is left acts on {axis} and goes with {feature}: no effect of the library does that.")
+    if rough:
+        says.append(
+            f"A wrench of {wrench[:3].max():.1f} N and {wrench[3:].max():.2f} N m comes and goes unexplained, more "
+            "than calm water has."
+        )
+    return " ".join(says)

@@ -1,0 +1,57 @@
+"""Readings of any rate on one grid."""
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, log_of, scatter
+from run_bag import Channel, Run, RunError
+
+GRID = 0.04 * np.arange(100)
+
+
+def test_a_held_throttle_gives_each_period_its_mean() -> None:
+    time, values = np.array([0.0, 0.05, 0.10]), np.array([1.0, 2.0, 4.0])
+    # by hand: [0, 0.04] all 1; [0.04, 0.08]: 1 for 10 ms, 2 for 30; [0.08, 0.12]: 2 for 20 ms, 4 for 20
+    assert _held_mean(time, values, np.array([0.0, 0.04, 0.08]), 0.04) == pytest.approx([1.0, 1.75, 3.0])
+
+
+def test_a_reading_of_a_fast_sensor_does_not_lag_behind_what_bends() -> None:
+    time = np.arange(0.0, 4.0, 0.01)
+    parabola = (3.0 * time**2)[:, None]
+    told, _ = _at_instants(time, parabola, GRID[2:-2], 0.04)
+    assert told[:, 0] == pytest.approx(3.0 * GRID[2:-2] ** 2, abs=1e-9)
+
+
+def test_the_noise_of_a_reading_is_told_within_a_tenth() -> None:
+    rng = np.random.default_rng(0)
+    time = np.arange(0.0, 40.0, 0.01)
+    values = np.sin(time)[:, None] + 0.02 * rng.normal(size=(time.size, 1))
+    assert scatter(values)[0] == pytest.approx(0.02, rel=0.1)
+    told, noise = _at_instants(time, values, 0.04 * np.arange(1, 990), 0.04)
+    error = told[:, 0] - np.sin(0.04 * np.arange(1, 990))
+    assert np.std(error) == pytest.approx(noise[0], rel=0.1)
+
+
+def test_slow_readings_stand_at_their_instants_and_nowhere_else() -> None:
+    time = np.arange(0.0, 3.9, 0.2)
+    told, _ = _at_instants(time, time[:, None], GRID, 0.04)
+    seen = np.isfinite(told[:, 0])
+    assert seen.sum() == time.size and told[seen, 0] == pytest.approx(time)
+
+
+def _run(names: list[str]) -> Run:
+    stamps = (1_000_000_000 + 40_000_000 * np.arange(50)).astype(np.int64)
+    return Run(name="short", channels={n: Channel(name=n, stamps=stamps, values=np.zeros(50)) for n in names})
+
+
+@pytest.mark.parametrize(
+    ("channels", "thrusters", "text"),
+    [
+        (["rov/imu.angular_velocity.x"], 2, "expected thruster_<i>/throttle"),
+        (["thruster_0/throttle.commanded"], 1, "expected rov/imu or rov/odometry with attitude or rates"),
+        (["thruster_0/throttle.commanded", "thruster_3/throttle.commanded"], 2, "expected 2 thrusters"),
+    ],
+)
+def test_what_cannot_be_used_is_refused_in_a_sentence(channels: list[str], thrusters: int, text: str) -> None:
+    with pytest.raises(RunError, match=text):
+        log_of(_run(channels), thrusters)

@@ -1,0 +1,48 @@
+"""The world of sealed cases and the plant share no code; a vehicle without effects must move alike in both."""
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.blind.draws import EFFECTS, Draw, drawn
+from gap_diagnosis.vehicle.blind.truth import truth_of
+from gap_diagnosis.vehicle.blind.world import run_world
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+from rov_sim.vehicle.plant import simulate
+from rov_sim.vehicle.settings import vehicle_settings
+from rov_sim.vehicle.truth import at_rest
+from thruster_model.effects import stages
+from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.vehicle_set_io import load_vehicle_set
+
+
+@pytest.mark.parametrize("name", ["bluerov2_heavy", "ngs"])
+def test_a_vehicle_moves_in_both_alike(name: str) -> None:
+    vehicle, own = load_vehicle_set(name), load_parameter_set("hq")
+    N, K = len(vehicle.layout), 500
+    truth = truth_of(Draw(seed=1, vehicle=name, deviations=0.0), vehicle, (own,) * N)
+    rng = np.random.default_rng(0)
+    base = np.repeat(rng.uniform(-3.0, 3.0, (K // 25, N)), 25, axis=0)
+    sent, out = np.zeros((K, N)), np.zeros((K * 20, 18))
+    run_world(
+        base, 20, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G, truth.r_B,
+        truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, np.zeros((K, 6)),
+        np.array([0.0, 0.0, 3.0]), np.eye(3), np.zeros((N, 12)), np.zeros((K, 4)), np.zeros((K, 12)), out,
+        np.zeros((K * 20, N)), sent, np.zeros((K * 20, 2)),
+    )  # fmt: skip
+    run = simulate(vehicle_settings(vehicle, [own] * N, initial=at_rest(N, position=(0.0, 0.0, 3.0))), sent, 0.04)
+    # 2 ms of Heun against 1 ms of RK4, rotors a step apart: a percent of the motion
+    assert np.abs(out[::20, 12:18] - run.velocity[:-1]).max() < 0.02 * np.abs(run.velocity).max()
+
+
+def test_every_hidden_effect_is_one_of_the_libraries_and_its_size_within_their_range() -> None:
+    for effect, sizes in EFFECTS.items():
+        library = VEHICLE_LIBRARY.get(effect) or stages.LIBRARY[effect]
+        ranges = {p.name: p for p in library.parameters}
+        for name, _, largest in sizes:
+            assert largest <= ranges[name].upper, (effect, name)
+
+
+def test_a_seed_is_a_case() -> None:
+    assert drawn(1234) == drawn(1234)
+    kinds = [len(drawn(s).effects) for s in range(200)]
+    assert {0, 1, 2} == set(kinds)

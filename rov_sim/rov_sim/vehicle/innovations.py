@@ -1,0 +1,125 @@
+r"""What a vehicle's sensors tell beside what its plant expects: the plant, corrected at each instant by given gains.
+
+State of the filter: the plant's own, and a wrench w [N, N m] on the body that wanders. At instant k
+
+    e = y - h(x),     x <- x (+) G_k e,     then the plant's own step under u_k and w,     w <- keep w
+
+with e of 13 channels: attitude (a turn of the body) 0-2 [rad], gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9
+[m], velocity 10-12 [m/s]; x (+) dx with dx of 16 entries: turn 0-2, nu 3-8, w 9-14, depth 15. Rotor speeds have a gain
+of their own each. The equations are the plant's and its sensors', so that every effect of the library acts here too.
+Gains do not depend on the state: what another coefficient changes in e is a difference of two runs of this kernel.
+"""
+
+import numpy as np
+
+from rov_sim.vehicle.kernel import advance_period, measured, record_width
+from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
+from rov_sim.vehicle.tables import BODY, STATE
+from thruster_model.compilation import compiled
+from thruster_model.equations.attitude import conjugate, quaternion_product
+from thruster_model.equations.rotation_vector import rotation, rotation_vector
+
+__all__ = ["CHANNELS", "CORRECTED", "innovations", "record_width"]
+
+CHANNELS, CORRECTED = 13, 16
+"""Channels that correct the body's state, and what they correct."""
+ATTITUDE, GYRO, FORCE, DEPTH, VELOCITY = 0, 3, 6, 9, 10
+_NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+_NO_VELOCITY = (0.0, 0.0, 0.0)
+
+
+@compiled
+def innovations(  # type: ignore[no-untyped-def]
+    sheet, commands, steps, step, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery, lateness,
+    gains, speed_gains, out, out_n, out_b, states,
+):  # fmt: skip
+    """Run the filter over K periods; return how many were done, fewer than K where the state is no longer finite.
+
+    Args:
+        sheet: with the state at the first instant; steps, step: of a period, as in `kernel.advance`.
+        commands: (K, N) throttles [V]; extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
+        body, layout, p, e: `Tables`; c: `SensorCoefficients`.
+        tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
+        attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
+        lateness: (K,), by which the velocity in row k was measured before instant k, in periods.
+        gains: (K, 16, 13); speed_gains: (K, N).
+        out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
+        states: (K, 13 + 6 + N + N): position, attitude, nu, w, rotor speeds, thrusts, as they are after correction.
+    """
+    K, N = commands.shape
+    row = np.empty(record_width_of(N))
+    gate, w, wrench = np.ones(N), np.zeros(6), np.zeros(6)
+    lagging = np.zeros(N)
+    for i in range(N):
+        lagging[i] = sheet[STATE, BODY + i]
+    history = np.zeros((K, 3))
+    error = np.zeros(CHANNELS)
+    for k in range(K):
+        for j in range(6):
+            wrench[j] = w[j] + extra[k, j]
+        measured(sheet, gate, wrench, body, layout, p, e, row)
+        imu = imu_measured(row[3:7], row[7:13], row[13:19], row[20], c, _NO_IMU)
+        log = velocity_measured(row[7:13], c, _NO_VELOCITY)
+        history[k, 0], history[k, 1], history[k, 2] = log.x, log.y, log.z
+        predicted = (imu.w, imu.x, imu.y, imu.z)
+        seen = (attitude[k, 0], attitude[k, 1], attitude[k, 2], attitude[k, 3])
+        turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
+        out[k, 0], out[k, 1], out[k, 2] = turn
+        out[k, 3], out[k, 4], out[k, 5] = (
+            told[k, 3] - imu.rate_x, told[k, 4] - imu.rate_y, told[k, 5] - imu.rate_z,
+        )  # fmt: skip
+        out[k, 6], out[k, 7], out[k, 8] = (
+            told[k, 6] - imu.force_x, told[k, 7] - imu.force_y, told[k, 8] - imu.force_z,
+        )  # fmt: skip
+        out[k, 9] = told[k, 9] - depth_measured(row[0:3], row[3:7], c, (0.0,))
+        ago = max(k - lateness[k] - c.velocity_late / (steps * step), 0.0)
+        first = min(int(ago), k)
+        share = ago - first
+        for j in range(3):
+            here = history[first, j]
+            if first < k:
+                here += share * (history[first + 1, j] - here)
+            elif k > 0:
+                here += share * (history[k, j] - history[k - 1, j])
+            out[k, 10 + j] = told[k, 10 + j] - here
+        power = battery_measured(row[19], row[20], c, (0.0, 0.0))
+        out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
+        for j in range(CHANNELS):
+            error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
+        dx = gains[k] @ error
+        q = quaternion_product(
+            (sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6]), rotation((dx[0], dx[1], dx[2]))
+        )
+        sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6] = q
+        for j in range(6):
+            sheet[STATE, 7 + j] += dx[3 + j]
+            w[j] += dx[9 + j]
+            wrench[j] = w[j] + extra[k, j]
+        sheet[STATE, 2] += dx[15]
+        for i in range(N):
+            n = row[BODY + 8 + i]
+            follow = np.exp(-1.0 / tach[i, 1]) if tach[i, 1] > 0.0 else 0.0
+            lagging[i] = follow * lagging[i] + (1.0 - follow) * n
+            expected = tach[i, 0] * lagging[i]
+            out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
+            if np.isfinite(out_n[k, i]):
+                side = 1.0 if c.signed or expected >= 0.0 else -1.0
+                sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
+            states[k, 19 + i] = sheet[STATE, BODY + i]
+            states[k, 19 + N + i] = row[BODY + 8 + 4 * N + i]
+        for j in range(13):
+            states[k, j] = sheet[STATE, j]
+        for j in range(6):
+            states[k, 13 + j] = w[j]
+        advance_period(sheet, commands[k], steps, step, gate, wrench, body, layout, p, e)
+        for j in range(6):
+            w[j] *= keep
+        if not np.all(np.isfinite(sheet[STATE])):
+            return k
+    return K
+
+
+@compiled
+def record_width_of(thrusters):  # type: ignore[no-untyped-def]
+    """Return `kernel.record_width` inside a kernel."""
+    return BODY + 8 + 6 * thrusters
