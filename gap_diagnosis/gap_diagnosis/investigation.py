@@ -31,13 +31,15 @@ class Left:
     Attributes:
         fitted, noise: the set under that noise.
         unexplained: what residuals depend on.
-        excess: cost beyond one for each row, at least what those functions take off.
+        squares: of the residuals over the noise of their sensors.
+        structure: the same of what those functions explain of them.
     """
 
     fitted: Fitted
     noise: Whitener
     unexplained: Discrepancy
-    excess: float
+    squares: float
+    structure: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -108,9 +110,9 @@ class Investigation:
 
     @property
     def named_share(self) -> float:
-        """Which share of what re-tuning leaves the best set explains."""
-        before, after = max(self.left_by_none.excess, 1e-9), max(self.left.excess, 0.0)
-        return float(np.clip(1.0 - after / before, 0.0, 1.0))
+        """Which share of what re-tuning leaves the best set explains, of what is not noise or disturbance."""
+        taken = max(self.left_by_none.squares - self.left.squares, 0.0)
+        return taken / (taken + self.left.structure) if taken > 0.0 else 0.0
 
     @property
     def nameless(self) -> bool:
@@ -153,6 +155,9 @@ def _left(found: Hypothesis, healthy: Whitener) -> Left:
     noise = noise.loosened(learned_levels(found.fitted, noise, groups).columns)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
     unexplained = discrepancy(fitted, noise)
-    gained = sum(feature.gain for feature in unexplained.features)
-    rows = int(np.sum(system.known)) - fitted.x.size
-    return Left(fitted=fitted, noise=noise, unexplained=unexplained, excess=max(fitted.cost - rows, gained))
+    level = np.ones(system.known.size)
+    for each in system.series:
+        level[each.rows] = noise.level(each.signal)
+    squares = float(np.nansum((np.nan_to_num(fitted.residuals) / level) ** 2))
+    structure = float(np.sum((unexplained.explained[system.known] / level[system.known]) ** 2))
+    return Left(fitted=fitted, noise=noise, unexplained=unexplained, squares=squares, structure=structure)

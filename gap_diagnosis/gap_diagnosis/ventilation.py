@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
-from system_identification.fitting import Fitted
+from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect
 from system_identification.system import Series, SizeSlot
@@ -35,6 +35,7 @@ _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _SINGLE = 1.9  # changes that one reading may pay for
 _LITTLE = 0.01  # share of thrust
+_ROUNDS = 3
 _RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 and 10 per second costs
 
 
@@ -60,17 +61,32 @@ def air_beside(beside: Hypothesis) -> Suspect | None:
         return None
     slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper, p.unit) for p in LIBRARY["ventilation"].parameters)
     deviation = beside.noise.level("thrust")
-    in_water = problem.predicted(beside.fitted.x)
-    falls = _falls(problem, slots, beside.fitted.x, in_water)
-    found = _decoded(problem, series, speeds, in_water, falls, deviation, _SHARES, _ONSETS)
-    if found is None or found.gain < LEAST_GAIN or _foreseeable(problem, series, beside.fitted, found.gates):
+    base, unknowns, found, sizes = beside.fitted, beside.fitted.x, None, np.empty(0)
+    shares: tuple[float, ...] = _SHARES
+    for _ in range(_ROUNDS):
+        in_water = problem.predicted(unknowns)
+        falls = _falls(problem, slots, unknowns, in_water)
+        decoded = _decoded(problem, series, speeds, in_water, falls, deviation, shares, _ONSETS)
+        if decoded is None or decoded.gain < LEAST_GAIN:
+            break
+        if _foreseeable(problem, series, base, decoded.gates):
+            return None
+        posed = problem.with_effects((*problem.slots, *slots), decoded.gates)
+        start = [decoded.share / slots[0].width, decoded.onset / slots[1].width]
+        fitted = fit(posed, beside.noise, np.concatenate((unknowns, start)), near=base, iterations=6, polish=False)
+        found, sizes = decoded, fitted.x[base.x.size :]
+        # With what the fit says the thrust would be in water, gates are decoded again.
+        unknowns = fitted.x[: base.x.size]
+        share = float(sizes[0]) * slots[0].width
+        shares = tuple(share * factor for factor in (0.8, 0.9, 1.0, 1.1, 1.25))
+    if found is None:
         return None
     gained = _decoded(problem, series, speeds, in_water, -falls, deviation, _SHARES, _ONSETS)
-    period = _period(problem)
-    chance = found.changes * np.log(period / found.seconds) + float(gammaln(max(found.changes, 1))) - _RATES
-    sizes = np.array([[found.share / slots[0].width, found.onset / slots[1].width]])
+    chance = found.changes * np.log(_period(problem) / found.seconds) + float(gammaln(max(found.changes, 1))) - _RATES
     price = -float(chance) + (gained.gain if gained is not None else 0.0)
-    return Suspect(effect="ventilation", channel="", slots=slots, grid=sizes, price=price, gates=found.gates)
+    return Suspect(
+        effect="ventilation", channel="", slots=slots, grid=sizes[None, :].copy(), price=price, gates=found.gates
+    )
 
 
 def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:

@@ -85,7 +85,7 @@ def test_nothing_is_claimed_where_the_parameters_are_right_and_mostly_there_is_n
 
 
 def test_what_is_in_no_library_is_called_unknown():
-    stated, recordings = campaign(outside={"throttle_backlash": {"width": 0.6}}, seed=6)
+    stated, recordings = campaign(outside={"drive_resonance": {"share": 0.7, "frequency": 1.0}}, seed=6)
     assert diagnose(recordings, stated).verdict.verdict == "unknown"
 
 

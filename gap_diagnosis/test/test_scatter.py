@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from generated import campaign
 from scipy.signal import lfilter
-
 from system_identification.fitting import fit
 from system_identification.noise import white_noise
+
 from gap_diagnosis.jitter import jitter_of
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of

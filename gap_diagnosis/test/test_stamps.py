@@ -2,9 +2,9 @@
 
 import numpy as np
 from scipy.signal import lfilter
-
 from system_identification.fitting import fit
 from system_identification.noise import white_noise
+
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of

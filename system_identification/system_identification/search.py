@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 Offer = Callable[[Hypothesis], Sequence[Suspect]]
 MORE = 0.6
 """How much rarer a set with one effect more is, before the data."""
-MOST = 8
+MOST = 6
 """Effects at work together."""
 _BEST, _PLAIN = 4, 3
 """Suspects that are fitted in a step: the likeliest under the noise that was learned, and under plain noise."""

@@ -1,10 +1,10 @@
 """A mass on a spring behind the protocol `System`: two parameters, two suspected effects, pushed at random."""
 
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
 
 import numba
 import numpy as np
-
 from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
 
@@ -63,7 +63,7 @@ class Spring:
     @property
     def series(self):
         sizes = np.cumsum([0, *(r.size for r in self.readings)])
-        return [Series(i, "position", a, b) for i, (a, b) in enumerate(zip(sizes, sizes[1:], strict=False))]
+        return [Series(i, "position", a, b) for i, (a, b) in enumerate(pairwise(sizes))]
 
     @property
     def times(self):

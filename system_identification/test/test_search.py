@@ -1,9 +1,8 @@
-"""A mass on a spring is fitted and diagnosed: what is hidden is named with its size, nothing else, however it is pushed."""
+"""A mass on a spring is fitted and diagnosed: what is hidden is named with its size, and nothing else, pushed or not."""
 
 import numpy as np
 import pytest
 from spring import recorded, suspects
-
 from system_identification.budget import PARAMETERS, budget_of
 from system_identification.fitting import fit
 from system_identification.left_out import folds_of, left_out

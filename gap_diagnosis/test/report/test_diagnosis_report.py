@@ -26,6 +26,7 @@ SUSPECTED = ("coulomb_friction", "thrust_loss", "brake_asymmetry")
 ALWAYS = ["Verdict", "What would settle it", "Take it with you", "Provenance"]
 ANALYSED = [
     "Verdict",
+    "Where the gap goes",
     "How far",
     "Where",
     "Which",
@@ -171,7 +172,7 @@ def test_the_four_numbers_are_those_of_the_json(content, page):
 def test_probabilities_parameters_and_sizes_are_those_of_the_json(content, page):
     table = cells(page)
     likely = {each["id"]: each["probability"] for each in content["candidates"]}
-    assert value(table["coulomb_friction"][0]) == pytest.approx(likely["coulomb_friction"], abs=6e-4)
+    assert value(table[LIBRARY["coulomb_friction"].title][0]) == pytest.approx(likely["coulomb_friction"], abs=6e-4)
     for name, each in content["retuned_parameters"].items():
         assert value(table[name][0]) == pytest.approx(each["nominal"], rel=6e-4)
         assert value(table[name][2]) == pytest.approx(each["value"], rel=6e-4)
@@ -224,7 +225,7 @@ def test_the_telling_window_is_where_the_error_falls(effect):
     wrong = problem.measured.copy()
     each = next(e for e in problem.series if e.recording == 1)
     time = problem.recordings[1].experiment.measurements[each.signal].time
-    wrong[each.rows] += 10.0 * noise.signals[each.signal].marginal * ((time > 4.0) & (time < 6.0))
+    wrong[each.rows] += 10.0 * noise.level(each.signal) * ((time > 4.0) & (time < 6.0))
     first = telling_runs(problem, noise, wrong, problem.measured, window=3.0)[0]
     assert first.recording == 1 and first.start <= 4.0 and first.stop >= 6.0
     assert first.drop == pytest.approx(100.0 * np.sum((time > 4.0) & (time < 6.0)))
