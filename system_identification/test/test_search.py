@@ -1,4 +1,4 @@
-"""A mass on a spring is fitted and diagnosed: what is hidden is named with its size, and nothing else, pushed or not."""
+"""A mass on a spring is fitted and diagnosed: what is hidden is named with its size, and nothing else is."""
 
 import numpy as np
 import pytest
