@@ -28,7 +28,7 @@ start_delay=1 # s of 0 N before the run
 
 . "$root/scripts/workspace/processes.sh"
 # The throttle goes to zero first, the recorder sees it, time stands still last.
-stopping_order=(watch inner_loop driver reference observer recorder bench)
+stopping_order=('inner_loop driver' 'watch reference observer' recorder bench)
 
 reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
 seed=0 noise=true out='' all=false firmware=false built=''
