@@ -12,7 +12,6 @@ from pathlib import Path
 
 import yaml
 from rclpy.node import Node
-from rclpy.utilities import remove_ros_args
 
 from thruster_runtime.parameters import Parameter
 
@@ -21,15 +20,26 @@ __all__ = ["asks_for_help", "help_text", "stray_arguments", "unknown_parameters"
 _HELP = ("-h", "--help")
 _WILD = "/**"
 _COMMON = """\
-  executor             text: events, single; default 'events'
+  executor             one of events, single; default events
       how callbacks are run
-  use_sim_time         true or false, default false
+  use_sim_time         true or false; default false
       whether time is that of /clock"""
 
 
 def asks_for_help(args: Sequence[str]) -> bool:
     """Tell whether the user's own arguments (without the program's name) ask for help."""
-    return any(word in _HELP for word in remove_ros_args(["program", *args])[1:])
+    return any(word in _HELP for word in _not_for_ros(args))
+
+
+def _not_for_ros(args: Sequence[str]) -> list[str]:
+    """Return what stands outside `--ros-args ... --`, also what ROS 1 would have taken for a new name, such as a:=b."""
+    found, ours = [], True
+    for word in args:
+        if word in ("--ros-args", "--") and ours is (word == "--ros-args"):
+            ours = not ours
+        elif ours:
+            found.append(word)
+    return found
 
 
 def help_text(program: str, doc: str, parameters: Iterable[Parameter]) -> str:
@@ -45,19 +55,25 @@ def _told(each: Parameter) -> str:
     name = f"{each.name}{' *' if each.live else ''}"
     unit = f" [{each.unit}]" if each.unit else ""
     words = textwrap.fill(each.description, 110, initial_indent="      ", subsequent_indent="      ")
-    return f"  {name:<20} {each.expected}{unit}, default {each.default!r}\n{words}"
+    return f"  {name:<20} {each.expected}{unit}; default {_default(each.default)}\n{words}"
+
+
+def _default(value: object) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()
+    return "(empty)" if value in ("", ("",)) else f"{value:g}" if isinstance(value, float) else f"{value}"
 
 
 def stray_arguments(program: str, args: Sequence[str], known: Iterable[str]) -> list[str]:
     """Return a sentence for each argument (without the program's name) that is not meant for ROS."""
-    return [_stray(program, word, known) for word in remove_ros_args(["program", *args])[1:]]
+    return [_stray(program, word, known) for word in _not_for_ros(args)]
 
 
 def _stray(program: str, word: str, known: Iterable[str]) -> str:
     found = f"{program}: argument {word!r}: expected --ros-args before what a node is told"
-    name = word.lstrip("-").partition(":=")[0].partition("=")[0]
+    name, _, value = word.lstrip("-").replace(":=", "=").partition("=")
     nearest = get_close_matches(name, known, n=1, cutoff=0.5)
-    return f"{found}; perhaps --ros-args -p {nearest[0]}:=VALUE" if nearest else f"{found}; --help tells its parameters"
+    return f"{found}; perhaps --ros-args -p {nearest[0]}:={value or 'VALUE'}" if nearest else f"{found}; --help tells its parameters"
 
 
 def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None) -> list[str]:

@@ -20,7 +20,7 @@ __all__ = ["Parameter", "changeable", "declare", "refused"]
 
 FIXED = "fixed at start, as the node is built from it: start it anew with another value"
 
-_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a text"}
+_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a text", tuple: "a list of texts"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class Parameter:
 
     Attributes:
         name: identifier.
-        default: of type bool, int, float or str, which is the parameter's type.
+        default: of type bool, int, float, str or tuple of str (not empty), which is the parameter's type.
         description: in words, without the unit.
         unit: "" for none.
         lower, upper: what is allowed, both included.
@@ -41,7 +41,7 @@ class Parameter:
     """
 
     name: str
-    default: bool | int | float | str
+    default: bool | int | float | str | tuple[str, ...]
     description: str
     unit: str = ""
     lower: float = -inf
@@ -59,6 +59,9 @@ class Parameter:
     def problem(self, value: Any) -> str:
         """Return what is wrong with a value as a sentence, "" where nothing is."""
         kind = type(self.default)
+        if kind is tuple:
+            texts = isinstance(value, (list, tuple)) and all(type(each) is str for each in value)
+            return "" if texts else self._expected(_KINDS[tuple], value)
         numeric = kind in (int, float) and type(value) in (int, kind)
         if not (numeric or type(value) is kind):
             return self._expected(_KINDS[kind], value)
@@ -86,7 +89,7 @@ class Parameter:
     def expected(self) -> str:
         """What is allowed, in words, without the unit."""
         if self.choices:
-            return f"text: {', '.join(each or '(empty)' for each in self.choices)}"
+            return f"one of {', '.join(each or '(empty)' for each in self.choices)}"
         return self._numbers() if type(self.default) in (int, float) else _KINDS[type(self.default)]
 
     @property
