@@ -28,7 +28,7 @@ start_delay=1 # s of 0 N before the run
 
 . "$root/scripts/workspace/processes.sh"
 # The throttle goes to zero first, the recorder sees it, time stands still last.
-stopping_order=(watch inner_loop driver reference observer recorder bench)
+stopping_order=('inner_loop driver' 'watch reference observer' recorder bench)
 
 reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
 seed=0 noise=true out='' all=false firmware=false built=''
@@ -99,9 +99,11 @@ run_one() { # REFERENCE STRATEGY FOLDER
     [ -z "$observer" ] || wires+=("$n/estimate")
     [ "$observer" = '' ] || [ "$observer" = speed-ekf ] || wires+=("$n/flow")
 
+    local heard=''
+    printf -v heard ",'/%s'" "${wires[@]}"
     start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/run" \
         -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" \
-        -p "acknowledge:=['/$n/throttle_sent']" \
+        -p "acknowledge:=['/$n/throttle_sent']" -p "wait_for:=['/$n/throttle_sent'$heard]" \
         -p "about:='{experiment: closed loop, reference: $reference, strategy: $strategy, form: $form}'"
     if [ -z "$device" ]; then
         device=$folder/port
@@ -115,9 +117,11 @@ run_one() { # REFERENCE STRATEGY FOLDER
     fi
     local believed=()
     [ -z "$parameters" ] || believed=(-p "parameter_set:='$parameters'")
+    # In real time nobody waits for a set point that stays away: three periods.
+    $lockstep || believed+=(-p setpoint_timeout:=0.12)
     start inner_loop ros2 run thruster_control inner_loop --ros-args "${time[@]}" -p "strategy:=$strategy" "${believed[@]}"
     start reference ros2 run thruster_control reference --ros-args "${time[@]}" -p "kind:=$reference" \
-        -p "start_delay:=$start_delay.0"
+        -p "start_delay:=$start_delay.0" -p "wait_for:='recorder/recorded'"
     start watch ros2 run rov_sim experiment_watch --ros-args -p "start_delay:=$start_delay.0"
     # The driver last: it is the only one that reaches the thruster.
     start driver ros2 run bench_driver driver --ros-args "${time[@]}" -p "port:='$device'" -p "protocol:=$protocol" \

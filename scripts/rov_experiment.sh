@@ -92,7 +92,7 @@ fi
 # ---- one experiment
 
 run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
-    local strategy=$1 truth=$2 name=$4 time=() lockstep=true line node nodes=() loops=() acknowledged='' options=()
+    local strategy=$1 truth=$2 name=$4 time=() lockstep=true line node nodes=() loops=() others=() benches=() acknowledged='' options=()
     folder=$3
     mkdir -p "$folder/log" "$folder/nodes"
     $real_time && lockstep=false && options=(--real-time)
@@ -107,15 +107,20 @@ run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
         [[ $node != inner_loop_* ]] || acknowledged+="${acknowledged:+,}'/thruster_${node##*_}/throttle'"
     done
     # The throttles go to zero first, the recorder sees it, time stands still last.
-    stopping_order=(watch composed "${loops[*]}")
     for line in "${nodes[@]}"; do
         node=${line%% *}
-        [[ $node == inner_loop_* || $node == plant || $node == emulated_bench_* ]] || stopping_order+=("$node")
+        case $node in
+        plant | emulated_bench_*) benches+=("$node") ;;
+        inner_loop_*) ;;
+        driver_*) loops+=("$node") ;;
+        *) others+=("$node") ;;
+        esac
     done
-    stopping_order=("${stopping_order[@]:0:3}" "${stopping_order[*]:3}" recorder)
+    stopping_order=("composed ${loops[*]}" "watch ${others[*]}" recorder "${benches[*]}")
 
     start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/$name" \
         -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" -p "acknowledge:=[$acknowledged]" \
+        -p "wait_for:=[$acknowledged,'/rov/setpoint','/rov/wrench','/rov/truth']" \
         -p "about:='{experiment: vehicle, strategy: $strategy, truth: $truth, feedback: $feedback, rate: $rate, seed: $seed}'"
     start watch ros2 run rov_sim experiment_watch --ros-args -p vehicle:=true -p begin:=240.0 -p stall:=40.0 -p deadline:=3600.0
     ! $composed || start composed ros2 run thruster_runtime compose "$folder/nodes/composed.yaml"

@@ -17,7 +17,7 @@ from rosgraph_msgs.msg import Clock as ClockMessage
 
 from bench_driver import driver_messages as messages
 from bench_driver.dialect import Measurement
-from bench_driver.driver_parameters import settings_of
+from bench_driver.driver_parameters import PARAMETERS, settings_of
 from bench_driver.link import Link
 from bench_driver.link_diagnosis import Level, LinkDiagnosis
 from bench_driver.link_records import Sent
@@ -26,7 +26,7 @@ from bench_driver.serial_port_io import SerialPort
 from thruster_msgs.msg import FlowVelocity, LoadCellGauges, Throttle, ThrusterState
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.diagnostics import Level as Word
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, listen
 
@@ -132,7 +132,7 @@ class Driver(Node):
 
 def main() -> int:
     """Run the node."""
-    return run_node(Driver)
+    return node_main(Driver, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

@@ -82,6 +82,11 @@ class Link:
         self._retire(now, LinkState.LOST, reason)
         self._close_due = True
 
+    def replaced(self, now: float) -> None:
+        """Another device is behind the port's name by now: it is opened at once, the silent one given up."""
+        self.unplugged(now, "another device is behind the port's name")
+        self._retry_at = now
+
     def received(self, now: float, data: bytes) -> list[Measurement]:
         """Return the measurements that end in bytes which arrived now, oldest first."""
         measurements = self.dialect.feed(now, data)

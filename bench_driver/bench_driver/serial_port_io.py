@@ -4,6 +4,7 @@ Opening a port resets most Arduinos (the DTR line falls onto their reset); nothi
 """
 
 import errno
+import os
 import termios
 from types import TracebackType
 
@@ -81,6 +82,14 @@ class SerialPort:
             raise PortFailed(self.name, f"took no bytes for {self._deadline:g} s") from error
         except (serial.SerialException, OSError, TypeError) as error:
             raise _failure(self.name, error) from error
+
+    def replaced(self) -> bool:
+        """Tell whether the name leads to another device by now than the one that is open."""
+        try:
+            there, held = os.stat(self.name), os.fstat(self._port.fd)
+        except (OSError, TypeError):  # nothing there, or closed in the meantime
+            return False
+        return (there.st_dev, there.st_ino, there.st_rdev) != (held.st_dev, held.st_ino, held.st_rdev)
 
     def close(self) -> None:
         """Send what waits, as far as the deadline allows, and close; may be called again."""

@@ -7,9 +7,13 @@ from typing import Protocol
 from bench_driver.dialect import Measurement
 from bench_driver.errors import PortFailed
 from bench_driver.link import Link
+from bench_driver.link_records import LinkState
 from bench_driver.serial_port_io import SerialPort
 
 __all__ = ["Port", "SerialSession"]
+
+
+_DOUBTFUL = (LinkState.SETTLING, LinkState.SILENT)
 
 
 class Port(Protocol):
@@ -21,6 +25,10 @@ class Port(Protocol):
 
     def write(self, data: bytes) -> None:
         """Hand bytes to the port, or raise `PortFailed`."""
+        ...
+
+    def replaced(self) -> bool:
+        """Tell whether the name leads to another device by now than the one that is open."""
         ...
 
     def close(self) -> None:
@@ -71,6 +79,8 @@ class SerialSession:
     def send(self) -> None:
         """Do what the link orders: write what is due, open or close the port."""
         now = self._clock()
+        if self._port is not None and self.link.state in _DOUBTFUL and self._port.replaced():
+            self.link.replaced(now)
         try:
             self._obey(now)
         except PortFailed as failure:

@@ -55,6 +55,10 @@ class FakeLine:
         self._check()
         self._to_device += data
 
+    def replaced(self) -> bool:
+        """Tell that it is still the same line."""
+        return False
+
     def close(self) -> None:
         """Close the port."""
 

@@ -100,6 +100,27 @@ def test_an_unplugged_port_is_noticed_closed_and_opened_again_when_it_is_back(tm
             assert second.outputs is not None and second.outputs.throttles[0] == pytest.approx(2.0, abs=0.02)
 
 
+def test_a_device_that_comes_back_under_its_name_is_opened_at_once_though_the_old_handle_stays(tmp_path: Path) -> None:
+    clock, name = Clock(), tmp_path / "port"
+    devices = [PtyDevice(EmulatedDevice(line_speed=9600), still, IDLE) for _ in range(2)]
+    with devices[0] as old, devices[1] as new:
+        name.symlink_to(old.path)
+        with SerialSession(Link(DIALECTS["text"](), LIMITS), str(name), clock) as session:
+            together(session, old, clock, 300, 2.0)
+            assert session.link.state is LinkState.READY
+            name.unlink()
+            name.symlink_to(new.path)  # the old device stays open, and says nothing more
+            before = clock.now
+            while session.link.state is LinkState.READY or "silent" not in session.link.counters:
+                together(session, new, clock, 1, 2.0)
+            while session.link.state is not LinkState.READY:
+                assert clock.now - before < 2.0, session.link.reason
+                together(session, new, clock, 1, 2.0)
+            together(session, new, clock, 100, 2.0)
+            assert new.outputs is not None
+            assert new.outputs.throttles[0] == pytest.approx(2.0, abs=0.02)
+
+
 def test_leaving_a_session_whose_port_is_gone_raises_nothing() -> None:
     clock = Clock()
     served = PtyDevice(EmulatedDevice(), still, IDLE)

@@ -22,11 +22,11 @@ from std_msgs.msg import Header
 from bench_driver.errors import EmulatorFailed
 from rov_sim import emulated_bench_messages as messages
 from rov_sim.emulated_bench_io import EmulatedBench
-from rov_sim.emulated_bench_parameters import settings_of
+from rov_sim.emulated_bench_parameters import PARAMETERS, settings_of
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState, ThrusterTruth, ThrustSetpoint
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.lockstep import Lockstep, known_participants
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import refused
 from thruster_runtime.records import RecordPublisher
 
@@ -130,7 +130,7 @@ class EmulatedBenchNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(EmulatedBenchNode)
+    return node_main(EmulatedBenchNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,10 @@
 """Wait until an experiment is over: exit status 0 when its set point has been followed to the end, else 1.
 
-Subscribes /diagnostics and the set point: of a thruster, whose run has a length, or of the vehicle (rov/setpoint),
-whose run is over when its set point is taken back. On failure it says what it waited for, and what is the matter
+subscribes  /diagnostics and the set point: thruster_i/thrust_setpoint, whose run has a length, or rov/setpoint, whose run
+            is over when it is taken back
+publishes   nothing
+
+On failure it says what it waited for, and what is the matter
 with the nodes that are not well. Time is the wall's: in lockstep simulated time may stand still.
 """
 
@@ -18,7 +21,7 @@ from rclpy.node import Node
 
 from thruster_control.references import DURATION
 from thruster_msgs.msg import ThrustSetpoint, VehicleSetpoint
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
@@ -75,8 +78,10 @@ class ExperimentWatch(Node):
 
     def _on_thruster(self, message: ThrustSetpoint) -> None:
         stamp = nanoseconds(message.header.stamp)
-        self._first = stamp if self._first is None else self._first
         self._last = self._monotonic()
+        if isnan(message.thrust):  # none yet, or taken back
+            return
+        self._first = stamp if self._first is None else self._first
         if stamp - self._first >= self._length:
             self._end("")
 
@@ -121,8 +126,8 @@ def main() -> int:
         built.append(ExperimentWatch(stop))
         return built[0]
 
-    status = run_node(build, stop=stop)
-    if status != 0 or not built[0].trouble:
+    status = node_main(build, __doc__, PARAMETERS, stop=stop)
+    if status != 0 or not built or not built[0].trouble:
         return status
     for sentence in (f"experiment_watch: {built[0].trouble}", *built[0].unwell()):
         sys.stderr.write(f"{sentence}\n")

@@ -9,6 +9,7 @@ import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from mcap.reader import make_reader
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import serialize_message
 from recording_graph import Graph, clock_at, messages
@@ -17,8 +18,10 @@ from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Float64, Header, String
 
 from run_bag import CannotWriteError, InvalidRunError, RunExistsError, read_run
+from run_bag.errors import RecordingError
 from run_bag.reader import read_recording
 from thruster_msgs.msg import ThrusterState
+from thruster_runtime.errors import StartRefused
 
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 BEST_EFFORT = QoSProfile(depth=10, reliability=ReliabilityPolicy.BEST_EFFORT)
@@ -121,6 +124,8 @@ def test_the_run_says_what_was_run(graph: Graph, tmp_path: Path) -> None:
     other = graph.add(Node("other", namespace="/rov", context=graph.context))
     other.declare_parameter("gain", [1.0, float("nan")])
     recorder = graph.recorder(tmp_path / "a", topics=["value"], about="{seed: 3}", files=[str(kept)])
+    graph.publisher(Float64, "value").publish(Float64())
+    graph.until(lambda: recorder.journal.messages == 1)
     graph.until(lambda: "/rov/other" in recorder._node_parameters.found)
     graph.stop(recorder)
     metadata = read_recording(tmp_path / "a").metadata
@@ -128,6 +133,51 @@ def test_the_run_says_what_was_run(graph: Graph, tmp_path: Path) -> None:
     assert metadata["nodes"]["/rov/other"]["gain"] == [1.0, "nan"]
     assert metadata["recorder"]["host"] and metadata["recorder"]["version"] and metadata["recorder"]["started"]
     json.dumps(dict(metadata), allow_nan=False)
+
+
+def test_a_parameter_that_is_changed_while_it_runs_is_kept_with_the_run(graph: Graph, tmp_path: Path) -> None:
+    other = graph.add(Node("other", namespace="/rov", context=graph.context))
+    other.declare_parameter("gain", 1.0)
+    recorder = graph.recorder(tmp_path / "a", topics=["value"])
+    graph.publisher(Float64, "value").publish(Float64())
+    graph.until(lambda: recorder.journal.messages == 1 and "/rov/other" in recorder._node_parameters.found)
+    other.set_parameters([Parameter("gain", value=2.0)])
+    graph.until(lambda: bool(recorder._node_parameters.changes))
+    graph.stop(recorder)
+    metadata = read_recording(tmp_path / "a").metadata
+    assert metadata["nodes"]["/rov/other"]["gain"] == 1.0
+    (change,) = metadata["parameter_changes"]
+    assert (change["node"], change["values"]) == ("/rov/other", {"gain": 2.0})
+    assert change["time [ns]"] > 0
+
+
+def test_a_recorder_that_is_told_its_topics_says_that_it_is_ready_once_it_hears_them(
+    graph: Graph, tmp_path: Path
+) -> None:
+    recorder = graph.recorder(tmp_path / "a", topics=["[ab]"], wait_for=["a", "/b"])
+    a, b = graph.publisher(Float64, "a"), graph.publisher(Float64, "b")
+    a.publish(Float64())
+    graph.until(lambda: recorder._unheard() == ["/b"])
+    assert graph.node.count_publishers("/recorder/recorded") == 0
+    b.publish(Float64())
+    graph.until(lambda: graph.node.count_publishers("/recorder/recorded") == 1)
+    graph.stop(recorder)
+
+
+def test_a_recorder_that_got_nothing_from_what_it_waits_for_fails_and_names_it(graph: Graph, tmp_path: Path) -> None:
+    recorder = graph.recorder(tmp_path / "a", topics=["[abc]"], wait_for=["a", "b"])
+    graph.publisher(Float64, "a")
+    graph.publisher(Float64, "c").publish(Float64())
+    graph.until(lambda: recorder.journal.messages == 1)
+    with pytest.raises(RecordingError, match="nothing at all of /a, /b was recorded"):
+        graph.stop(recorder)
+    assert read_run(tmp_path / "a")  # what came is whole all the same
+
+
+def test_a_recorder_to_which_nothing_came_fails(graph: Graph, tmp_path: Path) -> None:
+    recorder = graph.recorder(tmp_path / "a", topics=["a"])
+    with pytest.raises(RecordingError, match="nothing at all was recorded"):
+        graph.stop(recorder)
 
 
 def test_a_topic_without_header_is_recorded_but_named_where_it_is_to_be_acknowledged(
@@ -181,14 +231,15 @@ def test_a_publisher_that_comes_later_and_offers_less_is_named(graph: Graph, tmp
     graph.publisher(Float64, "value")
     graph.node.create_publisher(Float64, "value", BEST_EFFORT)
     graph.until(lambda: "offers too little" in recorder.topics.troubles.get("/value", ""))
-    graph.stop(recorder)
+    with pytest.raises(RecordingError):  # nothing was published
+        graph.stop(recorder)
 
 
 @pytest.mark.parametrize(
     ("parameters", "sentence"),
     [
         ({"out": ""}, "out: expected a directory"),
-        ({"reserve": -1.0}, "reserve: expected 0 or more"),
+        ({"reserve": -1.0}, r"reserve \[MB\]: expected a finite number from 0"),
         ({"topics": ["("]}, "'\\(' is no regular expression"),
         ({"topics": [""]}, "expected at least one name"),
         ({"about": "[1]"}, "expected a mapping"),
@@ -199,7 +250,7 @@ def test_a_publisher_that_comes_later_and_offers_less_is_named(graph: Graph, tmp
 def test_wrong_parameters_are_refused_with_a_sentence_and_leave_nothing(
     graph: Graph, tmp_path: Path, parameters: dict[str, object], sentence: str
 ) -> None:
-    with pytest.raises(InvalidRunError, match=sentence):
+    with pytest.raises((InvalidRunError, StartRefused), match=sentence):
         graph.recorder(**{"out": tmp_path / "a", **parameters})
     assert list(tmp_path.iterdir()) == []
 

@@ -1,7 +1,11 @@
 # Sourced by scripts that start the nodes of a graph: each in a process group of its own, as `ros2 run` does not hand
-# signals on. A script sets `folder`, in whose log/ the output goes, and `stopping_order`, the names from first to last.
+# signals on. A script sets `folder`, in whose log/ the output goes, and `stopping_order`, words of names that end together,
+# from first to last: first of all what commands a throttle, which so becomes zero at once.
 
-names=() groups=()
+# Nodes end when this script is gone, however it went.
+export THRUSTER_ENDS_WITH=$$
+
+names=() groups=() patience=300 interrupted=false # tenths of a second that a stage may take to end
 start() { # NAME COMMAND...
     local name=$1
     shift
@@ -11,46 +15,70 @@ start() { # NAME COMMAND...
 }
 # The process itself too: its group is not there in the first instant.
 alive() { kill -0 "$1" 2>/dev/null || kill -0 -- "-$1" 2>/dev/null; }
+nap() { # SECONDS: unlike a plain sleep, a signal ends it at once
+    sleep "$1" &
+    wait $! || true
+}
 group_of() { # NAME: print its group
     local i
     for i in "${!names[@]}"; do [ "${names[i]}" != "$1" ] || printf '%s\n' "${groups[i]}"; done
 }
-end() { # NAME...: end their groups together, within 12 s
+descendants() { # PID: print those of a process, which may have left its group
+    local task child
+    for task in "/proc/$1/task/"*/children; do
+        [ -r "$task" ] || continue
+        for child in $(<"$task"); do printf '%s\n' "$child" && descendants "$child"; done
+    done 2>/dev/null
+}
+tell() { # SIGNAL GROUP
+    local below
+    below=$(descendants "$2")
+    # shellcheck disable=SC2086
+    kill "-$1" -- "-$2" $below 2>/dev/null || kill "-$1" "$2" $below 2>/dev/null || true
+}
+end() { # NAME...: end them together, and wait for that as long as there is patience
     local i k name ending=()
     for name in "$@"; do
         for i in "${!names[@]}"; do
             [ "${names[i]}" = "$name" ] || continue
-            kill -TERM -- "-${groups[i]}" 2>/dev/null || kill -TERM "${groups[i]}" 2>/dev/null || true
+            tell TERM "${groups[i]}"
             ending+=("$i")
         done
     done
-    for i in "${ending[@]}"; do
-        for ((k = 0; k < 100; k++)); do
-            alive "${groups[i]}" || break
-            sleep 0.1
+    for ((k = 0; k < patience; k++)); do
+        for i in "${!ending[@]}"; do
+            alive "${groups[ending[i]]}" || {
+                wait "${groups[ending[i]]}" 2>/dev/null || true
+                unset "names[${ending[i]}]" "groups[${ending[i]}]" "ending[$i]"
+            }
         done
-        if alive "${groups[i]}"; then
-            printf '[experiment] %s did not stop in 10 s, it is killed\n' "${names[i]}" >&2
-            kill -KILL -- "-${groups[i]}" 2>/dev/null || true
-        fi
-        wait "${groups[i]}" 2>/dev/null || true
-        unset "names[$i]" "groups[$i]"
+        [ ${#ending[@]} -gt 0 ] || return 0
+        nap 0.1
     done
 }
 end_all() { # in their order, those of one word together, and then whatever is left
+    local stage i
     trap '' INT TERM
-    local stage
+    ! $interrupted || patience=9
     for stage in "${stopping_order[@]}"; do
         # shellcheck disable=SC2086
         end $stage
     done
+    patience=9
     end "${names[@]}"
-    trap 'exit 130' INT
-    trap 'exit 143' TERM
+    for i in "${!names[@]}"; do
+        printf '[experiment] %s did not stop, it is killed\n' "${names[i]}" >&2
+        [ "${names[i]}" != recorder ] || printf '[experiment] ros2 run run_bag recover makes its run whole\n' >&2
+        tell KILL "${groups[i]}"
+        unset "names[$i]" "groups[$i]"
+    done
+    patience=300
+    trap 'interrupted=true; exit 130' INT
+    trap 'interrupted=true; exit 143' TERM
 }
 trap end_all EXIT
-trap 'exit 130' INT
-trap 'exit 143' TERM
+trap 'interrupted=true; exit 130' INT
+trap 'interrupted=true; exit 143' TERM
 check_alive() {
     local i
     for i in "${!names[@]}"; do
@@ -67,7 +95,7 @@ watched() { # NAME: wait until this one is over; its exit status, or 1 as soon a
     # The watch has deadlines of its own; here others that end are noticed.
     while alive "$group"; do
         check_alive || { alive "$group" || break; return 1; }
-        sleep 0.3
+        nap 0.3
     done
     wait "$group" || status=$?
     return $status

@@ -1,5 +1,8 @@
 """Outer loop and allocation of the vehicle: every `odometry` becomes one `thrust_setpoint` per thruster, of its stamp.
 
+subscribes  rov/odometry, rov/setpoint, rov/thruster_failure; thruster_i/estimate where its inflow is used
+publishes   thruster_i/thrust_setpoint, thruster_i/flow, rov/wrench, /diagnostics
+
 What is stamped when and waits for what: `thruster_runtime.triggered_join`. Odometry in other frames than map_ned and
 base_link_frd is not used: its signs would be wrong. Where odometry stays away the node asks for no thrust, once, after
 `odometry_timeout` of its own clock.
@@ -20,7 +23,7 @@ from thruster_control.outer_loop.settings import VehicleSetPoint
 from thruster_control.vehicle_loop import NOWHERE, Answer
 from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterFailure, ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.join_health import JoinHealth
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import declare, refused
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
@@ -139,7 +142,7 @@ class AllocatorNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(AllocatorNode)
+    return node_main(AllocatorNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

@@ -1,5 +1,9 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
+subscribes  thruster_i/estimate, or thruster_i/state without observer; thruster_i/thrust_setpoint, rov/thruster_failure; what
+            the law measures: thruster_i/flow, thruster_i/load, rov/battery
+publishes   thruster_i/throttle, /diagnostics
+
 A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply
 voltage, or that of `rov/battery` (the nominal one where neither is measured). What is stamped when and waits for what:
 `thruster_runtime.triggered_join`.
@@ -28,7 +32,7 @@ from thruster_msgs.msg import (
 )
 from thruster_runtime.diagnostics import Level
 from thruster_runtime.join_health import JoinHealth
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import declare, refused
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, format_of, listen
@@ -172,7 +176,7 @@ class InnerLoopNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(InnerLoopNode)
+    return node_main(InnerLoopNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

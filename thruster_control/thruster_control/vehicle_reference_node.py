@@ -1,5 +1,8 @@
 """Set points of the vehicle: one `rov/setpoint` for each tick, stamped as the tick, from a script or an operator.
 
+subscribes  rov/odometry where that is the tick; rov/operator where that is the source
+publishes   rov/setpoint, /diagnostics
+
 A tick is an `odometry`, so that lockstep needs no clock, or a timer of the node's clock. An operator's vehicle begins
 level on the heading that it has; without a message on `rov/operator` for `operator_timeout` it stops and keeps its
 attitude.
@@ -21,7 +24,7 @@ from thruster_control.vehicle_set_points_io import load_script
 from thruster_model.equations.attitude import euler_from_quaternion, normalised
 from thruster_msgs.msg import VehicleSetpoint
 from thruster_runtime.diagnostics import Diagnostics
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare, refused
 from thruster_runtime.records import RecordPublisher, format_of, listen
 
@@ -139,7 +142,7 @@ class VehicleReferenceNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(VehicleReferenceNode)
+    return node_main(VehicleReferenceNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

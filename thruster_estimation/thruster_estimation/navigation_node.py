@@ -30,7 +30,7 @@ from thruster_model.equations.rep103 import (
 from thruster_msgs.msg import Depth
 from thruster_runtime.diagnostics import Level as DiagnosticLevel
 from thruster_runtime.join_health import JoinHealth
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import declare
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin
@@ -142,7 +142,7 @@ def _record(
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(NavigationNode)
+    return node_main(NavigationNode, __doc__, NAVIGATION_PARAMETERS)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,8 @@
-"""The observer of one thruster: every `state` becomes one `estimate` of the same stamp."""
+"""The observer of one thruster: every `state` becomes one `estimate` of the same stamp.
+
+subscribes  thruster_i/state; thruster_i/throttle or thruster_i/throttle_sent; thruster_i/flow where the observer uses it
+publishes   thruster_i/estimate, /diagnostics
+"""
 
 import sys
 from functools import lru_cache
@@ -14,7 +18,7 @@ from thruster_estimation.settings import SpeedEkfSettings
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState
 from thruster_runtime.diagnostics import Level as DiagnosticLevel
 from thruster_runtime.join_health import JoinHealth
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import declare, refused
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, newest_within
@@ -111,7 +115,7 @@ class ObserverNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(ObserverNode)
+    return node_main(ObserverNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

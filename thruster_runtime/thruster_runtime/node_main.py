@@ -2,14 +2,19 @@
 
 rclpy's own handlers end the graph at the signal, after which no node can publish its last command. Ours
 only ask the loop to end; the graph is closed after the node's `on_stop`.
+
+A script that starts a graph names itself in the variable THRUSTER_ENDS_WITH, as a process id: its nodes end when it is
+gone, however it went and whatever stands between them (a `ros2 run` that hands no signal on).
 """
 
 import gc
+import os
+import select
 import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from types import FrameType
 
@@ -24,6 +29,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from thruster_runtime.command_line import asks_for_help, help_text, stray_arguments, unknown_parameters
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import (
     EXECUTOR_KINDS,
@@ -33,8 +39,11 @@ from thruster_runtime.executors import (
     unsuitable_callbacks,
 )
 from thruster_runtime.hand_over import hand_over
+from thruster_runtime.parameters import Parameter
 from thruster_runtime.simulated_time import share_clock
 
+ENDS_WITH = "THRUSTER_ENDS_WITH"
+"""Variable with the id of the process without which this one is to end."""
 STOPPED, REFUSED = 0, 2
 LAST_WORDS = 2.0
 """How long a process that ends waits at most for reliable topics to arrive [s]."""
@@ -46,6 +55,38 @@ _REFUSALS: tuple[type[Exception], ...] = (
     rclpy_implementation.RCLInvalidROSArgsError,
     rclpy_implementation.UnknownROSArgsError,
 )
+
+
+def node_main(
+    build: Callable[[], Node],
+    doc: str | None,
+    parameters: Iterable[Parameter],
+    *,
+    stop: threading.Event | None = None,
+    argv: Sequence[str] | None = None,
+) -> int:
+    """Do what a node's executable does: help, refuse what it does not understand, else `run_node`.
+
+    Args:
+        build: makes the node.
+        doc: docstring of the node's module: purpose and topics.
+        parameters: table of its parameters.
+        stop: as of `run_node`.
+        argv: command line with the program's name; None is that of the process.
+
+    Returns:
+        0 after help or a clean stop, 2 when it refused to start.
+    """
+    program, *args = sys.argv if argv is None else argv
+    program = program.rpartition("/")[2]
+    parameters = tuple(parameters)
+    if asks_for_help(args):
+        sys.stdout.write(help_text(program, doc or "", parameters))
+        return STOPPED
+    if wrong := stray_arguments(program, args, [each.name for each in parameters]):
+        sys.stderr.write("".join(f"{sentence}\n" for sentence in wrong))
+        return REFUSED
+    return run_node(build, args=None if argv is None else args, stop=stop)
 
 
 def run_node(
@@ -96,7 +137,7 @@ def run_nodes(
                 context=context,
                 signal_handler_options=SignalHandlerOptions.NO,
             )
-            return _run_in(context, builds, stop, handing_over)
+            return _run_in(context, builds, stop, handing_over, args)
         except (*_REFUSALS, *refusals) as error:
             sys.stderr.write(f"{error}\n")
             return REFUSED
@@ -104,7 +145,13 @@ def run_nodes(
             rclpy.try_shutdown(context=context)
 
 
-def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: threading.Event, handing_over: bool) -> int:
+def _run_in(
+    context: Context,
+    builds: Sequence[Callable[[], Node]],
+    stop: threading.Event,
+    handing_over: bool,
+    args: Sequence[str] | None,
+) -> int:
     with ExitStack() as destroyed:
         nodes = []
         for build in builds:
@@ -116,6 +163,8 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
         kinds = {_executor_kind(node) for node in nodes}
         if len(kinds) != 1:
             raise StartRefused(f"executor: expected one kind for all nodes of a process; found {', '.join(kinds)}")
+        if wrong := unknown_parameters(nodes, args):
+            raise StartRefused("\n".join(wrong))
         executor = make_executor(kinds.pop(), context=context)
         with ExitStack() as leaving:  # runs backwards, and to its end whatever fails
             leaving.callback(executor.shutdown)
@@ -128,8 +177,27 @@ def _run_in(context: Context, builds: Sequence[Callable[[], Node]], stop: thread
                 leaving.callback(getattr(node, "on_stop", _nothing))
             gc.freeze()  # what has been built stays: no callback waits while the collector looks through it
             leaving.callback(gc.unfreeze)
-            _spin(executor, context, stop)
+            leaving.callback(_close, keeper := _keeper())
+            _spin(executor, context, stop, keeper)
     return STOPPED
+
+
+def _keeper() -> int | None:
+    """Return a descriptor that can be read once the process is gone without which this one is to end; None: nobody."""
+    number = os.environ.get(ENDS_WITH, "")
+    if not number.isdecimal():
+        return None
+    try:
+        return os.pidfd_open(int(number))
+    except ProcessLookupError:
+        return os.open(os.devnull, os.O_RDONLY)  # gone already: always readable
+    except OSError:
+        return None  # a kernel without such descriptors
+
+
+def _close(descriptor: int | None) -> None:
+    if descriptor is not None:
+        os.close(descriptor)
 
 
 def _be_heard(nodes: Sequence[Node]) -> None:
@@ -156,11 +224,12 @@ def _executor_kind(node: Node) -> str:
     return kind
 
 
-def _spin(executor: Executor, context: Context, stop: threading.Event) -> None:
+def _spin(executor: Executor, context: Context, stop: threading.Event, keeper: int | None) -> None:
     # Runs as long as the node lives; each wait in it is bounded. Going back to Python after each callback, as
     # `spin_once` does, would double what a message costs in the events executor: nothing ever completes `never`.
     never: Future = Future()
-    while context.ok() and not stop.is_set():
+    kept = [] if keeper is None else [keeper]
+    while context.ok() and not stop.is_set() and not (kept and select.select(kept, [], [], 0.0)[0]):
         executor.spin_until_future_complete(never, timeout_sec=LONGEST_WAIT)
 
 

@@ -1,23 +1,26 @@
 """Declare a node's parameters from a table of specifications; refuse wrong ones with all that is wrong, in sentences.
 
-The default is written once, in the table; whoever looks at the running node sees description, unit and range. Values
-are fixed at start: a node's core is built from them, complete.
+The default is written once, in the table; whoever looks at the running node sees description, unit and range. A node's
+core is built from the values, complete. Those marked `live` may be changed while the node runs: the new ones are
+checked by the same rules, and the core that they make replaces the present one; the others are fixed at start.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf, isfinite, isnan
 from typing import Any
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor, SetParametersResult
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from thruster_runtime.errors import StartRefused
 
-__all__ = ["Parameter", "declare", "refused"]
+__all__ = ["Parameter", "changeable", "declare", "refused"]
 
-_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a text"}
+FIXED = "fixed at start, as the node is built from it: start it anew with another value"
+
+_KINDS = {bool: "true or false", int: "an integer", float: "a number", str: "a text", tuple: "a list of texts"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -26,7 +29,7 @@ class Parameter:
 
     Attributes:
         name: identifier.
-        default: of type bool, int, float or str, which is the parameter's type.
+        default: of type bool, int, float, str or tuple of str (not empty), which is the parameter's type.
         description: in words, without the unit.
         unit: "" for none.
         lower, upper: what is allowed, both included.
@@ -34,10 +37,11 @@ class Parameter:
         unset: whether NaN is allowed, for "not given".
         infinite: whether infinity is allowed.
         choices: what a text may be; empty: any.
+        live: whether it may be changed while the node runs.
     """
 
     name: str
-    default: bool | int | float | str
+    default: bool | int | float | str | tuple[str, ...]
     description: str
     unit: str = ""
     lower: float = -inf
@@ -46,6 +50,7 @@ class Parameter:
     unset: bool = False
     infinite: bool = False
     choices: tuple[str, ...] = ()
+    live: bool = False
 
     def __post_init__(self) -> None:
         if problem := self.problem(self.default):
@@ -54,6 +59,9 @@ class Parameter:
     def problem(self, value: Any) -> str:
         """Return what is wrong with a value as a sentence, "" where nothing is."""
         kind = type(self.default)
+        if kind is tuple:
+            texts = isinstance(value, (list, tuple)) and all(type(each) is str for each in value)
+            return "" if texts else self._expected(_KINDS[tuple], value)
         numeric = kind in (int, float) and type(value) in (int, kind)
         if not (numeric or type(value) is kind):
             return self._expected(_KINDS[kind], value)
@@ -78,14 +86,22 @@ class Parameter:
         return kind + low + high + (", or NaN for none" if self.unset else "")
 
     @property
+    def expected(self) -> str:
+        """What is allowed, in words, without the unit."""
+        if self.choices:
+            return f"one of {', '.join(each or '(empty)' for each in self.choices)}"
+        return self._numbers() if type(self.default) in (int, float) else _KINDS[type(self.default)]
+
+    @property
     def descriptor(self) -> ParameterDescriptor:
         """What the running node says about it; rclpy's ranges hold bounds that are allowed, and no NaN."""
         unit = f" [{self.unit}]" if self.unit else ""
+        allowed = ", ".join(self.choices) or (self._numbers() if type(self.default) is float else "")
         described = ParameterDescriptor(
             name=self.name,
             description=f"{self.description}{unit}",
-            additional_constraints=", ".join(self.choices) or (self._numbers() if type(self.default) is float else ""),
-            read_only=True,
+            additional_constraints="; ".join(words for words in (allowed, "" if self.live else FIXED) if words),
+            read_only=not self.live,
         )
         if type(self.default) is int and isfinite(self.lower) and isfinite(self.upper):
             described.integer_range = [IntegerRange(from_value=int(self.lower), to_value=int(self.upper))]
@@ -100,8 +116,8 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> Mapping[str, Any]:
     Raises:
         StartRefused: with the node's name and one sentence for each parameter that is wrong.
     """
-    found, problems = {}, []
-    for each in parameters:
+    found, problems, table = {}, [], {each.name: each for each in parameters}
+    for each in table.values():
         value = node.declare_parameter(each.name, each.default, ParameterDescriptor(dynamic_typing=True)).value
         if problem := each.problem(value):
             problems.append(problem)
@@ -113,7 +129,75 @@ def declare(node: Node, parameters: Iterable[Parameter]) -> Mapping[str, Any]:
         node.set_descriptor(each.name, described)
     if problems:
         raise refused(node, problems)
+    _speak_plainly(node, table)
     return found
+
+
+def _speak_plainly(node: Node, table: Mapping[str, Parameter]) -> None:
+    """Let whoever sets a parameter of the running node get our sentences, and give an integer for a number."""
+
+    def as_declared(given: list[RosParameter]) -> list[RosParameter]:
+        numbers = [type(each.value) is int and type(getattr(table.get(each.name), "default", "")) is float for each in given]
+        return [
+            RosParameter(each.name, value=float(each.value)) if number else each
+            for each, number in zip(given, numbers, strict=True)
+        ]
+
+    plain = node._apply_descriptor
+
+    def apply(
+        parameter: RosParameter, descriptor: ParameterDescriptor | None = None, check_read_only: bool = True
+    ) -> SetParametersResult:
+        result = plain(parameter, descriptor, check_read_only)
+        if not result.successful and (each := table.get(parameter.name)):
+            problem = each.problem(parameter.value) or f"{each.name}: {FIXED}"
+            result.reason = f"{node.get_fully_qualified_name()}: parameter {problem}"
+        return result
+
+    node._apply_descriptor = apply
+    node.add_pre_set_parameters_callback(as_declared)
+
+
+def changeable(
+    node: Node,
+    parameters: Iterable[Parameter],
+    values: Mapping[str, Any],
+    change: Callable[[dict[str, Any]], tuple[Callable[[], None], list[str]]],
+) -> None:
+    """Let the live ones of a node's declared parameters be changed while it runs.
+
+    Args:
+        node: has them.
+        parameters: all of its table.
+        values: as `declare` returned them.
+        change: gets all values as they would be, and returns what makes them count, and a sentence for each
+            contradiction; nothing changes where there is one.
+    """
+    table = {each.name: each for each in parameters}
+    now = dict(values)
+    ready: list[tuple[dict[str, Any], Callable[[], None]]] = []
+
+    def check(given: list[RosParameter]) -> SetParametersResult:
+        mine = [each for each in given if each.name in table]
+        if not mine:
+            return SetParametersResult(successful=True)
+        problems = [problem for each in mine if (problem := table[each.name].problem(each.value))]
+        if not problems:
+            wanted = {**now, **{each.name: type(table[each.name].default)(each.value) for each in mine}}
+            apply, problems = change(wanted)
+            ready[:] = [(wanted, apply)]
+        name = node.get_fully_qualified_name()
+        reason = "; ".join(f"{name}: parameter {problem}" for problem in problems)
+        return SetParametersResult(successful=not problems, reason=reason)
+
+    def count(given: list[RosParameter]) -> None:
+        if ready and any(each.name in table for each in given):
+            wanted, apply = ready.pop()
+            now.update(wanted)
+            apply()
+
+    node.add_on_set_parameters_callback(check)
+    node.add_post_set_parameters_callback(count)
 
 
 def refused(node: Node, problems: Sequence[str]) -> StartRefused:

@@ -27,7 +27,7 @@ from std_msgs.msg import Header
 from rov_sim.vehicle import messages
 from rov_sim.vehicle.held_throttles import HeldThrottles
 from rov_sim.vehicle.live import Instant, LiveVehicle
-from rov_sim.vehicle.plant_parameters import settings_of
+from rov_sim.vehicle.plant_parameters import PARAMETERS, settings_of
 from rov_sim.vehicle.sensor_messages import SensorPublishers
 from thruster_msgs.msg import (
     FlowVelocity,
@@ -41,7 +41,7 @@ from thruster_msgs.msg import (
 )
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.lockstep import Lockstep, known_participants
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import refused
 from thruster_runtime.records import RecordPublisher, listen
 
@@ -174,7 +174,7 @@ class PlantNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(PlantNode)
+    return node_main(PlantNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,10 @@
 """What viewers such as Foxglove and RViz draw of a vehicle: frames, path, and an arrow for the thrust of each thruster.
 
-Subscribes `rov/odometry` (or `rov/truth`) and, for each thruster, `thrust_setpoint` and, of a simulated one, `truth`.
-Publishes `/tf` and `rov/attitude` (roll, pitch, yaw [rad]) with each pose, `rov/path` and `rov/scene` now and then.
+subscribes  rov/odometry (or rov/truth) and, for each thruster, thruster_i/thrust_setpoint and, of a simulated one,
+            thruster_i/truth
+publishes   /tf and rov/attitude (roll, pitch, yaw [rad]) with each pose, rov/path and rov/scene now and then;
+            /diagnostics
+
 Only looks: nobody waits for it.
 """
 
@@ -24,7 +27,7 @@ from thruster_model.errors import ThrusterModelError
 from thruster_msgs.msg import ThrusterTruth, ThrustSetpoint
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
@@ -145,7 +148,7 @@ class SceneNode(Node):
 
 def main() -> int:
     """Run the node until it is told to stop."""
-    return run_node(SceneNode)
+    return node_main(SceneNode, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":

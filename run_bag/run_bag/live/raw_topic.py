@@ -66,6 +66,11 @@ class RawTopic:
         payload, given = message if information is None else (message, information)
         self._receive(_arrival(payload, given))
 
+    @property
+    def publishers(self) -> int:
+        """How many publishers it is connected to."""
+        return int(self._subscription.get_publisher_count())
+
     def waiting(self) -> Iterator[Arrival]:
         """Take what has arrived and was not handed over yet; only while no executor spins."""
         while (taken := self._subscription.handle.take_message(self._type, True)) is not None:

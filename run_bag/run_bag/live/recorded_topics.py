@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from time import time_ns
 
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
@@ -26,6 +27,7 @@ class _Heard:
     receive: Callable[[Arrival], None]
     profile: QoSProfile
     loss: LossCounter
+    came: list[bool]
 
 
 class RecordedTopics:
@@ -65,6 +67,20 @@ class RecordedTopics:
     def lost(self) -> int:
         """How many messages were lost on the way."""
         return sum(heard.loss.lost for heard in self._heard.values())
+
+    @property
+    def silent(self) -> list[str]:
+        """Topics that have brought nothing."""
+        return [name for name, heard in self._heard.items() if not heard.came]
+
+    def hears(self, name: str, *, messages: bool) -> bool:
+        """Tell whether a topic is connected, or a message of it has come."""
+        heard = self._heard.get(name)
+        return heard is not None and bool(heard.came if messages else heard.subscription.publishers)
+
+    def now(self) -> int:
+        """Return the time at which messages are logged that come now [ns]."""
+        return time_ns() if self._now is None else self._now()
 
     def __len__(self) -> int:
         return len(self._heard)
@@ -107,7 +123,10 @@ class RecordedTopics:
         channel = self._journal.add_topic(record)
         loss = LossCounter(lambda: self._node.count_publishers(name))
 
+        came: list[bool] = []
+
         def receive(arrival: Arrival) -> None:
+            came[:] = [True]
             if arrival.number:
                 loss.arrived(arrival.number)
             self._write(channel, arrival)
@@ -115,7 +134,7 @@ class RecordedTopics:
                 self._acknowledge(self._arrivals.complete)
 
         profile = request(offers)
-        self._heard[name] = _Heard(RawTopic(self._node, name, kind, profile, receive), receive, profile, loss)
+        self._heard[name] = _Heard(RawTopic(self._node, name, kind, profile, receive), receive, profile, loss, came)
 
     def _write(self, channel: int, arrival: Arrival) -> None:
         time = arrival.received if self._now is None else self._now()

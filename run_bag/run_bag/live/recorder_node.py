@@ -1,4 +1,12 @@
-"""`ros2 run run_bag recorder --ros-args -p out:=DIR`: record topics of the graph to a run."""
+"""Record topics of the graph to a run:   ros2 run run_bag recorder --ros-args -p out:=DIR
+
+subscribes  what `topics` selects, as it appears in the graph; /parameter_events, for the parameters that are changed
+publishes   recorder/recorded: the instants that are complete and recorded, once everything of `wait_for` is heard;
+            /diagnostics
+
+A topic of `wait_for` is heard once it has a publisher whose messages come here. In real time one has to have come; in
+simulated time, which does not begin before, it has to be connected. Status 1 where nothing at all was recorded.
+"""
 
 from __future__ import annotations
 
@@ -7,19 +15,19 @@ import time
 from pathlib import Path
 from typing import Any
 
-from rcl_interfaces.msg import ParameterDescriptor
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from std_msgs.msg import Header
 
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
+from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
 
 from ..arrivals import Arrivals
 from ..command_line import exit_status
-from ..errors import CannotWriteError, InvalidRunError, RunError
+from ..errors import CannotWriteError, InvalidRunError, RecordingError, RunError
 from ..finishing import finish
 from ..journal import Journal, free_bytes
 from ..provenance import machine, said_by_the_user
@@ -34,6 +42,25 @@ LOOK_PERIOD = 0.1
 REPORT_PERIOD = 1.0
 MEGABYTE = 1_000_000
 NANOSECONDS = 1_000_000_000
+PARAMETERS = (
+    Parameter(name="out", default="", description="directory of the run; must not exist"),
+    Parameter(name="topics", default=(".*",), description="names or regular expressions of whole names"),
+    Parameter(name="exclude", default=("",), description="as `topics`, of those not to record"),
+    Parameter(
+        name="acknowledge", default=("",), description="topics; an instant that all have delivered is acknowledged"
+    ),
+    Parameter(
+        name="wait_for", default=("",),
+        description="topics that have to be heard: which are not is said on /diagnostics, and at the end",
+    ),
+    Parameter(
+        name="reserve", default=100.0, unit="MB", lower=0.0, description="free space at which recording stops"
+    ),
+    Parameter(name="about", default="", description="YAML mapping to be kept with the run, such as {seed: 3}"),
+    Parameter(
+        name="files", default=("",), description="text files to be kept with the run, such as parameter sets"
+    ),
+)  # fmt: skip
 
 
 class RecorderNode(Node):
@@ -46,28 +73,25 @@ class RecorderNode(Node):
             RunError: a parameter is wrong, or the directory exists or cannot be made.
         """
         super().__init__("recorder", **options)
-        out = str(self._parameter("out", "", "directory of the run; must not exist"))
-        topics = self._strings("topics", [".*"], "names or regular expressions of whole names")
-        exclude = self._strings("exclude", [""], "as `topics`, of those not to record")
-        acknowledge = self._strings("acknowledge", [""], "topics; an instant that all have delivered is acknowledged")
-        reserve = float(self._parameter("reserve", 100.0, "free space [MB] at which recording stops; >= 0"))
-        about = str(self._parameter("about", "", "YAML mapping to be kept with the run, such as {seed: 3}"))
-        files = self._strings("files", [""], "text files to be kept with the run, such as parameter sets")
-        problems = [] if out else ["out: expected a directory, such as -p out:=runs/dive, found none"]
-        problems += [] if reserve >= 0 else [f"reserve: expected 0 or more [MB], found {reserve:g}"]
-        if problems:
-            raise InvalidRunError("recorder", problems)
-        self._directory = Path(out)
-        self._reserve = reserve * MEGABYTE
+        values = declare(self, PARAMETERS)
+        topics, exclude, acknowledge, wait_for, files = (
+            [text for text in values[name] if text] for name in ("topics", "exclude", "acknowledge", "wait_for", "files")
+        )
+        if not values["out"]:
+            raise InvalidRunError("recorder", ["out: expected a directory, such as -p out:=runs/dive, found none"])
+        self._directory = Path(values["out"])
+        self._reserve = values["reserve"] * MEGABYTE
         self._stopped_for = ""
         self._free()
         selection = Selection(topics, [*exclude, f"{self.get_fully_qualified_name()}/.*"])
         simulated = bool(self.get_parameter("use_sim_time").value)
-        self._about = {**said_by_the_user(about, files), "recorder": {**machine(), "topics": topics}}
+        self._about = {**said_by_the_user(values["about"], files), "recorder": {**machine(), "topics": topics}}
         self._about["recorder"].update(exclude=exclude, use_sim_time=simulated)
         self.journal = Journal(self._directory, self._about)
         steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self._acknowledged = self.create_publisher(Header, "~/recorded", RELIABLE)
+        self._wait_for = [self.resolve_topic_name(name) for name in wait_for]
+        self._simulated = simulated
+        self._acknowledged = None if wait_for else self.create_publisher(Header, "~/recorded", RELIABLE)
         self.topics = RecordedTopics(
             self,
             self.journal,
@@ -76,13 +100,24 @@ class RecorderNode(Node):
             arrivals=Arrivals(t if t.startswith("/") else f"/{t}" for t in acknowledge),
             acknowledge=self._acknowledge,
         )
-        self._node_parameters = NodeParameters(self, self._describe, period=LOOK_PERIOD, clock=steady)
+        self._node_parameters = NodeParameters(self, self._describe, period=LOOK_PERIOD, clock=steady, now=self.topics.now)
         self._diagnostics = Diagnostics(self, clock=steady)
         self._reported = (0, time.monotonic())
         self.create_timer(FLUSH_PERIOD, self.journal.flush, clock=steady)
-        self.create_timer(LOOK_PERIOD, self.topics.look, clock=steady)
+        self.create_timer(LOOK_PERIOD, self._look, clock=steady)
         self.create_timer(REPORT_PERIOD, self._report, clock=steady)
         self._report()
+
+    def _look(self) -> None:
+        self.topics.look()
+        # Lockstep waits for this publisher to appear, and set points may: so nothing begins that is not heard.
+        if self._acknowledged is None and not self._unheard():
+            self._acknowledged = self.create_publisher(Header, "~/recorded", RELIABLE)
+            self._report()
+
+    def _unheard(self) -> list[str]:
+        """Return the topics of `wait_for` that are not heard yet."""
+        return [name for name in self._wait_for if not self.topics.hears(name, messages=not self._simulated)]
 
     def on_stop(self) -> None:
         """Finish the run; a run that cannot be finished stays readable as it is."""
@@ -100,14 +135,25 @@ class RecorderNode(Node):
             return
         lost = f", {self.topics.lost} lost on the way" if self.topics.lost else ""
         self.get_logger().info(f"{done.directory}: {done.messages} messages{lost}")
+        silent = [name for name in self._wait_for if not self.topics.hears(name, messages=True)]
+        silent += [name for name in self.topics.silent if name not in silent]
+        if silent:
+            self.get_logger().warning(f"nothing came from {', '.join(sorted(silent))}")
+        if not done.messages or (self._wait_for and set(self._wait_for) <= set(silent)):
+            of = f" of {', '.join(self._wait_for)}" if done.messages else ""
+            raise RecordingError(f"{done.directory}: nothing at all{of} was recorded", path=done.directory)
 
     def _acknowledge(self, stamp: int) -> None:
+        if self._acknowledged is None:
+            return
         message = Header()
         message.stamp.sec, message.stamp.nanosec = divmod(stamp, NANOSECONDS)
         self._acknowledged.publish(message)
 
     def _describe(self) -> None:
-        self.journal.describe({**self._about, "nodes": self._node_parameters.found})
+        parameters = self._node_parameters
+        changes = {"parameter_changes": parameters.changes} if parameters.changes else {}
+        self.journal.describe({**self._about, "nodes": parameters.found, **changes})
 
     def _report(self) -> None:
         count, now, free = self.journal.messages, time.monotonic(), self._free()
@@ -122,7 +168,9 @@ class RecorderNode(Node):
             "disk left [bytes]": free,
             **{f"not recorded: {name}": why for name, why in self.topics.troubles.items()},
         }
-        if self.topics.lost or self.topics.troubles:
+        if unheard := self._unheard():
+            self._diagnostics.report("warn", f"recording, but waiting for {', '.join(unheard)}", values)
+        elif self.topics.lost or self.topics.troubles:
             self._diagnostics.report("warn", "recording, but not everything", values)
         else:
             self._diagnostics.report("ok", "recording", values)
@@ -140,13 +188,6 @@ class RecorderNode(Node):
             raise CannotWriteError(self._stopped_for, path=self._directory, expected=self._reserve, found=free)
         return free
 
-    def _parameter(self, name: str, default: object, description: str) -> Any:
-        descriptor = ParameterDescriptor(description=description, read_only=True)
-        return self.declare_parameter(name, default, descriptor).value
-
-    def _strings(self, name: str, default: list[str], description: str) -> list[str]:
-        return [text for text in self._parameter(name, default, description) if text]
-
 
 def build() -> Node:
     """Return the node; what is wrong with its parameters is a refusal to start."""
@@ -158,7 +199,7 @@ def build() -> Node:
 
 def main() -> int:
     """Record until SIGINT or SIGTERM; return 0, 1 where recording failed, 2 where it was refused."""
-    return exit_status("recorder", lambda: run_node(build))
+    return exit_status("recorder", lambda: node_main(build, __doc__, PARAMETERS))
 
 
 if __name__ == "__main__":
