@@ -1,7 +1,7 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
-subscribes  thruster_i/estimate, or thruster_i/state without observer; thruster_i/thrust_setpoint, rov/thruster_failure; what
-            the law measures: thruster_i/flow, thruster_i/load, rov/battery
+subscribes  thruster_i/estimate, or thruster_i/state without observer; thruster_i/thrust_setpoint, rov/thruster_failure;
+            what the law measures: thruster_i/flow, thruster_i/load, rov/battery
 publishes   thruster_i/throttle, /diagnostics
 
 A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply

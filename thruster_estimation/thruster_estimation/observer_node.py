@@ -1,6 +1,6 @@
 """The observer of one thruster: every `state` becomes one `estimate` of the same stamp.
 
-subscribes  thruster_i/state; thruster_i/throttle or thruster_i/throttle_sent; thruster_i/flow where the observer uses it
+subscribes  thruster_i/state; thruster_i/throttle or thruster_i/throttle_sent; thruster_i/flow where it is used
 publishes   thruster_i/estimate, /diagnostics
 """
 
