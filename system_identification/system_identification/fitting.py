@@ -10,7 +10,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from system_identification.noise import Whitener, white_noise
 from system_identification.system import System
 
-__all__ = ["Fitted", "across_jumps", "fit", "fit_from_afar", "fit_past_jumps", "outlying"]
+__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
@@ -169,12 +169,13 @@ def outlying(problem: System, residuals: Array) -> NDArray[np.bool_]:
     return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
-def fit_past_jumps(problem: System, noise: Whitener, x: Array) -> Fitted:
+def fit_past_jumps(problem: System, noise: Whitener, x: Array, *, across: bool = True) -> Fitted:
     """Return the fit of predictions that jump where a state passes a threshold, from a start `x`.
 
     A sample that passes it on the other side than predicted costs more than all the others gain by a step, and holds
     the fit where it is: such samples are left out until the others have put the threshold right. They stand out of
-    the noise of the samples themselves, not of one that had to make room for them.
+    the noise of the samples themselves, not of one that had to make room for them. `across`: try draws on the other
+    side of the last jumps too.
     """
     own = white_noise(problem)
     rows: NDArray[np.bool_] | None = None
@@ -184,12 +185,8 @@ def fit_past_jumps(problem: System, noise: Whitener, x: Array) -> Fitted:
             break
         rows = kept
         x = fit(problem, own, x, iterations=5, rows=rows).x
-    return across_jumps(fit(problem, noise, x, iterations=25), noise)
-
-
-def fit_from_afar(problem: System, noise: Whitener, x: Array) -> Fitted:
-    """Return the fit from a start `x` that no other fit is near, past jumps where predictions jump."""
-    return fit_past_jumps(problem, noise, x) if problem.jumps else fit(problem, noise, x, iterations=25)
+    found = fit(problem, noise, x, iterations=25 if across else 8)
+    return across_jumps(found, noise) if across else found
 
 
 def across_jumps(fitted: Fitted, noise: Whitener) -> Fitted:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from system_identification.fitting import Fitted, fit, fit_from_afar
+from system_identification.fitting import Fitted, fit
 from system_identification.loose import Loose, columns_of, learned_levels
 from system_identification.noise import Caps, Whitener, learned, whitener
 from system_identification.suspects import Suspect
@@ -95,10 +95,7 @@ def weighed(
         polish: end with sensitivities of its own.
     """
     caps = caps or Caps()
-    if near is None and system.jumps:
-        first = fit_from_afar(system, noise, x)
-    else:
-        first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
+    first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
     groups = columns_of(first, traces_of(first, suspects))
     bare = whitener(system, first.x, noise.levels)
     bare = bare.tamed(first.residuals)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from system_identification.fitting import Fitted, fit, fit_from_afar
+from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.noise import Caps, Whitener, whitener
 from system_identification.rating import Rated, rated, tried
@@ -217,8 +217,8 @@ class _Searching:
         suspect = each.suspect
         posed = current.system.with_effects((*current.system.slots, *suspect.slots), tuple(suspect.gates))
         start = np.concatenate((current.fitted.x, each.sizes))
-        if posed.jumps:
-            fitted = fit_from_afar(posed, current.noise, start)
+        if posed.jumps and not current.system.jumps:
+            fitted = fit_past_jumps(posed, current.noise, start, across=False)
         else:
             fitted = fit(posed, current.noise, start, iterations=6, near=current.fitted, polish=False)
         nuisances = current.system.nuisances

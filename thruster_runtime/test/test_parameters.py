@@ -53,10 +53,10 @@ def test_the_running_node_tells_description_unit_range_and_type_and_does_not_cha
     node, _ = declared()
     rate, index, kind = (node.describe_parameter(name) for name in ("rate", "index", "kind"))
     assert (rate.description, rate.type) == ("rate [Hz]", ParameterType.PARAMETER_DOUBLE)
-    assert rate.additional_constraints == "a finite number above 0 and up to 1000"
+    assert rate.additional_constraints.startswith("a finite number above 0 and up to 1000; fixed at start")
     assert (rate.floating_point_range[0].from_value, rate.floating_point_range[0].to_value) == (0.0, 1000.0)
     assert (index.integer_range[0].from_value, index.integer_range[0].to_value) == (0, 7)
-    assert kind.additional_constraints == "step, ramp"
+    assert kind.additional_constraints.startswith("step, ramp; fixed at start")
     assert not any(each.successful for each in node.set_parameters([RosParameter("rate", value=50.0)]))
 
 
