@@ -40,14 +40,14 @@ def replayed(context: Context, dive: Path, out: Path, script: Path, **given: Any
     outputs = answers(6, experiment.observer != "none")
     recorder = recorder_of(context, out, acknowledge=["/" + each.partition(":")[0] for each in outputs])
     stop = threading.Event()
-    command = [str(dive), "--step", "--timeout", "60", "--wait-for", *outputs, "recorder/recorded:rov/odometry"]
+    command = [str(dive), "--step", "--timeout", "600", "--wait-for", *outputs, "recorder/recorded:rov/odometry"]
     player = PlayerNode(options(command), stop, context=context)
     executor = make_executor("events", context=context)
     nodes += [recorder, player]
     for node in nodes:
         executor.add_node(node)
     try:
-        assert spin_until(executor, stop.is_set, 120.0)
+        assert spin_until(executor, stop.is_set, 900.0)
     finally:
         player.on_stop()  # says why it ended before its time
         recorder.on_stop()

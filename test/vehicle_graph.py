@@ -137,12 +137,12 @@ class Graph:
         assert isinstance(node, PlantNode)
         return node
 
-    def run(self, periods: int, longest: float = 90.0) -> None:
-        """Spin until so many periods have passed."""
+    def run(self, periods: int, longest: float = 900.0) -> None:
+        """Spin until so many periods have passed; `longest` [s] ends a graph that hangs, however busy the machine."""
         end = periods * self.plant._period
         assert spin_until(self.executor, lambda: self.plant.vehicle.time >= end, longest), self.plant.waiting_for()
 
-    def until(self, happened: Callable[[], bool], longest: float = 90.0) -> bool:
+    def until(self, happened: Callable[[], bool], longest: float = 900.0) -> bool:
         """Spin until something has happened."""
         return spin_until(self.executor, happened, longest)
 
