@@ -23,6 +23,8 @@ class Rules:
         pulled: share of an effect's energy outside the span of the parameters below which it counts as parametric.
         pressed: deviations by which the data want more of an effect than the largest plausible size; then it only
             resembles what is at work.
+        held: deviations at which a parameter counts as held at its end: nothing is believed of a model that needs it.
+        conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
         healthy_push: times the noise of a reading that rotor and water may be pushed by.
@@ -40,6 +42,8 @@ class Rules:
     alike: float = 4.5
     pulled: float = 0.002
     pressed: float = 5.0
+    held: float = 7.5
+    conventional: float = 4.5e-3
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6
     healthy_push: float = 4.0

@@ -76,11 +76,15 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     """
     logged = tuple(_scatter_claim(scatter) for scatter in scatters)
     best = found.best
-    claims = tuple(_claim(found, suspect) for suspect in best.suspects)
+    claims = tuple(
+        claim for claim in (_claim(found, suspect) for suspect in best.suspects) if not _is_convention(claim)
+    )
     sure = tuple(claim for claim in claims if claim.group_probability >= RULES.claimed)
     unknown = _unknown(found)
     nothing = found.evident < RULES.evident
     reason = ""
+    if best.suspects and not claims:
+        nothing = True
     if foreign or unknown > 0.5:
         verdict = "unknown"
     elif sure and len(sure) == len(claims) and not nothing:
@@ -114,9 +118,15 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     )
 
 
+def _is_convention(claim: Claim) -> bool:
+    """Tell whether a lag or a delay is no more than simulators and loggers disagree about within a step."""
+    size = next(iter(claim.sizes.values()))
+    return size.unit == "s" and abs(size.value) < RULES.conventional
+
+
 def _unknown(found: Investigation) -> float:
     """Return the probability that a nameless part is significant: what is left, and whether it belongs to the named."""
-    if _beyond(found.best):
+    if _beyond(found.best) or np.max(np.abs(found.best.fitted.x[: len(found.best.system.names)])) > RULES.held:
         return 0.95
     if not found.nameless:
         return 0.02

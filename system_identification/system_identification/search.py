@@ -156,6 +156,10 @@ class _Searching:
         picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
         keys = {each.suspect.key for each in picked}
         picked += [each for each in plain[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
+        if np.max(np.abs(current.fitted.x[: current.system.nuisances])) > _FAR:
+            # What has no size is right or wrong as a whole: no first order about a fit that is far off tells.
+            keys = {each.suspect.key for each in picked}
+            picked += [each for each in ranked if each.suspect.exact and each.suspect.key not in keys]
         return ranked, picked
 
     def refined(self, current: Hypothesis, each: Rated) -> Rated:

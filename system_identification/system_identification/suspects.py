@@ -42,6 +42,11 @@ class Suspect:
         return f"{self.effect}:{self.channel}" if self.channel else self.effect
 
     @property
+    def exact(self) -> bool:
+        """Whether it has no size that is unknown."""
+        return all(slot.lower == slot.upper for slot in self.slots)
+
+    @property
     def scalable(self) -> bool:
         """Whether its trace grows in proportion to its first size, from nothing at zero."""
         slot = self.slots[0]
