@@ -50,8 +50,8 @@ PULSE_MARGIN = 1.25
 WATCH_LOSS, WATCH_BIAS = 0.3, 0.02
 """Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: an operator must know."""
 WATCH_THRESHOLD = 100.0
-"""Log likelihood ratio at which the watch speaks. By Wald 14 would do for 10 h if the model were right. A healthy vehicle
-that moved otherwise than in its baseline reached 35 in two minutes; a loss of 30 % gained 170 a second."""
+"""Log likelihood ratio at which the watch speaks. By Wald 14 would do for 10 h if the model were right. A healthy
+vehicle that moved otherwise than in its baseline reached 35 in two minutes; a loss of 30 % gained 170 a second."""
 WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
 WORTH = 0.25
