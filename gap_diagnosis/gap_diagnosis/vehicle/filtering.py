@@ -203,8 +203,10 @@ def _weighted(prepared: Prepared) -> Prepared:
 def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
     def typical(name: str) -> Array:
         values = np.array([getattr(log, name) for log in logs])
-        with np.errstate(all="ignore"):
-            return np.asarray(np.nanmedian(values, axis=0)) if np.isfinite(values).any() else values[0]
+        found = np.full(values.shape[1], np.nan)
+        for j in np.flatnonzero(np.isfinite(values).any(axis=0)):
+            found[j] = np.nanmedian(values[:, j])
+        return found
 
     c = model.built({}).settings.coefficients
     weight = c.mass_matrix.diagonal()
@@ -230,8 +232,7 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
         R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
         left.append((R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2)
         spread.append(np.where(np.isfinite(p.base.body), p.gains.channel_variance, np.nan))
-    with np.errstate(all="ignore"):
-        R = _trimmed(np.concatenate(left)) + np.nanmean(np.concatenate(spread), axis=0)
+    R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
     channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
     channels = np.maximum(channels, 0.5 * found[0].noises.channels)
     e = np.concatenate([p.base.rotor for p in found])
@@ -251,6 +252,12 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
 
 def _trimmed(squares: Array) -> Array:
     """Return means of columns, values beyond 16 times the mean counting as that."""
-    with np.errstate(all="ignore"):
-        mean = np.nanmean(squares, axis=0)
-        return np.asarray(np.nanmean(np.minimum(squares, 16.0 * mean), axis=0))
+    return _mean(np.minimum(squares, 16.0 * _mean(squares)))
+
+
+def _mean(values: Array) -> Array:
+    """Return the means of columns over what is there, NaN where nothing is."""
+    there = np.isfinite(values)
+    count = there.sum(axis=0)
+    total = np.where(there, values, 0.0).sum(axis=0)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 __all__ = ["Column", "Gram", "evidence", "gathered", "solution"]
 
 Array = NDArray[np.float64]
+_ROWS = 4096
 
 
 @dataclass(frozen=True)
@@ -72,7 +73,11 @@ def gathered(
         flat = r.ravel().astype(np.float32)
         J[~np.isfinite(J)] = 0.0
         whole.append((J, flat))
-        A, b = np.asarray(J.T @ J, dtype=np.float64), -np.asarray(J.T @ flat, dtype=np.float64)
+        A, b = np.zeros((n, n)), np.zeros(n)
+        for first in range(0, len(flat), _ROWS):  # products in double precision: sums of squares reach 1e10
+            some = J[first : first + _ROWS].astype(np.float64)
+            A += some.T @ some
+            b -= some.T @ flat[first : first + _ROWS]
         by_run.append((A, b, float(r.ravel() @ r.ravel())))
     A = sum((a for a, _, _ in by_run), np.zeros((n, n)))
     b = sum((b for _, b, _ in by_run), np.zeros(n))

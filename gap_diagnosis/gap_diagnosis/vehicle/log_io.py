@@ -115,6 +115,9 @@ def _columns(run: Run, names: Sequence[str]) -> tuple[Array, Array] | None:
         return None
     time, values = run.time(names[0]), np.column_stack([run[name].values for name in names])
     keep = np.isfinite(values).any(axis=1)
+    repeated = np.concatenate(([False], np.all(values[1:] == values[:-1], axis=1)))
+    if np.mean(repeated[keep]) > 0.5 and np.count_nonzero(keep & ~repeated) > 10:
+        keep &= ~repeated  # a value that is told again and again is one reading of a slower sensor
     return (time[keep], values[keep]) if keep.sum() > 2 else None
 
 

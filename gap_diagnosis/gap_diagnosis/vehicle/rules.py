@@ -49,10 +49,10 @@ PULSE_MARGIN = 1.25
 """By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
 WATCH_LOSS, WATCH_BIAS = 0.3, 0.02
 """Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: an operator must know."""
-WATCH_THRESHOLD = 14.0
-"""Log likelihood ratio at which the watch speaks: by Wald once in e^14 tests of some 10 s, far beyond 10 h where
-the model is right; the rest is for what it lacks."""
-WATCH_FORGET = 0.01
+WATCH_THRESHOLD = 100.0
+"""Log likelihood ratio at which the watch speaks. By Wald 14 would do for 10 h if the model were right. A healthy
+vehicle that moved otherwise than in its baseline reached 35 in two minutes; a loss of 30 % gained 170 a second."""
+WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good

@@ -92,8 +92,8 @@ class Watch:
             ("imu_bias", None, f"gyro {axis}", sign * rules.WATCH_BIAS) for axis in "xyz" for sign in (1.0, -1.0)
         ]
         self.ratios = np.zeros(len(self.names))
-        self.paired = np.zeros(len(self.names))
-        """Sums of the second size's log ratio since the first one's last reset."""
+        self._sums = np.zeros((2, len(self.names)))
+        """Since the last reset, no reading bounded: of each size's own log ratio and of the other size's."""
         self._since = np.zeros(len(self.names))
         self._branches: list[_Branch] = []
         self._P: Array | None = None
@@ -125,26 +125,28 @@ class Watch:
         decay = np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * log.period) for s in self._model.sets])
         speed_gains, spread = rotor_gains(np.isfinite(log.speeds), decay, noises)
         keep = float(np.exp(-log.period / noises.time))
-        squares = []
+        squares, whole = [], []
         for k, branch in enumerate(self._branches):
             body, rotor, states = branch.step(log, gains.gains, speed_gains, keep)
             r = np.einsum("kij,kj->ki", gains.whitener, np.nan_to_num(body)) * np.isfinite(body)
             r = np.concatenate((r, np.nan_to_num(rotor / spread)), axis=1)
             squares.append(np.minimum(r**2, rules.MOST_DEVIATIONS**2).sum(axis=1))
+            whole.append((r**2).sum(axis=1))
             if k == 0:
                 self._state = states[-1]
         gained = 0.5 * (squares[0] - np.array(squares[1:])).T  # (K, hypotheses)
-        self._accumulate(gained, log.period)
+        self._accumulate(gained, 0.5 * (whole[0] - np.array(whole[1:])).T, log.period)
         return self._alarms()
 
-    def _accumulate(self, gained: Array, period: float) -> None:
+    def _accumulate(self, gained: Array, whole: Array, period: float) -> None:
         N = 2 * self._model.thrusters
-        for row in gained:
+        for row, every in zip(gained, whole, strict=True):
             self.time += period
             self.ratios += row - rules.WATCH_FORGET * period
-            self.paired[:N] += row[:N].reshape(-1, 2)[:, ::-1].ravel()
+            self._sums[0] += every
+            self._sums[1, :N] += every[:N].reshape(-1, 2)[:, ::-1].ravel()
             reset = self.ratios < 0.0
-            self.ratios[reset], self.paired[reset], self._since[reset] = 0.0, 0.0, self.time
+            self.ratios[reset], self._sums[:, reset], self._since[reset] = 0.0, 0.0, self.time
 
     def _alarms(self) -> list[Alarm]:
         found: list[Alarm] = []
@@ -157,7 +159,7 @@ class Watch:
             fitted, deviation = size, abs(size)
             if effect == "thrust_loss":
                 other = self._losses[1] if size == self._losses[0] else self._losses[0]
-                fitted, deviation = _parabola(size, self.ratios[j], other, self.paired[j])
+                fitted, deviation = _parabola(size, self._sums[0, j], other, self._sums[1, j])
             found.append(
                 Alarm(
                     effect=effect,

@@ -1,0 +1,70 @@
+"""From recordings to a verdict: cases of the sealed generator, with few hypotheses so that they are quick."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.blind.scoring import scored
+from gap_diagnosis.vehicle.diagnosis_io import Diagnosed, diagnosed, load_model, written
+from gap_diagnosis.vehicle.log_io import read_log
+from run_bag import write_run
+from thruster_model.vehicle_set_io import load_vehicle_set
+
+FEW = ("thrust_loss", "buoyancy_offset", "velocity_scale")
+
+
+def of(folder: Path, draw: Draw) -> Diagnosed:
+    model = load_model(draw.vehicle)
+    logs = [
+        read_log(write_run(folder / f"run_{k}", topics), model.thrusters)
+        for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
+    ]
+    return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in FEW, how_far=False)
+
+
+@pytest.fixture(scope="module")
+def lossy(tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
+    hidden: Any = (("thrust_loss", {"thruster": 2}, {"share": 0.4}),)
+    draw = Draw(seed=11, vehicle="ngs", effects=hidden, kinds=("steps",), duration=40.0)
+    return of(tmp_path_factory.mktemp("lossy"), draw)
+
+
+def test_a_loss_of_thrust_is_named_on_its_thruster_with_its_size(lossy: Diagnosed) -> None:
+    content = lossy.content
+    assert content["verdict"] == "effect"
+    first = content["effects"][0]
+    assert (first["id"], first["thruster"]) == ("thrust_loss", 2)
+    size = first["parameters"]["share"]
+    assert abs(size["value"] - 0.4) < max(4.0 * size["std"], 0.05)
+
+
+def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed, tmp_path: Path) -> None:
+    paths = {path.name: path for path in written(lossy, tmp_path / "out")}
+    content = json.loads(paths["diagnosis.json"].read_text("utf-8"))
+    assert {"verdict", "gap", "where", "effects", "candidates", "p_none", "p_unknown", "hidden"} <= set(content)
+    assert sum(w["share"] for w in content["where"]) == pytest.approx(1.0, abs=2e-3)
+    effect = load_vehicle_set(paths["with_effect.yaml"]).effects[0]
+    assert (effect.id, effect.thruster) == ("thrust_loss", 2)
+    assert "Diagnosis of" in paths["report.html"].read_text("utf-8")
+
+
+def test_a_vehicle_within_its_deviations_has_no_effect(tmp_path: Path) -> None:
+    found = of(tmp_path, Draw(seed=12, vehicle="ngs", deviations=0.7, kinds=("steps",), duration=40.0))
+    assert found.content["verdict"] in ("no_gap", "parameters")
+    assert found.content["effects"] == []
+
+
+def test_marks_ask_for_effect_and_place() -> None:
+    hidden = [{"id": "thrust_loss", "thruster": 2, "sizes": {"share": 0.4}}]
+    said = {
+        "id": "thrust_loss", "thruster": 2, "other": None, "axis": None, "probability": 0.9,
+        "indistinguishable_from": [], "parameters": {"share": {"value": 0.38, "std": 0.03}},
+    }  # fmt: skip
+    right = scored(hidden, "", {"verdict": "effect", "effects": [said]})
+    wrong = scored(hidden, "", {"verdict": "effect", "effects": [{**said, "thruster": 3}]})
+    assert right["right"] and right["sizes"] == [[0.4, 0.38, 0.03]] and right["wrong_sure"] == 0
+    assert not wrong["right"] and wrong["wrong_sure"] == 1 and wrong["thruster"] is False

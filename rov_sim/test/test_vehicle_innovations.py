@@ -1,0 +1,60 @@
+"""The plant corrected by its sensors: without gains it is the plant, with them it follows what is measured."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations
+from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
+from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
+from rov_sim.vehicle.sensors.settings_io import load_sensors
+from rov_sim.vehicle.settings_io import load_vehicle_settings
+
+Array = NDArray[np.float64]
+PERIOD, K = 0.04, 100
+
+
+@pytest.fixture(scope="module")
+def settings() -> VehicleSettings:
+    return load_vehicle_settings("ngs", largest_step=0.02)
+
+
+@pytest.fixture(scope="module")
+def throttles() -> Array:
+    return np.repeat(np.random.default_rng(1).uniform(-2.0, 2.0, (K // 20, 6)), 20, axis=0)
+
+
+def run(settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array) -> tuple[Array, Array]:
+    """Return innovations (K, 13) and states (K, ...) for attitudes told, nothing else."""
+    N, steps = settings.count, settings.steps_in(PERIOD)
+    told = np.full((K, CHANNELS), np.nan)
+    out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, 19 + 2 * N))]
+    kernel: Any = innovations
+    done = kernel(
+        sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
+        sensor_coefficients(load_sensors()), np.tile([1.0, 0.0], (N, 1)), attitude, told, np.full((K, N), np.nan),
+        np.full((K, 2), np.nan), np.zeros(K), gains, np.zeros((K, N)), *out,
+    )  # fmt: skip
+    assert done == K
+    return out[0], out[3]
+
+
+def test_without_gains_it_is_the_plant_to_the_bit(settings: VehicleSettings, throttles: Array) -> None:
+    truth = simulate(settings, throttles, PERIOD)
+    e, states = run(settings, throttles, truth.attitude[:-1], np.zeros((K, CORRECTED, CHANNELS)))
+    assert states[:, 3:7].tobytes() == truth.attitude[:-1].tobytes()
+    assert states[:, 7:13].tobytes() == truth.velocity[:-1].tobytes()
+    assert np.abs(e[:, :3]).max() < 1e-7
+    assert np.all(np.isnan(e[:, 3:]))
+
+
+def test_with_gains_it_follows_the_attitude_that_is_told(settings: VehicleSettings, throttles: Array) -> None:
+    turned = np.tile([np.cos(0.1), 0.0, 0.0, np.sin(0.1)], (K, 1))  # 0.2 rad of yaw, where the plant is told nothing
+    gains = np.zeros((K, CORRECTED, CHANNELS))
+    gains[:, :3, :3] = 0.5 * np.eye(3)
+    e, _ = run(settings, np.zeros_like(throttles), turned, gains)
+    assert e[0, 2] == pytest.approx(0.2)
+    assert e[:4, 2] == pytest.approx(0.2 * 0.5 ** np.arange(4), rel=0.02)
+    assert abs(e[20, 2]) < 1e-3
