@@ -25,6 +25,7 @@
 #   --hardware T1=PORT   a thruster that is not simulated: a device at a port, or 'emulated'; may be repeated; real time
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
+#   --network            others on the network may take part, as with THRUSTER_NETWORK=network; else this machine alone
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
 #
 # ROS_DOMAIN_ID is used where it is set, else one of its own.
@@ -43,6 +44,7 @@ while [ $# -gt 0 ]; do
     --no-noise | --no-flow) given+=("$1") ;;
     --real-time) real_time=true ;;
     --composed) composed=true ;;
+    --network) export THRUSTER_NETWORK=network ;;
     --compare) compare=true ;;
     --strategy | --truth | --script | --rate | --seed | --feedback | --out)
         value "$@"
