@@ -11,8 +11,8 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
-from rclpy.clock import Clock, ClockType
 from rcl_interfaces.msg import SetParametersResult
+from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock as ClockMessage
@@ -93,7 +93,9 @@ class Driver(Node):
     def _on_time(self, given: list[Parameter]) -> SetParametersResult:
         simulated = any(each.name == "use_sim_time" and each.value for each in given)
         wrong = simulated and not self._settings.lockstep
-        return SetParametersResult(successful=not wrong, reason=f"{self.get_name()}: parameter {SIMULATED}" if wrong else "")
+        return SetParametersResult(
+            successful=not wrong, reason=f"{self.get_name()}: parameter {SIMULATED}" if wrong else ""
+        )
 
     def on_stop(self) -> None:
         """Command zero, end the run and close the port."""

@@ -1,4 +1,4 @@
-"""The nodes of an experiment on the bench and their parameters, written once: for the script, for `ros2 launch`, for tests.
+"""The nodes of an experiment on the bench and their parameters, written once: for script, `ros2 launch` and tests.
 
 emulated_bench ─ port ─> driver ─ state, flow ─> observer ─ estimate ─> inner_loop ─ throttle ─> driver
 reference ─ thrust_setpoint ─> inner_loop; the recorder hears all of it; the watch ends when the run is over
@@ -61,7 +61,8 @@ class BenchExperiment:
     def __post_init__(self) -> None:
         strategies = [name for name in STRATEGIES if name not in _NEVER]
         choices: Mapping[str, Sequence[str]] = {
-            "reference": _SET_POINTS, "strategy": strategies, "protocol": ("text", "frames"), "form": ("proper", "bench"),
+            "reference": _SET_POINTS, "strategy": strategies, "protocol": ("text", "frames"),
+            "form": ("proper", "bench"),
         }  # fmt: skip
         wrong = [
             f"{name}: expected one of {', '.join(known)}; found {getattr(self, name)!r}"

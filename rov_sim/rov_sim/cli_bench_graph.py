@@ -19,7 +19,9 @@ __all__ = ["main"]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write the files; return the exit status."""
     parser = argparse.ArgumentParser(prog="bench_graph", description=__doc__.splitlines()[0])
-    parser.add_argument("--out", type=Path, required=True, help="folder of run and port, which exists; files in its nodes/")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="folder of run and port, which exists; files in its nodes/"
+    )
     for name in ("reference", "strategy"):
         parser.add_argument(f"--{name}", required=True)
     for name in ("port", "firmware", "protocol", "truth", "effects", "parameters", "form"):

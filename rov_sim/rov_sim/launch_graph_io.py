@@ -1,4 +1,4 @@
-"""A graph for `ros2 launch`: the nodes and parameter files that the shell scripts start too, with the scripts' arguments.
+"""A graph for `ros2 launch`: the nodes and parameter files of the shell scripts, with the scripts' arguments.
 
     ros2 launch rov_sim bench.launch.py reference:=step strategy:=hl-ekf
     ros2 launch rov_sim vehicle.launch.py script:=hover
@@ -44,9 +44,11 @@ _BENCH = {
 _VEHICLE = {
     "vehicle": ("ngs", "vehicle set"), "truth": ("", "parameter set of the true thrusters; empty: the vehicle's own"),
     "strategy": ("hq-ekf", "of the inner loops"), "script": ("surge_and_pitch", "set points of the vehicle"),
-    "feedback": ("truth", "truth, estimator"), "rate": ("25", "of all loops [Hz]"), "gain": ("2", "of the outer loop [1/s]"),
+    "feedback": ("truth", "truth, estimator"), "rate": ("25", "of all loops [Hz]"),
+    "gain": ("2", "of the outer loop [1/s]"),
     "u_max": ("5", "largest throttle [V]"), "allocation": ("least-squares", "pseudo-inverse, direction, least-squares"),
-    "parameter_set": ("", "that observers and laws believe in; empty: the strategy's own"), "seed": ("0", "of all noise"),
+    "parameter_set": ("", "that observers and laws believe in; empty: the strategy's own"),
+    "seed": ("0", "of all noise"),
     "effects": ("", "unmodelled effects"), "fail": ("", "such as 'T2 dead at 12 s'"),
     "current": ("0 0 0", "of the water along north, east, down [m/s]"), "sensors": ("", "YAML file of the sensors"),
 }  # fmt: skip
@@ -75,8 +77,13 @@ def vehicle() -> LaunchDescription:
         arguments = [f"--{name.replace('_', '-')}={given[name]}" for name in _VEHICLE]
         wanted = experiment_of([*arguments, *(f"--{name.replace('_', '-')}" for name in _FLAGS if _is_on(given[name]))])
         acknowledge = [f"/thruster_{i}/throttle" for i in range(wanted.thrusters)]
-        about = {"experiment": "vehicle", **{name: getattr(wanted, name) for name in ("strategy", "truth", "seed", "rate")}}
-        run = recorder(out / "run", about, acknowledge=acknowledge, wait_for=[*acknowledge, "/rov/setpoint", "/rov/truth"])
+        about = {
+            "experiment": "vehicle",
+            **{name: getattr(wanted, name) for name in ("strategy", "truth", "seed", "rate")},
+        }
+        run = recorder(
+            out / "run", about, acknowledge=acknowledge, wait_for=[*acknowledge, "/rov/setpoint", "/rov/truth"]
+        )
         if wanted.lockstep:
             run = run._replace(parameters={"use_sim_time": True, **run.parameters})
         longest = {"begin": 240.0, "stall": 40.0, "deadline": 3600.0}
@@ -91,7 +98,7 @@ def _description(
     declared = {
         **arguments, **{name: ("false", words) for name, words in _FLAGS.items()},
         "out": ("", "new folder for run and parameter files"),
-        "network": (os.environ.get("THRUSTER_NETWORK", "machine"), "machine: this machine alone; network: whoever is there"),
+        "network": (os.environ.get("THRUSTER_NETWORK", "machine"), "machine: this one alone; network: who is there"),
     }  # fmt: skip
 
     def set_up(context: Any) -> list[Any]:
@@ -114,7 +121,10 @@ def _description(
 
     return LaunchDescription(
         [
-            *(DeclareLaunchArgument(name, default_value=value, description=words) for name, (value, words) in declared.items()),
+            *(
+                DeclareLaunchArgument(name, default_value=value, description=words)
+                for name, (value, words) in declared.items()
+            ),
             OpaqueFunction(function=set_up),
         ]
     )
@@ -127,7 +137,10 @@ def _actions(nodes: Sequence[GraphNode], out: Path, score: str) -> list[Any]:
             package=node.package, executable=node.executable, name=node.name, output="screen",
             parameters=[str(out / "nodes" / f"{node.name}.yaml")], remappings=list(node.renamed.items()),
         )  # fmt: skip
-        ending = [LogInfo(msg=f"{node.name} has ended; then: {score}"), EmitEvent(event=Shutdown(reason="the run is over"))]
+        ending = [
+            LogInfo(msg=f"{node.name} has ended; then: {score}"),
+            EmitEvent(event=Shutdown(reason="the run is over")),
+        ]
         found += [RegisterEventHandler(OnProcessExit(target_action=action, on_exit=ending)), action]
     return found
 

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -347,7 +348,7 @@ def test_gains_change_while_it_runs_without_a_jump_of_the_throttle(running: Call
     for k in range(35, 70):
         drive(k)
     after = [before, *scene.throttles(45)[10:]]
-    assert max(abs(b - a) for a, b in zip(after, after[1:], strict=False)) <= 5.0 * 0.04 + 1e-9
+    assert max(abs(b - a) for a, b in pairwise(after)) <= 5.0 * 0.04 + 1e-9
     assert scene.subject._with_speed.gains.k_P == 9.0  # type: ignore[attr-defined]
     ready = load_strategy("hl-ekf")
     law = ready.settings._replace(gains=ready.settings.gains._replace(k_P=9.0, rate_form=1, rate_time=0.04))

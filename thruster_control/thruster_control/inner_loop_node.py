@@ -1,7 +1,7 @@
 """The inner loop of one thruster: every `estimate` becomes one `throttle` of the same stamp.
 
-subscribes  thruster_i/estimate, or thruster_i/state without observer; thruster_i/thrust_setpoint, rov/thruster_failure; what
-            the law measures: thruster_i/flow, thruster_i/load, rov/battery
+subscribes  thruster_i/estimate, or thruster_i/state without observer; thruster_i/thrust_setpoint, rov/thruster_failure;
+            what the law measures: thruster_i/flow, thruster_i/load, rov/battery
 publishes   thruster_i/throttle, /diagnostics
 
 A strategy without observer takes the `state` in the place of the estimate: as a clock, and `force-table` its supply
@@ -21,8 +21,8 @@ from sensor_msgs.msg import BatteryState
 
 from thruster_control.inner_loop import Output, Status
 from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy, without_speed
-from thruster_control.online import START, Inputs, advance
 from thruster_control.law_changes import HAND_OVER_TIME, handing_over
+from thruster_control.online import START, Inputs, advance
 from thruster_control.settings import SteadyFlowLaw
 from thruster_control.strategies_io import Ready
 from thruster_msgs.msg import (
@@ -118,7 +118,7 @@ class InnerLoopNode(Node):
         self._with_speed, self._without_speed = ready.settings, without_speed(ready)
 
     def _change(self, values: Mapping[str, Any]) -> tuple[Callable[[], None], list[str]]:
-        """Gains and limits count from the next instant on; for a while the throttle moves slowly, so that none jumps."""
+        """Gains and limits count from the next instant on; for a while the throttle moves slowly, without a jump."""
         ready, problems = chosen_strategy(values)
 
         def count() -> None:

@@ -1,6 +1,6 @@
 """The observer of one thruster: every `state` becomes one `estimate` of the same stamp.
 
-subscribes  thruster_i/state; thruster_i/throttle or thruster_i/throttle_sent; thruster_i/flow where the observer uses it
+subscribes  thruster_i/state; thruster_i/throttle or thruster_i/throttle_sent; thruster_i/flow if the observer uses it
 publishes   thruster_i/estimate, /diagnostics
 """
 
@@ -14,7 +14,16 @@ from rclpy.node import Node
 
 from thruster_estimation.belief import Belief, Level, Status, level, reason
 from thruster_estimation.observer_parameters import PARAMETERS, chosen_observer
-from thruster_estimation.online import START, Measured, Track, advance, covariance_matrix, mean_throttle, plausible, states
+from thruster_estimation.online import (
+    START,
+    Measured,
+    Track,
+    advance,
+    covariance_matrix,
+    mean_throttle,
+    plausible,
+    states,
+)
 from thruster_estimation.settings import SpeedEkfSettings
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState
 from thruster_runtime.diagnostics import Level as DiagnosticLevel
@@ -109,7 +118,8 @@ class ObserverNode(Node):
         signed = state.sign_source == ThrusterState.SIGN_MEASURED
         U = newest_within(due, "flow") if "flow" in due.inputs else None
         measured, flags = plausible(
-            Measured(due.stamp, state.n if signed else abs(state.n), nan if U is None else U, not signed), *self._largest
+            Measured(due.stamp, state.n if signed else abs(state.n), nan if U is None else U, not signed),
+            *self._largest,
         )
         self._refused["implausible speeds"] += bool(flags & Status.IMPLAUSIBLE_N)
         self._refused["implausible flows"] += bool(flags & Status.IMPLAUSIBLE_U)

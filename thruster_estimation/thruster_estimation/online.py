@@ -22,7 +22,19 @@ from thruster_estimation.first_belief import measured_belief
 from thruster_estimation.offline import compiled_step
 from thruster_estimation.settings import BENCH, SpeedEkfSettings
 
-__all__ = ["LARGEST_FLOW", "LARGEST_SPEED", "START", "Measured", "Track", "advance", "covariance_matrix", "first_belief", "mean_throttle", "plausible", "states"]
+__all__ = [
+    "LARGEST_FLOW",
+    "LARGEST_SPEED",
+    "START",
+    "Measured",
+    "Track",
+    "advance",
+    "covariance_matrix",
+    "first_belief",
+    "mean_throttle",
+    "plausible",
+    "states",
+]
 
 
 LARGEST_SPEED = 2000.0

@@ -1,13 +1,14 @@
 """A node's command line: its help, what it does not understand, and parameters that it does not have.
 
-    --help           purpose, topics and parameters, from the node's module and its table of parameters
-    stray arguments  and parameters that no node of the process declares are refused, each with the nearest known name
+--help           purpose, topics and parameters, from the node's module and its table of parameters
+stray arguments  and parameters that no node of the process declares are refused, each with the nearest known name
 """
 
 import sys
 import textwrap
 from collections.abc import Iterable, Sequence
 from difflib import get_close_matches
+from itertools import pairwise
 from pathlib import Path
 
 import yaml
@@ -73,7 +74,11 @@ def _stray(program: str, word: str, known: Iterable[str]) -> str:
     found = f"{program}: argument {word!r}: expected --ros-args before what a node is told"
     name, _, value = word.lstrip("-").replace(":=", "=").partition("=")
     nearest = get_close_matches(name, known, n=1, cutoff=0.5)
-    return f"{found}; perhaps --ros-args -p {nearest[0]}:={value or 'VALUE'}" if nearest else f"{found}; --help tells its parameters"
+    return (
+        f"{found}; perhaps --ros-args -p {nearest[0]}:={value or 'VALUE'}"
+        if nearest
+        else f"{found}; --help tells its parameters"
+    )
 
 
 def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None) -> list[str]:
@@ -93,16 +98,18 @@ def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None)
             nearest = get_close_matches(name, known, n=1, cutoff=0.0)
             perhaps = f"; the nearest is {nearest[0]}" if nearest else ""
             where = node.get_fully_qualified_name()
-            found.append(f"{where}: parameter {name}: expected one that this node has; found none of that name{perhaps}")
+            found.append(
+                f"{where}: parameter {name}: expected one that this node has; found none of that name{perhaps}"
+            )
     return found
 
 
 def _meant_for_all(args: Sequence[str]) -> set[str]:
     """Return the names that the files on a command line give to all nodes, less those given in it by themselves."""
     names: set[str] = set()
-    for flag, word in zip(args, args[1:], strict=False):
+    for flag, word in pairwise(args):
         if flag == "--params-file":
             document = yaml.safe_load(Path(word).read_text("utf-8"))
             names |= set((document.get(_WILD) or {}).get("ros__parameters") or {})
-    given = {word.partition(":=")[0] for flag, word in zip(args, args[1:], strict=False) if flag in ("-p", "--param")}
+    given = {word.partition(":=")[0] for flag, word in pairwise(args) if flag in ("-p", "--param")}
     return names - given

@@ -137,7 +137,9 @@ def _speak_plainly(node: Node, table: Mapping[str, Parameter]) -> None:
     """Let whoever sets a parameter of the running node get our sentences, and give an integer for a number."""
 
     def as_declared(given: list[RosParameter]) -> list[RosParameter]:
-        numbers = [type(each.value) is int and type(getattr(table.get(each.name), "default", "")) is float for each in given]
+        numbers = [
+            type(each.value) is int and type(getattr(table.get(each.name), "default", "")) is float for each in given
+        ]
         return [
             RosParameter(each.name, value=float(each.value)) if number else each
             for each, number in zip(given, numbers, strict=True)

@@ -75,7 +75,8 @@ class RecorderNode(Node):
         super().__init__("recorder", **options)
         values = declare(self, PARAMETERS)
         topics, exclude, acknowledge, wait_for, files = (
-            [text for text in values[name] if text] for name in ("topics", "exclude", "acknowledge", "wait_for", "files")
+            [text for text in values[name] if text]
+            for name in ("topics", "exclude", "acknowledge", "wait_for", "files")
         )
         if not values["out"]:
             raise InvalidRunError("recorder", ["out: expected a directory, such as -p out:=runs/dive, found none"])
@@ -100,7 +101,9 @@ class RecorderNode(Node):
             arrivals=Arrivals(t if t.startswith("/") else f"/{t}" for t in acknowledge),
             acknowledge=self._acknowledge,
         )
-        self._node_parameters = NodeParameters(self, self._describe, period=LOOK_PERIOD, clock=steady, now=self.topics.now)
+        self._node_parameters = NodeParameters(
+            self, self._describe, period=LOOK_PERIOD, clock=steady, now=self.topics.now
+        )
         self._diagnostics = Diagnostics(self, clock=steady)
         self._reported = (0, time.monotonic())
         self.create_timer(FLUSH_PERIOD, self.journal.flush, clock=steady)
