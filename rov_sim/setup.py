@@ -15,11 +15,13 @@ setup(
         ("share/ament_index/resource_index/packages", [f"resource/{name}"]),
         (f"share/{name}", ["package.xml"]),
         (f"share/{name}/config", ["config/emulated_bench.yaml", "config/foxglove.json", "config/plotjuggler.xml"]),
+        (f"share/{name}/launch", ["launch/bench.launch.py", "launch/vehicle.launch.py"]),
     ],
     install_requires=["setuptools"],
     extras_require={"test": ["pytest", "hypothesis"]},
     entry_points={
         "console_scripts": [
+            "bench_graph = rov_sim.cli_bench_graph:main",
             "bench_campaign = rov_sim.cli_bench_campaign:main",
             "bench_study = rov_sim.cli_bench_study:main",
             "bench_study_table = rov_sim.cli_bench_study_table:main",

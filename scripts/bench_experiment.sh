@@ -16,6 +16,7 @@
 #   --effects 'E.P=SIZE ...'    unmodelled effects of the emulated thruster; those of the log, in the set too, act on a
 #                        copy of the finished run, run_as_logged beside run
 #   --seed N             of the emulated noise (0); --no-noise leaves it out
+#   --network            others on the network may take part, as with THRUSTER_NETWORK=network; else this machine alone
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
 #
 # ROS_DOMAIN_ID is used where it is set, else one of its own.
@@ -24,11 +25,10 @@ root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 strategies=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
 references=(step triangle sine)
 others=(steady-flow pi-thrust)
-start_delay=1 # s of 0 N before the run
 
 . "$root/scripts/workspace/processes.sh"
 # The throttle goes to zero first, the recorder sees it, time stands still last.
-stopping_order=('inner_loop driver' 'watch reference observer' recorder bench)
+stopping_order=('inner_loop driver' 'experiment_watch reference observer' recorder emulated_bench)
 
 reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
 seed=0 noise=true out='' all=false firmware=false built=''
@@ -36,6 +36,7 @@ while [ $# -gt 0 ]; do
     case "$1" in
     --real-time) real_time=true ;;
     --no-noise) noise=false ;;
+    --network) export THRUSTER_NETWORK=network ;;
     --all) all=true ;;
     --firmware) firmware=true ;;
     --reference | --strategy | --port | --protocol | --truth | --parameters | --form | --effects | --seed | --out)
@@ -83,55 +84,24 @@ fi
 # ---- one experiment
 
 run_one() { # REFERENCE STRATEGY FOLDER
-    local reference=$1 strategy=$2 observer='' set='' device=$port time=() lockstep=true
+    local reference=$1 strategy=$2 options=()
     folder=$3
     mkdir -p "$folder/log"
-    case "$strategy" in
-    lookup) ;;
-    simplified | pi-thrust | steady-flow) observer=speed-ekf set=simplified ;;
-    *) observer=${strategy#*-} set=${strategy%%-*} ;;
-    esac
-    [ -z "$parameters" ] || set=$parameters
-    $real_time && lockstep=false
-    $lockstep && time=(-p use_sim_time:=true)
-    local n=thruster_0 wires=()
-    wires=("$n/state" "$n/thrust_setpoint" "$n/throttle")
-    [ -z "$observer" ] || wires+=("$n/estimate")
-    [ "$observer" = '' ] || [ "$observer" = speed-ekf ] || wires+=("$n/flow")
-
-    local heard=''
-    printf -v heard ",'/%s'" "${wires[@]}"
-    start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/run" \
-        -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" \
-        -p "acknowledge:=['/$n/throttle_sent']" -p "wait_for:=['/$n/throttle_sent'$heard]" \
-        -p "about:='{experiment: closed loop, reference: $reference, strategy: $strategy, form: $form}'"
-    if [ -z "$device" ]; then
-        device=$folder/port
-        start bench ros2 run rov_sim emulated_bench --ros-args "${time[@]}" -p "lockstep:=$lockstep" -p "link:='$device'" \
-            -p "protocol:=$protocol" -p "firmware:='$built'" -p "parameter_set:='$truth'" -p "effects:='$effects'" -p "noise:=$noise" \
-            -p "seed:=$seed" -p "wires:='${wires[*]}'" -p "participants:='recorder/recorded'"
-    fi
-    if [ -n "$observer" ]; then
-        start observer ros2 run thruster_estimation observer --ros-args "${time[@]}" -p "estimator:=$observer" \
-            -p "parameter_set:='$set'" -p "form:=$form" -p throttle:=sent -p "wait_for_throttle:=$lockstep"
-    fi
-    local believed=()
-    [ -z "$parameters" ] || believed=(-p "parameter_set:='$parameters'")
-    # In real time nobody waits for a set point that stays away: three periods.
-    $lockstep || believed+=(-p setpoint_timeout:=0.12)
-    start inner_loop ros2 run thruster_control inner_loop --ros-args "${time[@]}" -p "strategy:=$strategy" "${believed[@]}"
-    start reference ros2 run thruster_control reference --ros-args "${time[@]}" -p "kind:=$reference" \
-        -p "start_delay:=$start_delay.0" -p "wait_for:='recorder/recorded'"
-    start watch ros2 run rov_sim experiment_watch --ros-args -p "start_delay:=$start_delay.0"
-    # The driver last: it is the only one that reaches the thruster.
-    start driver ros2 run bench_driver driver --ros-args "${time[@]}" -p "port:='$device'" -p "protocol:=$protocol" \
-        -p "lockstep:=$lockstep"
+    ! $real_time || options+=(--real-time)
+    $noise || options+=(--no-noise)
+    local listed name package executable
+    listed=$(ros2 run rov_sim bench_graph --out "$folder" --reference "$reference" --strategy "$strategy" --port "$port" \
+        --firmware "$built" --protocol "$protocol" --truth "$truth" --effects "$effects" --parameters "$parameters" \
+        --form "$form" --seed "$seed" "${options[@]}") || return 2
+    while read -r name package executable; do
+        start "$name" ros2 run "$package" "$executable" --ros-args -r "__node:=$name" --params-file "$folder/nodes/$name.yaml"
+    done <<<"$listed"
 
     local status=0
-    watched watch || status=$?
+    watched experiment_watch || status=$?
     end_all
     if [ $status -ne 0 ]; then
-        cat "$folder/log/watch.txt" >&2
+        cat "$folder/log/experiment_watch.txt" >&2
         printf '[experiment] %s, %s: failed; logs in %s\n' "$strategy" "$reference" "$folder/log" >&2
         return 1
     fi

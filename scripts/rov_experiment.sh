@@ -29,6 +29,7 @@
 #   --scene              a node draws frames, path and arrows for Foxglove and PlotJuggler; they are recorded too
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
+#   --network            others on the network may take part, as with THRUSTER_NETWORK=network; else this machine alone
 #   --out DIR            new folder for run, scores and logs (a new one under runs/)
 #
 # ROS_DOMAIN_ID is used where it is set, else one of its own.
@@ -47,6 +48,7 @@ while [ $# -gt 0 ]; do
     --no-noise | --no-flow | --scene) given+=("$1") ;;
     --real-time) real_time=true ;;
     --composed) composed=true ;;
+    --network) export THRUSTER_NETWORK=network ;;
     --compare) compare=true ;;
     --strategy | --truth | --script | --rate | --seed | --feedback | --out)
         value "$@"

@@ -44,7 +44,7 @@ OUTSIDE_IO = {"rclpy", "thruster_runtime"}
 # Exceptions from what maths may import, each with its reason.
 MAY_IMPORT = {
     # Compiled equations are kept in a folder of the user; no equation reads anything from there.
-    "thruster_model/compilation.py": {"os", "pathlib"},
+    "thruster_model/compilation.py": {"os", "pathlib", "shutil", "tempfile"},
     # Errors name files.
     "run_bag/errors.py": {"pathlib"},
     # The number of threads of linear algebra is read from the environment when NumPy is loaded.

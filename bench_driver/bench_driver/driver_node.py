@@ -11,8 +11,10 @@ from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.node import Node
+from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from bench_driver import driver_messages as messages
@@ -20,13 +22,14 @@ from bench_driver.dialect import Measurement
 from bench_driver.driver_parameters import PARAMETERS, settings_of
 from bench_driver.link import Link
 from bench_driver.link_diagnosis import Level, LinkDiagnosis
-from bench_driver.link_records import Sent
+from bench_driver.link_records import LinkLimits, Sent
 from bench_driver.pace_io import LockstepPace, OpenPort, RealTimePace
 from bench_driver.serial_port_io import SerialPort
 from thruster_msgs.msg import FlowVelocity, LoadCellGauges, Throttle, ThrusterState
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.diagnostics import Level as Word
 from thruster_runtime.node_main import node_main
+from thruster_runtime.parameters import refused
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, listen
 
@@ -34,6 +37,10 @@ __all__ = ["Driver", "main"]
 
 _WORDS: dict[Level, Word] = {Level.OK: "ok", Level.WARN: "warn", Level.ERROR: "error"}
 _DIAGNOSE = 0.1  # s
+SIMULATED = (
+    "use_sim_time: expected false for a device by the wall's clock, whose commands grow old by it; found true "
+    "(the emulated bench's simulated time comes with lockstep:=true)"
+)
 
 
 class Driver(Node):
@@ -50,7 +57,10 @@ class Driver(Node):
             options: of `Node`.
         """
         super().__init__("driver", **options)
-        self._settings = settings_of(self)
+        self._settings = settings_of(self, self._bound)
+        if bool(self.get_parameter("use_sim_time").value) and not self._settings.lockstep:
+            raise refused(self, [SIMULATED])
+        self.add_on_set_parameters_callback(self._on_time)
         self._link = Link(self._settings.dialect(), self._settings.limits)
         self._diagnosis = LinkDiagnosis(self._link)
         wall = Clock(clock_type=ClockType.STEADY_TIME)
@@ -76,6 +86,16 @@ class Driver(Node):
             listen(self, Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i))
         self.create_timer(self._settings.poll, self.look, clock=wall)
         self.create_timer(_DIAGNOSE, self.report, clock=wall)
+
+    def _bound(self, limits: LinkLimits) -> None:
+        self._link.limits = limits
+
+    def _on_time(self, given: list[Parameter]) -> SetParametersResult:
+        simulated = any(each.name == "use_sim_time" and each.value for each in given)
+        wrong = simulated and not self._settings.lockstep
+        return SetParametersResult(
+            successful=not wrong, reason=f"{self.get_name()}: parameter {SIMULATED}" if wrong else ""
+        )
 
     def on_stop(self) -> None:
         """Command zero, end the run and close the port."""

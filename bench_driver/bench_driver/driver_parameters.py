@@ -1,6 +1,8 @@
 """The parameters of the driver node, and the settings that they make."""
 
-from typing import get_args
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, get_args
 
 from rclpy.node import Node
 
@@ -9,10 +11,11 @@ from bench_driver.errors import BenchDriverError, SettingsRefused
 from bench_driver.framed_messages import MOST_THRUSTERS
 from bench_driver.link_records import LinkLimits
 from bench_driver.text_protocol import FULL_SCALE, THROTTLE_LIMIT
-from thruster_runtime.parameters import Parameter, declare, refused
+from thruster_runtime.parameters import Parameter, changeable, declare, refused
 
 __all__ = ["PARAMETERS", "settings_of"]
 
+_BOUNDS = {"throttle_limit": "throttle", "slew": "slew", "stale": "stale"}
 _OWN, _LINK = DriverSettings(port="-"), LinkLimits()
 PARAMETERS = (
     Parameter(name="port", default="", description="serial port, e.g. /dev/ttyACM0 or a link in /dev/serial/by-id"),
@@ -28,16 +31,16 @@ PARAMETERS = (
         description="whether /clock gives the pace: one state, one throttle, one command in each of its periods",
     ),
     Parameter(
-        name="throttle_limit", default=THROTTLE_LIMIT, unit="V", lower=0.0, upper=FULL_SCALE,
-        description="largest magnitude of the throttle; what exceeds it is clipped",
+        name="throttle_limit", default=THROTTLE_LIMIT, unit="V", lower=0.0, upper=FULL_SCALE, live=True,
+        description="largest magnitude of the throttle; what exceeds it is clipped; may be lowered while it runs",
     ),
     Parameter(
-        name="slew", default=_LINK.slew, unit="V/s", lower=0.0, above=True,
-        description="largest rate of the throttle; zero is set at once",
+        name="slew", default=_LINK.slew, unit="V/s", lower=0.0, above=True, live=True,
+        description="largest rate of the throttle; zero is set at once; may be lowered while it runs",
     ),
     Parameter(
-        name="stale", default=_LINK.stale, unit="s", lower=0.0, above=True, upper=1.0,
-        description="age from which a throttle is replaced by zero",
+        name="stale", default=_LINK.stale, unit="s", lower=0.0, above=True, upper=1.0, live=True,
+        description="age from which a throttle is replaced by zero; may be lowered while it runs",
     ),
     Parameter(
         name="quiet", default=_LINK.quiet, unit="s", lower=0.0, upper=10.0,
@@ -67,13 +70,17 @@ PARAMETERS = (
 )  # fmt: skip
 
 
-def settings_of(node: Node) -> DriverSettings:
+def settings_of(node: Node, change: Callable[[LinkLimits], None]) -> DriverSettings:
     """Declare the parameters of a node and return the settings they make.
+
+    Those that bound the throttle may be lowered while the node runs, never raised beyond what it was started with;
+    `change` gets the new ones.
 
     Raises:
         StartRefused: with a sentence for all that is wrong.
     """
-    given = dict(declare(node, PARAMETERS))
+    declared = declare(node, PARAMETERS)
+    given = dict(declared)
     limits = {name: given.pop(name) for name in ("slew", "stale", "quiet")}
     problems: list[str] = []
     lists = {name: _numbers(name, given.pop(name), problems) for name in ("load_matrix", "load_rest")}
@@ -82,9 +89,21 @@ def settings_of(node: Node) -> DriverSettings:
             raise SettingsRefused(problems)
         limits_of_link = LinkLimits(throttle=given.pop("throttle_limit"), **limits)
         cell = LoadCell.of(lists["load_matrix"], lists["load_rest"])
-        return DriverSettings(limits=limits_of_link, load_cell=cell, **given)
+        settings = DriverSettings(limits=limits_of_link, load_cell=cell, **given)
     except BenchDriverError as error:
         raise refused(node, error.problems if isinstance(error, SettingsRefused) else [str(error)]) from error
+
+    def lowered(values: Mapping[str, Any]) -> tuple[Callable[[], None], list[str]]:
+        wrong = [
+            f"{name}: expected at most the {declared[name]:g} that the driver was started with; found {values[name]:g}"
+            for name in _BOUNDS
+            if values[name] > declared[name]
+        ]
+        bounds = {field: values[name] for name, field in _BOUNDS.items()}
+        return (lambda: change(replace(limits_of_link, **bounds))), wrong
+
+    changeable(node, PARAMETERS, declared, lowered)
+    return settings
 
 
 def _numbers(name: str, text: str, problems: list[str]) -> list[float]:

@@ -11,15 +11,14 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
-from rov_sim.vehicle.graph import Experiment, GraphNode, graph_of
+from rov_sim.graph_files_io import line_of, write_document, write_parameters
+from rov_sim.vehicle.graph import Experiment, graph_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError
 from thruster_model.vehicle_set_io import load_vehicle_set
 
-__all__ = ["main"]
+__all__ = ["experiment_of", "main"]
 
 _PORTS = "PORT may be 'emulated', or 'firmware': the board's own on an emulated processor"
 _DEFAULT = Experiment(thrusters=1, sensors=load_sensors())
@@ -53,22 +52,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(user_arguments(arguments))
     try:
         nodes = graph_of(_experiment(given), link=str(given.out.absolute() / "port"), firmware=given.firmware)
-        for node in nodes:
-            _write(given.out / f"{node.name}.yaml", {node.name: {"ros__parameters": dict(node.parameters)}})
+        write_parameters(given.out, nodes)
         entries = [
             {"class": node.kind, "name": node.name, "parameters": dict(node.parameters)}
             for node in nodes
             if not node.renamed
         ]
-        _write(
+        write_document(
             given.out / "composed.yaml", {"nodes": entries, "hand_over": not given.hardware}
         )  # else a driver is not heard
     except (ValueError, OSError, ThrusterModelError) as error:
         print(error, file=sys.stderr)
         return 2
     for node in nodes:
-        print(_line(node))
+        print(line_of(node))
     return 0
+
+
+def experiment_of(arguments: Sequence[str]) -> Experiment:
+    """Return what the command line (without `--out`) asks for; `ros2 launch` takes the same arguments.
+
+    Raises:
+        ValueError, OSError, ThrusterModelError: what is wrong with it.
+    """
+    return _experiment(_parser().parse_args(["--out", ".", *arguments]))
 
 
 def _experiment(given: argparse.Namespace) -> Experiment:
@@ -93,15 +100,6 @@ def _hardware(word: str) -> tuple[int, str]:
     if match is None:
         raise ValueError(f"hardware: expected T1=PORT, T1=emulated or T1=firmware; found {word!r}")
     return int(match[1]) - 1, match[2]
-
-
-def _write(path: Path, document: Any) -> None:
-    path.write_text(yaml.safe_dump(document, sort_keys=False), "utf-8")
-
-
-def _line(node: GraphNode) -> str:
-    renamed = [f"{old}:={new}" for old, new in node.renamed.items()]
-    return " ".join([node.name, node.package, node.executable, *renamed])
 
 
 if __name__ == "__main__":

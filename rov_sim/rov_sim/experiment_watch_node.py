@@ -1,7 +1,7 @@
 """Wait until an experiment is over: exit status 0 when its set point has been followed to the end, else 1.
 
-subscribes  /diagnostics and the set point: thruster_i/thrust_setpoint, whose run has a length, or rov/setpoint, whose
-            run is over when it is taken back
+subscribes  /diagnostics and the set point: thruster_i/thrust_setpoint, whose run has a length, or rov/setpoint,
+            whose run is over when it is taken back
 publishes   nothing
 
 On failure it says what it waited for, and what is the matter

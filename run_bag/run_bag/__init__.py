@@ -1,5 +1,6 @@
 """Runs: record, read and import them (MCAP in rosbag2 directories)."""
 
+from . import missing_modules  # noqa: F401  first of all: what is missing is said in a sentence
 from .errors import (
     CannotWriteError,
     ClockError,

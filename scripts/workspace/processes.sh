@@ -116,8 +116,14 @@ one_of() { # WORD CHOICE...
 
 # ---- of the graph
 
-own_graph() { # a domain of its own unless one is set
+own_graph() { # a domain of its own unless one is set; says who takes part
     export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((RANDOM % 101 + 1))}
+    . "$root/scripts/workspace/underlay.sh"
+    discovery || exit 2
+    case $ROS_AUTOMATIC_DISCOVERY_RANGE in
+    LOCALHOST) printf '[experiment] discovery: this machine alone (--network opens it), domain %s\n' "$ROS_DOMAIN_ID" ;;
+    *) printf '[experiment] discovery: everybody on this network may take part, domain %s\n' "$ROS_DOMAIN_ID" ;;
+    esac
     # After a node that was killed, shared memory would leave locks behind that delay the next graph.
     export FASTDDS_BUILTIN_TRANSPORTS=${FASTDDS_BUILTIN_TRANSPORTS:-UDPv4}
     # Linear algebra of a few states gains nothing from threads, which take the other nodes' time.

@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -321,10 +322,49 @@ def test_wrong_parameters_are_refused_in_a_sentence(graph: Context, values: dict
 def test_gains_and_limits_given_as_parameters_reach_the_law(graph: Context) -> None:
     values = {"k_P": 7.0, "rate_form": "none", "u_max": 2}
     node = InnerLoopNode(context=graph, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
-    settings = node._settings
+    settings = node._with_speed
     assert (settings.gains.k_P, settings.gains.k_I, settings.gains.rate_form) == (7.0, 10.0, 2)
     assert settings.limits.u_max == 2.0
     node.destroy_node()
+
+
+def changed(node: Node, **values: Any) -> str:
+    """Return what setting a running node's parameters together is answered."""
+    result = node.set_parameters_atomically([Parameter(name, value=value) for name, value in values.items()])
+    return "" if result.successful else str(result.reason)
+
+
+def test_gains_change_while_it_runs_without_a_jump_of_the_throttle(running: Callable[..., Scene]) -> None:
+    scene = running()
+
+    def drive(k: int) -> None:
+        scene.set_point(k, 5.0)
+        scene.estimate(k)
+
+    for k in range(25, 35):
+        drive(k)
+    before = scene.throttles(10)[-1]
+    assert changed(scene.subject, k_P=9, rate_form="bench", rate_time=0.04, u_max=2.9) == ""
+    for k in range(35, 70):
+        drive(k)
+    after = [before, *scene.throttles(45)[10:]]
+    assert max(abs(b - a) for a, b in pairwise(after)) <= 5.0 * 0.04 + 1e-9
+    assert scene.subject._with_speed.gains.k_P == 9.0  # type: ignore[attr-defined]
+    ready = load_strategy("hl-ekf")
+    law = ready.settings._replace(gains=ready.settings.gains._replace(k_P=9.0, rate_form=1, rate_time=0.04))
+    jump = compiled_step(AT_REST, 5.0, 60.0, 0.1, 0.1, True, 0.04, law, ready.coefficients, math.nan, 0.0)[1].u
+    assert abs(jump - before) > 0.5, "such a change would jump"
+
+
+def test_what_is_wrong_with_a_change_is_said_as_at_the_start_and_changes_nothing(running: Callable[..., Scene]) -> None:
+    node = running(strategy="lookup").subject
+    before = node._with_speed  # type: ignore[attr-defined]
+    assert changed(node, hysteresis=-1.0) == (
+        "/inner_loop: parameter hysteresis [N]: expected a finite number from 0; found -1.0"
+    )
+    assert changed(node, k_P=3.0) == "/inner_loop: parameter k_P: expected a number of TableLaw; it has none such"
+    assert changed(node, strategy="hl-ekf").startswith("/inner_loop: parameter strategy: fixed at start")
+    assert node._with_speed is before  # type: ignore[attr-defined]
 
 
 # ---- reference
@@ -356,6 +396,35 @@ def test_a_timer_of_simulated_time_ticks_with_its_period(running: Callable[..., 
     scene.set_time(10**9 + 150_000_000)
     (message,) = scene.after(1, "thrust_setpoint")
     assert (message.thrust, message.header.stamp.nanosec) == (3.0, 150_000_000)
+
+
+def test_level_and_kind_of_the_set_point_change_while_it_runs(running: Callable[..., Scene]) -> None:
+    scene = running(ReferenceNode, kind="constant", level=3.0, repeats=0, start_delay=0.04)
+    for k in (50, 51):
+        scene.send("state", k, n=0.0)
+    assert [m.thrust for m in scene.after(2, "thrust_setpoint")] == [0.0, 3.0]
+    assert changed(scene.subject, level=4) == ""
+    scene.send("state", 52, n=0.0)
+    assert scene.after(3, "thrust_setpoint")[-1].thrust == 4.0
+    assert changed(scene.subject, kind="step") == ""
+    scene.send("state", 53, n=0.0)  # the step begins at its beginning
+    scene.send("state", 180, n=0.0)
+    assert [m.thrust for m in scene.after(5, "thrust_setpoint")][3:] == [-10.0, 10.0]
+    assert "expected one of" in changed(scene.subject, kind="square")
+    assert "start_delay: fixed at start" in changed(scene.subject, start_delay=0.0)
+
+
+def test_no_thrust_is_asked_for_before_the_topic_that_is_waited_for_has_a_publisher(
+    running: Callable[..., Scene],
+) -> None:
+    scene = running(ReferenceNode, kind="constant", level=3.0, wait_for="recorder/recorded")
+    scene.send("state", 50, n=0.0)
+    assert math.isnan(scene.after(1, "thrust_setpoint")[0].thrust)
+    scene.rest.create_publisher(Clock, "recorder/recorded", RELIABLE)
+    count = scene.subject.count_publishers
+    assert spin_until(scene.executor, lambda: count("recorder/recorded") == 1, 10.0)
+    scene.send("state", 51, n=0.0)
+    assert scene.after(2, "thrust_setpoint")[1].thrust == 3.0
 
 
 def test_the_last_word_of_the_reference_takes_the_request_back(running: Callable[..., Scene]) -> None:

@@ -9,6 +9,7 @@ base_link_frd is not used: its signs would be wrong. Where odometry stays away t
 """
 
 import sys
+from collections.abc import Callable, Mapping
 from functools import partial
 from math import isfinite, nan
 from typing import Any
@@ -24,7 +25,7 @@ from thruster_control.vehicle_loop import NOWHERE, Answer
 from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterFailure, ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import node_main
-from thruster_runtime.parameters import declare, refused
+from thruster_runtime.parameters import changeable, declare, refused
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
 
@@ -71,6 +72,17 @@ class AllocatorNode(Node):
             listen(self, ThrusterEstimate, f"thruster_{i}/estimate", partial(self._on_estimate, name))
         listen(self, Odometry, "rov/odometry", self._on_odometry)
         self.create_timer(values["odometry_timeout"] / 4.0, self._on_timer)
+        changeable(self, PARAMETERS, values, self._change)
+
+    def _change(self, values: Mapping[str, Any]) -> tuple[Callable[[], None], list[str]]:
+        """Gains take over little by little; what has failed and what is remembered stays."""
+        other, problems = chosen_loop(values)
+
+        def count() -> None:
+            assert other is not None
+            self._loop.take_up(other.law)
+
+        return count, problems
 
     def on_stop(self) -> None:
         """Take the requests back."""

@@ -39,18 +39,19 @@ PARAMETERS = (
         description="outer loop: (2.22) with quaternions or Euler angles, that made linear, or a PID for each axis",
     ),
     Parameter(
-        name="K_P_linear", default=1.0, unit="1/s", lower=0.0, above=True, upper=100.0,
+        name="K_P_linear", default=1.0, unit="1/s", lower=0.0, above=True, upper=100.0, live=True,
         description="proportional gain of surge, sway, heave",
     ),
     Parameter(
-        name="K_P_angular", default=2.0, unit="1/s", lower=0.0, above=True, upper=100.0,
+        name="K_P_angular", default=2.0, unit="1/s", lower=0.0, above=True, upper=100.0, live=True,
         description="proportional gain of the body's rates",
     ),
     Parameter(
-        name="k_I", default=2.0, unit="1/s^2", lower=0.0, upper=100.0, description="gain of the error of attitude"
+        name="k_I", default=2.0, unit="1/s^2", lower=0.0, upper=100.0, live=True,
+        description="gain of the error of attitude",
     ),
     Parameter(
-        name="k_integral", default=0.2, unit="1/s^2, 1/s^3", lower=0.0, upper=100.0,
+        name="k_integral", default=0.2, unit="1/s^2, 1/s^3", lower=0.0, upper=100.0, live=True,
         description="pid: gain of the integrals of speed and of angle",
     ),
     Parameter(

@@ -10,6 +10,7 @@ voltage, or that of `rov/battery` (the nominal one where neither is measured). W
 """
 
 import sys
+from collections.abc import Callable, Mapping
 from math import nan
 from typing import Any
 
@@ -20,8 +21,10 @@ from sensor_msgs.msg import BatteryState
 
 from thruster_control.inner_loop import Output, Status
 from thruster_control.inner_loop_parameters import PARAMETERS, chosen_strategy, without_speed
+from thruster_control.law_changes import HAND_OVER_TIME, handing_over
 from thruster_control.online import START, Inputs, advance
 from thruster_control.settings import SteadyFlowLaw
+from thruster_control.strategies_io import Ready
 from thruster_msgs.msg import (
     FlowVelocity,
     Throttle,
@@ -33,7 +36,7 @@ from thruster_msgs.msg import (
 from thruster_runtime.diagnostics import Level
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import node_main
-from thruster_runtime.parameters import declare, refused
+from thruster_runtime.parameters import changeable, declare, refused
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin, held
@@ -74,13 +77,14 @@ class InnerLoopNode(Node):
         ready, problems = chosen_strategy(values)
         if ready is None:
             raise refused(self, problems)
-        self._settings, self._p, self._period = ready.settings, ready.coefficients, values["period"]
+        self._p, self._period, self._blind = ready.coefficients, values["period"], False
         self._setpoint_timeout, self._measured_timeout = (
             round(values[name] * 1e9) for name in ("setpoint_timeout", "measured_timeout")
         )
         self._nominal_supply = getattr(self._p, "nominal_supply", nan)
         self._track = START
-        self._with_speed, self._without_speed = ready.settings, without_speed(ready)
+        self._take_up(ready)
+        self._changed: int | None = None  # the first instant after a change [ns], 0: still to come
         for settings in (self._with_speed, self._without_speed):
             # Once beside the track: the first message shall not wait for a compiler.
             advance(START, Inputs(0, 0.0, 0.0, 0.0, 0.0, False, nan, 0.0, 1.0), self._period, settings, self._p)
@@ -89,7 +93,7 @@ class InnerLoopNode(Node):
         prefix = f"thruster_{values['thruster']}"
         inputs = {"setpoint": Input(timeout=self._setpoint_timeout, wait=values["wait_for_setpoint"])}
         measured = Input(timeout=self._measured_timeout)
-        if isinstance(self._settings, SteadyFlowLaw):
+        if isinstance(self._with_speed, SteadyFlowLaw):
             inputs["flow"] = measured
             listen(self, FlowVelocity, f"{prefix}/flow", self._on_flow)
         if values["load_cell"]:
@@ -108,6 +112,32 @@ class InnerLoopNode(Node):
             listen(self, ThrusterState, f"{prefix}/state", self._on_state)
         else:
             listen(self, ThrusterEstimate, f"{prefix}/estimate", self._on_estimate)
+        changeable(self, PARAMETERS, values, self._change)
+
+    def _take_up(self, ready: Ready) -> None:
+        self._with_speed, self._without_speed = ready.settings, without_speed(ready)
+
+    def _change(self, values: Mapping[str, Any]) -> tuple[Callable[[], None], list[str]]:
+        """Gains and limits count from the next instant on; for a while the throttle moves slowly, without a jump."""
+        ready, problems = chosen_strategy(values)
+
+        def count() -> None:
+            assert ready is not None
+            self._take_up(ready)
+            self._changed = 0
+
+        return count, problems
+
+    def _settings_at(self, stamp: int) -> Any:
+        """Return the law's settings for an instant [ns]."""
+        settings = self._without_speed if self._blind else self._with_speed
+        if self._changed is None:
+            return settings
+        self._changed = self._changed or stamp
+        if not 0 <= stamp - self._changed < HAND_OVER_TIME:
+            self._changed = None
+            return settings
+        return handing_over(settings)
 
     def on_stop(self) -> None:
         """Command zero."""
@@ -119,8 +149,7 @@ class InnerLoopNode(Node):
 
     def _on_failure(self, failure: Any) -> None:
         if failure.thruster == self._thruster:
-            blind = failure.kind == ThrusterFailure.KIND_NO_SPEED
-            self._settings = self._without_speed if blind else self._with_speed
+            self._blind = failure.kind == ThrusterFailure.KIND_NO_SPEED
 
     def _on_flow(self, flow: Any) -> None:
         self._take("flow", flow.stamp, nan if flow.spike else flow.ambient)
@@ -159,7 +188,7 @@ class InnerLoopNode(Node):
             supply=_relative(volts, self._nominal_supply),
         )
         track = START if due.former is None else self._track
-        self._track, out = advance(track, inputs, self._period, self._settings, self._p)
+        self._track, out = advance(track, inputs, self._period, self._settings_at(due.stamp), self._p)
         self._publish(due.stamp, frame_id, out)
 
     def _measured(self, due: Due, name: str) -> float:
@@ -169,7 +198,7 @@ class InnerLoopNode(Node):
         self._frame_id = frame_id
         self._throttles.publish(_THROTTLE.record(stamp=stamp, frame_id=frame_id, commanded=out.u, sent=nan))
         level, words = _WORDS[Status(out.status)]
-        if self._settings is not self._with_speed:
+        if self._blind and self._without_speed is not self._with_speed:
             level, words = ("warn" if level == "ok" else level), f"{words}; {_BLIND}"
         self._health.report(stamp, level, words)
 

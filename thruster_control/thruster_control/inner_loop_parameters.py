@@ -65,24 +65,25 @@ PARAMETERS = (
         description="silence after which a measured flow or load is neither waited for nor used",
     ),
     Parameter(
-        name="u_max", default=nan, unit="V", lower=0.0, above=True, unset=True,
+        name="u_max", default=nan, unit="V", lower=0.0, above=True, unset=True, live=True,
         description="largest throttle; NaN: the strategy's own",
     ),
     *(
         Parameter(
             name=name, default=getattr(Limits(), name), unit=unit, description=words, above=name in _ABOVE_ZERO,
-            lower=-inf if name == "idle_thrust" else 0.0,
+            lower=-inf if name == "idle_thrust" else 0.0, live=True,
         )
         for name, (unit, words) in _LIMITS.items()
     ),
     *(
         Parameter(
-            name=name, default=nan, unit=unit, lower=0.0, unset=True, description=f"{words}; NaN: the strategy's own"
+            name=name, default=nan, unit=unit, lower=0.0, unset=True, live=True,
+            description=f"{words}; NaN: the strategy's own",
         )
         for name, (unit, words) in _GAINS.items()
     ),
     Parameter(
-        name="rate_form", default="", choices=("", *_FORMS),
+        name="rate_form", default="", choices=("", *_FORMS), live=True,
         description="what stands for the rate of n_d; empty: the strategy's own; bench: a gain of 1 / rate_time",
     ),
 )  # fmt: skip

@@ -1,11 +1,20 @@
-"""A law with some of its numbers changed by their names, wherever in it they stand: itself, its gains, its limits."""
+"""A law with some of its numbers changed by their names, wherever in it they stand: itself, its gains, its limits.
+
+What another gain would make of the present error is a jump of the throttle. Where a law is changed while it runs, the
+throttle's rate is therefore bounded for a while; anti-windup takes that for the limit that it is.
+"""
 
 from collections.abc import Mapping
 from typing import Any
 
 from thruster_control.settings import Gains
 
-__all__ = ["changed_law"]
+__all__ = ["HAND_OVER_RATE", "HAND_OVER_TIME", "changed_law", "handing_over"]
+
+HAND_OVER_RATE = 5.0
+"""[V/s] The throttle's largest rate after a change: a fifth of a volt in a period of 40 ms."""
+HAND_OVER_TIME = 1_000_000_000
+"""[ns] For how long."""
 
 
 def changed_law(law: Any, changes: Mapping[str, Any]) -> Any:
@@ -26,3 +35,9 @@ def changed_law(law: Any, changes: Mapping[str, Any]) -> Any:
         if chosen:
             law = law._replace(**{part: getattr(law, part)._replace(**chosen)})
     return law._replace(**{name: value for name, value in changes.items() if name in own})
+
+
+def handing_over(law: Any) -> Any:
+    """Return the law for the time after a change: with the throttle's rate bounded."""
+    rate = min(law.limits.u_dot_max, HAND_OVER_RATE)
+    return law._replace(limits=law.limits._replace(u_dot_max=rate))

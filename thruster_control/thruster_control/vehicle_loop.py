@@ -1,7 +1,7 @@
 """Outer loop and allocation of a vehicle while odometry arrives: what it remembers, what has failed, what it says."""
 
 from collections.abc import Sequence
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +13,12 @@ from thruster_control.outer_loop.controller import Controller, compiled_controll
 from thruster_control.outer_loop.settings import VehicleSetPoint
 from thruster_control.outer_loop.step import OuterStatus
 
-__all__ = ["NOWHERE", "Answer", "VehicleLoop"]
+__all__ = ["HAND_OVER", "NOWHERE", "Answer", "VehicleLoop", "between"]
 
 Array = NDArray[np.float64]
 Level = Literal["ok", "warn", "error"]
+HAND_OVER = 1.0
+"""[s] In which one law becomes another of its kind, so that no wrench jumps."""
 NOWHERE = VehicleSetPoint(*5 * ((np.nan, np.nan, np.nan),))
 """No set point."""
 _OUTER: dict[OuterStatus, tuple[Level, str]] = {
@@ -44,12 +46,24 @@ class Answer(NamedTuple):
     words: str
 
 
+def between(old: Any, new: Any, share: float) -> Any:
+    """Return the law that lies between two of one kind: the old one at a share of 0, the new one at 1."""
+    if share >= 1.0:
+        return new
+    mixed = [a + share * (b - a) for a, b in zip(old, new, strict=True)]
+    for found, like in zip(mixed, old, strict=True):
+        if isinstance(found, np.ndarray):
+            found.flags.writeable = like.flags.writeable  # else kernels would be compiled anew
+    return type(old)(*mixed)
+
+
 class VehicleLoop:
     """A controller, its memory and the failures reported to it."""
 
     def __init__(self, controller: Controller, settings: AllocationSettings, period: float) -> None:
         """Begin at rest; `period` [s] is that of the first step."""
         self._controller, self._settings, self._period = controller, settings, float(period)
+        self._law: tuple[Any, Any, float] | None = None  # old and new one, share of the new one
         self._failures: dict[int, Failure] = {}
         self._thrusts = np.zeros(controller.coefficients.K_t.shape[1])
         self._lost = failures_in_words(controller.coefficients.K_t, {}, settings.given_up)
@@ -59,6 +73,15 @@ class VehicleLoop:
         """Forget what was: at rest, but for the failures."""
         self._memory = controller_memory(self._thrusts.size)
         self._thrusts[:] = 0.0
+
+    @property
+    def law(self) -> Any:
+        """The law as it is now."""
+        return self._controller.law
+
+    def take_up(self, law: Any) -> None:
+        """Let another law of the same kind take over, little by little."""
+        self._law = (self.law, law, 0.0)
 
     @property
     def inflow(self) -> Array:
@@ -89,6 +112,11 @@ class VehicleLoop:
         """Return the answer to a state, dt [s] after the former one, None for the first; else as `controller_step`."""
         if dt is None:
             self.restart()
+        if self._law is not None:
+            old, new, share = self._law
+            share += (self._period if dt is None else dt) / HAND_OVER
+            self._controller = self._controller._replace(law=between(old, new, share))
+            self._law = None if share >= 1.0 else (old, new, share)
         outer, allocated, _ = compiled_controller(
             self._memory, np.array(q, dtype=np.float64), nu, set_point, U, self._period if dt is None else dt,
             self._controller, self._thrusts,

@@ -9,6 +9,8 @@ attitude.
 """
 
 import sys
+from collections.abc import Mapping
+from functools import partial
 from math import isfinite, nan
 from typing import Any
 
@@ -25,7 +27,7 @@ from thruster_model.equations.attitude import euler_from_quaternion, normalised
 from thruster_msgs.msg import VehicleSetpoint
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.node_main import node_main
-from thruster_runtime.parameters import Parameter, declare, refused
+from thruster_runtime.parameters import Parameter, changeable, declare, refused
 from thruster_runtime.records import RecordPublisher, format_of, listen
 
 __all__ = ["PARAMETERS", "VehicleReferenceNode", "main"]
@@ -53,7 +55,7 @@ PARAMETERS = (
     ),
     *(
         Parameter(name=name, default=getattr(_STICK, name), unit=unit, lower=0.0, above=True, upper=100.0,
-                  description=words)
+                  live=True, description=words)
         for name, (unit, words) in _LIMITS.items()
     ),
     Parameter(name="trigger", default="odometry", choices=("odometry", "timer"), description="what a tick is"),
@@ -76,7 +78,7 @@ class VehicleReferenceNode(Node):
             raise refused(self, [f"script: {line}" for line in str(error).split("\n")]) from error
         self._name, self._by_operator = values["script"], values["source"] == "operator"
         self._delay, self._timeout = (round(values[name] * 1e9) for name in ("start_delay", "operator_timeout"))
-        self._limits = OperatorSettings(**{name: values[name] for name in OperatorSettings._fields})
+        self._limit(values)
         self._first: int | None = None
         self._last = 0
         self._track: OperatorTrack | None = None
@@ -90,6 +92,10 @@ class VehicleReferenceNode(Node):
             listen(self, Odometry, "rov/odometry", self._on_odometry)
         if not self._ticks_by_odometry:
             self.create_timer(values["period"], lambda: self._tick(self.get_clock().now().nanoseconds))
+        changeable(self, PARAMETERS, values, lambda wanted: (partial(self._limit, wanted), []))
+
+    def _limit(self, values: Mapping[str, Any]) -> None:
+        self._limits = OperatorSettings(**{name: values[name] for name in OperatorSettings._fields})
 
     def on_stop(self) -> None:
         """Take the set point back."""

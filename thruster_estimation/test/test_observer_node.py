@@ -167,6 +167,44 @@ def test_the_tachometers_sign_counts_only_where_it_was_measured(observing: Calla
     assert "no usable speed" not in scene.estimates[1].reason, "a magnitude, with the belief's sign"
 
 
+@pytest.mark.parametrize("form", ["proper", "bench"])
+def test_readings_that_no_thruster_can_give_are_refused_counted_and_said_and_the_estimate_goes_on(
+    observing: Callable[..., Scene], form: str
+) -> None:
+    scene = observing(estimator="ekf", form=form, wait_for_throttle=False, wait_for_flow=False)
+    readings = [50.0, 50.0, 1e9, 50.0, 1e307, 50.0]
+    for k, n in enumerate(readings):
+        scene.send("flow", k, axial=math.nan, ambient=1e9 if k == 3 else 0.1)
+        scene.state(k, n)
+        assert scene.count(k + 1)
+    assert all(abs(e.n) < 80.0 and abs(e.ambient) < 1.0 for e in scene.estimates)
+    refused = [k for k, e in enumerate(scene.estimates) if "one that no thruster has and was refused" in e.reason]
+    assert refused == [2, 4]
+    assert all(scene.estimates[k].status != ThrusterEstimate.STATUS_OK for k in refused)
+    assert scene.subject._refused["implausible speeds"] == 2
+
+
+def test_densities_and_gates_change_while_it_runs_by_the_same_rules_and_the_belief_stays(
+    observing: Callable[..., Scene],
+) -> None:
+    scene = observing(estimator="speed-ekf", wait_for_throttle=False)
+    scene.state(0, 50.0)
+    assert scene.count(1)
+
+    def change(name: str, value: Any) -> str:
+        (result,) = scene.subject.set_parameters([Parameter(name, value=value)])
+        return str(result.reason) if not result.successful else "changed"
+
+    assert change("gate", 16) == "changed"  # an integer for a number
+    assert change("speed_noise", 2.0) == "changed"
+    assert (scene.subject._settings.gate, scene.subject._settings.r_n) == (16.0, 4.0)
+    assert scene.subject._track.belief is not None and scene.subject._track.belief.n == pytest.approx(50.0)
+    assert "expected a number above 0, or NaN for none; found 0.0" in change("gate", 0.0)
+    assert "q_v: expected a setting of speed-ekf; found one that it does not have" in change("q_v", 1.0)
+    assert "estimator: fixed at start" in change("estimator", "nlo")
+    assert scene.subject.get_parameter("gate").value == 16.0
+
+
 def test_a_bench_that_starts_again_begins_a_new_estimate(observing: Callable[..., Scene]) -> None:
     scene = observing(estimator="speed-ekf", wait_for_throttle=False)
     for k, n in ((100, 90.0), (101, 90.0), (0, 10.0)):

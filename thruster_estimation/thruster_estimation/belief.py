@@ -34,6 +34,8 @@ class Status(IntFlag):
     NO_COVARIANCE = 2048
     RESTARTED = 4096
     PREDICTED = 8192
+    IMPLAUSIBLE_N = 16384
+    IMPLAUSIBLE_U = 32768
 
 
 class Level(IntEnum):
@@ -54,6 +56,8 @@ _WORDS = {
     Status.STALE_U: "no ambient flow was used for too long",
     Status.NO_THROTTLE: "throttle not known: the speed was held and its deviation widened",
     Status.BAD_PERIOD: "the period was no finite time >= 0: nothing was predicted",
+    Status.IMPLAUSIBLE_N: "the speed measured is one that no thruster has and was refused",
+    Status.IMPLAUSIBLE_U: "the ambient flow measured is one that no thruster meets and was refused",
     Status.RESTARTED: "the estimate left the numbers and was started again with the largest deviations",
 }
 _INVALID = Status.STALE_N | Status.RESTARTED | Status.BAD_PERIOD

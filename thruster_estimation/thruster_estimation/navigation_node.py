@@ -6,6 +6,7 @@ publishes   rov/odometry: pose in map_ned, velocity in base_link_frd, stamped wi
 """
 
 import sys
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from math import nan
 from typing import Any
@@ -31,7 +32,7 @@ from thruster_msgs.msg import Depth
 from thruster_runtime.diagnostics import Level as DiagnosticLevel
 from thruster_runtime.join_health import JoinHealth
 from thruster_runtime.node_main import node_main
-from thruster_runtime.parameters import declare
+from thruster_runtime.parameters import changeable, declare
 from thruster_runtime.records import RecordPublisher, format_of, listen
 from thruster_runtime.triggered_join import Due, Input, TriggeredJoin
 
@@ -70,6 +71,19 @@ class NavigationNode(Node):
         listen(self, Depth, "rov/depth", self._on_depth)
         listen(self, Imu, "rov/imu", self._on_imu)
         self._health.report(0, "warn", "nothing heard on rov/imu yet")
+        changeable(self, NAVIGATION_PARAMETERS, values, self._change)
+
+    def _change(self, values: Mapping[str, Any]) -> tuple[Callable[[], None], list[str]]:
+        """Noise and gates count from the next reading on; the belief stays."""
+        try:
+            settings = chosen_settings(values)
+        except ValueError as error:
+            return (lambda: None), str(error).split("\n")
+
+        def count() -> None:
+            self._settings = settings
+
+        return count, []
 
     def _compile(self) -> None:
         """Step twice beside the track: the first message shall not wait for a compiler."""

@@ -30,6 +30,7 @@ _NOISE = (
     ("still_time", "s", "time in which that belief counts as one measurement"),
     ("gravity", "m/s^2", "gravity"),
 )  # fmt: skip
+_AT_START = ("gyro_bias_deviation", "force_bias_deviation", "velocity_deviation", "gravity")
 _MAY_BE_ZERO = ("walk", "deviation")
 
 
@@ -82,7 +83,7 @@ NAVIGATION_PARAMETERS = (
     *[
         Parameter(
             name=name, default=getattr(_DEFAULTS, name), unit=unit, description=words, lower=0.0,
-            above=not name.endswith(_MAY_BE_ZERO),
+            above=not name.endswith(_MAY_BE_ZERO), live=name not in _AT_START,
         )
         for name, unit, words in _NOISE
     ],

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from math import inf, isnan, nan
 from typing import Any, NamedTuple
 
+from thruster_estimation.online import LARGEST_FLOW, LARGEST_SPEED
 from thruster_estimation.replay import Job, problem_with
 from thruster_estimation.settings import BENCH, OBSERVERS, PERIOD, PROPER, bench_settings, checked
 from thruster_model.errors import ThrusterModelError
@@ -18,7 +19,8 @@ _OWN = "NaN: the bench's"
 def _own(name: str, unit: str, description: str, *, above: bool = False, lower: float = 0.0, **more: Any) -> Parameter:
     words = f"{description}; {_OWN}"
     return Parameter(
-        name=name, default=nan, unit=unit, description=words, unset=True, lower=lower, above=above, **more
+        name=name, default=nan, unit=unit, description=words, unset=True, lower=lower, above=above, live=True,
+        **more,
     )  # fmt: skip
 
 
@@ -75,6 +77,14 @@ PARAMETERS = (
     Parameter(
         name="flow_timeout", default=0.5, unit="s", lower=0.0, above=True, upper=3600.0,
         description="silence after which the ambient flow is not waited for",
+    ),
+    Parameter(
+        name="largest_speed", default=LARGEST_SPEED, unit="rad/s", lower=0.0, above=True, live=True,
+        description="a speed measured beyond is none that a thruster has: refused and counted",
+    ),
+    Parameter(
+        name="largest_flow", default=LARGEST_FLOW, unit="m/s", lower=0.0, above=True, live=True,
+        description="an ambient flow measured beyond is none that a thruster meets: refused and counted",
     ),
     *_NOISE,
     *_SETTINGS,

@@ -17,12 +17,30 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_estimation.belief import Belief, Innovation, covariance_of, initial_belief
+from thruster_estimation.belief import Belief, Innovation, Status, covariance_of, initial_belief
 from thruster_estimation.first_belief import measured_belief
 from thruster_estimation.offline import compiled_step
 from thruster_estimation.settings import BENCH, SpeedEkfSettings
 
-__all__ = ["START", "Measured", "Track", "advance", "covariance_matrix", "first_belief", "mean_throttle", "states"]
+__all__ = [
+    "LARGEST_FLOW",
+    "LARGEST_SPEED",
+    "START",
+    "Measured",
+    "Track",
+    "advance",
+    "covariance_matrix",
+    "first_belief",
+    "mean_throttle",
+    "plausible",
+    "states",
+]
+
+
+LARGEST_SPEED = 2000.0
+"""[rad/s] 19,000 rpm: what is measured beyond is no speed of a thruster, whatever an observer's gate would say."""
+LARGEST_FLOW = 20.0
+"""[m/s] As `LARGEST_SPEED`, of the ambient flow."""
 
 
 class Measured(NamedTuple):
@@ -43,6 +61,18 @@ class Track(NamedTuple):
 
 
 START = Track(None, None, None)
+
+
+def plausible(
+    measured: Measured, largest_speed: float = LARGEST_SPEED, largest_flow: float = LARGEST_FLOW
+) -> tuple[Measured, Status]:
+    """Return what was measured without readings that no thruster can give, and which of them there were."""
+    flags = Status.INITIAL
+    if abs(measured.n) > largest_speed:
+        measured, flags = measured._replace(n=nan), flags | Status.IMPLAUSIBLE_N
+    if abs(measured.U) > largest_flow:
+        measured, flags = measured._replace(U=nan), flags | Status.IMPLAUSIBLE_U
+    return measured, flags
 
 
 def first_belief(n: float, U: float, u: float, unsigned: bool, form: int) -> Belief:

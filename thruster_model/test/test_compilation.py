@@ -16,7 +16,9 @@ from thruster_model.equations.thruster import input_map
 def own_cache(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     monkeypatch.setattr(compilation, "_cache_folders", {})
-    return tmp_path
+    compilation._private_parent.cache_clear()
+    yield tmp_path
+    compilation._private_parent.cache_clear()
 
 
 def package(folder: Path, body: str) -> Path:
@@ -37,6 +39,33 @@ def test_a_changed_equation_in_another_file_gets_a_new_cache_folder(own_cache, m
 def test_the_cache_is_readable_by_its_owner_alone(own_cache):
     folder = compilation.cache_folder()
     assert stat.S_IMODE(folder.stat().st_mode) == 0o700
+    assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
+
+
+@pytest.mark.parametrize("writable", ["", "thruster_model", "thruster_model/0123456789abcdef"])
+def test_a_folder_that_others_may_write_is_refused_and_a_private_one_is_used(own_cache, monkeypatch, caplog, writable):
+    """They could have put code of theirs into it, which the files are."""
+    home, shared = own_cache / "home", own_cache / "shared"
+    for folder in (home, shared / "thruster_model" / "0123456789abcdef"):
+        folder.mkdir(parents=True, mode=0o700)
+    (shared / writable).chmod(0o777)
+    monkeypatch.setenv("HOME", str(home))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(shared))
+    assert compilation.cache_folder().parent == home / ".cache" / "thruster_model"
+    assert f"others may write {(shared / writable).resolve()}" in caplog.text
+
+
+def test_a_folder_that_others_own_is_refused_and_where_the_home_is_too_one_is_made_for_the_process(
+    own_cache, monkeypatch, caplog
+):
+    monkeypatch.setenv("HOME", str(own_cache))
+    if os.getuid() == 0:
+        os.chown(own_cache, 12345, -1)
+    else:
+        monkeypatch.setattr(os, "getuid", lambda: 12345)
+    folder = compilation.cache_folder()
+    assert "others own" in caplog.text
+    assert own_cache not in folder.parents
     assert stat.S_IMODE(folder.parent.stat().st_mode) == 0o700
 
 

@@ -1,14 +1,21 @@
 """Compile kernels with numba into a cache that notices every change of the equations.
 
 numba's own cache looks at the file of the compiled function only, so a changed callee in another file would go
-unseen. Here the cache folder is named after a hash of all source files of the packages that hold equations, is
-private to the user, and is never a shared temporary folder (its files are pickles).
+unseen. Here the cache folder is named after a hash of all source files of the packages that hold equations and is
+private to the user: its files are pickles, and who writes them has his code run. A folder that somebody else owns or
+may write, or that lies in one, is not used: a private one takes its place, in ~/.cache or else for this process alone.
 """
 
+import atexit
 import hashlib
+import logging
 import os
+import shutil
+import stat
+import tempfile
 from collections.abc import Callable
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
@@ -21,6 +28,7 @@ __all__ = ["cache_folder", "compiled", "equation", "inlined"]
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 _PACKAGE = Path(__file__).parent
+_LOG = logging.getLogger(__name__)
 _KEPT_CACHES = 8
 _IN_USE = 3600.0  # s
 _cache_folders: dict[frozenset[Path], Path] = {}
@@ -54,10 +62,9 @@ def cache_folder(*packages: Path) -> Path:
     """Return the cache folder for kernels built from `packages`, made if need be, readable by its owner alone."""
     key = frozenset({_PACKAGE, *packages})
     if key not in _cache_folders:
-        parent = _cache_root() / "thruster_model"
+        parent = _private_parent()
         folder = parent / _sources_hash(key)
-        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
-        parent.chmod(0o700)
+        folder.mkdir(exist_ok=True, mode=0o700)
         os.utime(folder)
         _remove_oldest(parent)
         _cache_folders[key] = folder
@@ -78,8 +85,41 @@ def _packages_of(function: Callable[..., Any]) -> set[Path]:
     return {_package_root(source) for source in sources if source.is_absolute()}  # generated code has no file
 
 
-def _cache_root() -> Path:
-    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
+@cache
+def _private_parent() -> Path:
+    """Return the folder of all caches, made if need be, that nobody but the user can have written into."""
+    own = Path.home() / ".cache"
+    for root in dict.fromkeys((Path(os.environ.get("XDG_CACHE_HOME") or own), own)):
+        parent = root / "thruster_model"
+        try:
+            parent.mkdir(parents=True, exist_ok=True, mode=0o700)
+            trouble = next((said for path in (parent, *parent.glob("[!.]*")) if (said := _shared(path))), "")
+        except OSError as error:
+            trouble = f"{parent} cannot be made: {error.strerror}"
+        if not trouble:
+            return parent
+        _LOG.warning(
+            "compiled code is not kept in %s: %s, and so could put code of theirs there; expected a folder of your own "
+            "(the variable XDG_CACHE_HOME names another place)", parent, trouble,
+        )  # fmt: skip
+    alone = tempfile.mkdtemp(prefix="thruster_model-")  # private by its making
+    atexit.register(shutil.rmtree, alone, ignore_errors=True)
+    return Path(alone)
+
+
+def _shared(folder: Path) -> str:
+    """Return who else owns or may write a folder or one that it lies in, "" for nobody.
+
+    In a folder like /tmp, whose sticky bit lets everybody write but only owners rename, one's own folder is safe.
+    """
+    for place in (path := folder.resolve(), *path.parents):
+        found = place.stat()
+        if found.st_uid not in (0, os.getuid()):
+            return f"others own {place}"
+        by_group = found.st_mode & stat.S_IWGRP and not (found.st_gid == os.getgid() == os.getuid())
+        if (by_group or found.st_mode & stat.S_IWOTH) and not (found.st_mode & stat.S_ISVTX and place != path):
+            return f"others may write {place}"
+    return ""
 
 
 def _package_root(source: Path) -> Path:
