@@ -1,3 +1,4 @@
+import os
 import signal
 import subprocess
 import sys
@@ -14,7 +15,7 @@ from std_msgs.msg import Float64
 
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import EXECUTOR_KINDS
-from thruster_runtime.node_main import LAST_WORDS, REFUSED, STOPPED, run_node
+from thruster_runtime.node_main import ENDS_WITH, LAST_WORDS, REFUSED, STOPPED, run_node
 from thruster_runtime.qos import RELIABLE
 
 # A node in a process of its own: says when it spins, and whether it could still publish when it stopped.
@@ -71,6 +72,29 @@ def test_a_signal_ends_the_process_with_status_0_after_its_last_word(
         finally:
             process.kill()  # leaving the block waits for the process, without a deadline
     assert (out, err, process.returncode) == ("stopped\n", "", STOPPED)
+
+
+@pytest.mark.parametrize("how", ["killed", "gone before"])
+def test_a_process_ends_cleanly_when_the_one_is_gone_without_which_it_is_to_end(how: str, tmp_path: Path) -> None:
+    program = tmp_path / "subject.py"
+    program.write_text(PROGRAM, encoding="utf-8")
+    with subprocess.Popen(["sleep", "100"]) as keeper:
+        if how != "killed":
+            keeper.kill()
+            keeper.wait()
+        environment = {**os.environ, ENDS_WITH: str(keeper.pid)}
+        command = [sys.executable, str(program)]
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True) as process:
+            try:
+                if how == "killed":
+                    assert process.stdout is not None
+                    assert process.stdout.readline() == "spinning\n"
+                    keeper.kill()  # nobody collects it yet: a zombie is gone all the same
+                out, _ = process.communicate(timeout=30.0)
+            finally:
+                process.kill()
+                keeper.kill()
+    assert (out, process.returncode) == ("stopped\n", STOPPED)
 
 
 class Subject(Node):

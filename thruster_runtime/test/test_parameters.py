@@ -9,7 +9,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter as RosParameter
 
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.parameters import Parameter, declare
+from thruster_runtime.parameters import FIXED, Parameter, changeable, declare
 
 TABLE = (
     Parameter(name="rate", default=25.0, unit="Hz", lower=0.0, above=True, upper=1000.0, description="rate"),
@@ -53,11 +53,13 @@ def test_the_running_node_tells_description_unit_range_and_type_and_does_not_cha
     node, _ = declared()
     rate, index, kind = (node.describe_parameter(name) for name in ("rate", "index", "kind"))
     assert (rate.description, rate.type) == ("rate [Hz]", ParameterType.PARAMETER_DOUBLE)
-    assert rate.additional_constraints.startswith("a finite number above 0 and up to 1000; fixed at start")
+    assert rate.additional_constraints == f"a finite number above 0 and up to 1000; {FIXED}"
     assert (rate.floating_point_range[0].from_value, rate.floating_point_range[0].to_value) == (0.0, 1000.0)
     assert (index.integer_range[0].from_value, index.integer_range[0].to_value) == (0, 7)
-    assert kind.additional_constraints.startswith("step, ramp; fixed at start")
-    assert not any(each.successful for each in node.set_parameters([RosParameter("rate", value=50.0)]))
+    assert kind.additional_constraints == f"step, ramp; {FIXED}"
+    (answer,) = node.set_parameters([RosParameter("rate", value=50.0)])
+    assert (answer.successful, answer.reason) == (False, f"/subject: parameter rate: {FIXED}")
+    assert rate.read_only
 
 
 @pytest.mark.parametrize(
@@ -96,3 +98,49 @@ def test_all_that_is_wrong_is_said_at_once(declared: Any) -> None:
 def test_a_table_with_a_default_that_it_would_refuse_cannot_be_written() -> None:
     with pytest.raises(ValueError, match=r"default of rate: expected a finite number from 1; found 0\.0"):
         Parameter(name="rate", default=0.0, lower=1.0, description="rate")
+
+
+LIVE = (
+    Parameter(name="gain", default=1.0, unit="1/s", lower=0.0, upper=10.0, live=True, description="gain"),
+    Parameter(name="bias", default=0.5, lower=0.0, upper=10.0, live=True, description="bias, below the gain"),
+    Parameter(name="names", default=("a", "b"), description="a list"),
+)
+
+
+@pytest.fixture
+def live(context: Context) -> Iterator[tuple[Node, list[dict[str, Any]]]]:
+    node = Node("subject", context=context)
+    counted: list[dict[str, Any]] = []
+
+    def change(values: dict[str, Any]) -> tuple[Any, list[str]]:
+        wrong = [] if values["bias"] < values["gain"] else [f"bias: expected below the gain; found {values['bias']:g}"]
+        return (lambda: counted.append(values)), wrong
+
+    changeable(node, LIVE, declare(node, LIVE), change)
+    yield node, counted
+    node.destroy_node()
+
+
+def test_a_live_parameter_changes_by_the_same_rules_and_sentences(live: Any) -> None:
+    node, counted = live
+    (answer,) = node.set_parameters([RosParameter("gain", value=3)])  # an integer for a number
+    assert answer.successful and counted[-1]["gain"] == 3.0 and node.get_parameter("gain").value == 3.0
+    for wrong, sentence in (
+        (11.0, "gain [1/s]: expected a finite number from 0 up to 10; found 11.0"),
+        ("fast", "gain [1/s]: expected a number; found 'fast'"),
+        (0.25, "bias: expected below the gain; found 0.5"),
+    ):
+        (answer,) = node.set_parameters([RosParameter("gain", value=wrong)])
+        assert (answer.successful, answer.reason) == (False, f"/subject: parameter {sentence}")
+    assert len(counted) == 1 and node.get_parameter("gain").value == 3.0
+
+
+def test_values_that_contradict_each_other_alone_may_be_changed_together(live: Any) -> None:
+    node, counted = live
+    both = [RosParameter("bias", value=4.0), RosParameter("gain", value=5.0)]
+    assert node.set_parameters_atomically(both).successful
+    assert [(each["bias"], each["gain"]) for each in counted] == [(4.0, 5.0)]
+
+
+def test_a_list_of_texts_is_declared(live: Any) -> None:
+    assert list(live[0].get_parameter("names").value) == ["a", "b"]
