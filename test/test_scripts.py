@@ -163,9 +163,11 @@ def test_env_brings_the_packages_into_a_strict_shell_in_any_folder(tmp_path: Pat
     assert prefix == str(ROOT / "install" / "thruster_msgs")
 
 
-def test_env_keeps_the_users_discovery_range() -> None:
+@pytest.mark.parametrize(("variable", "seen"), [("machine", "LOCALHOST"), ("network", "SUBNET")])
+def test_who_takes_part_is_decided_by_a_variable_of_our_own(variable: str, seen: str) -> None:
     code = '. scripts/env.sh; echo "$ROS_AUTOMATIC_DISCOVERY_RANGE"'
-    assert run(["bash", "-c", code], {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET"}).stdout == "SUBNET\n"
+    given = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "THRUSTER_NETWORK": variable}
+    assert run(["bash", "-c", code], given).stdout == f"{seen}\n"
 
 
 def test_env_without_setup_says_what_to_run(clone: Path) -> None:
