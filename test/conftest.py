@@ -1,6 +1,5 @@
 """What tests that cross packages share: contexts and graphs of their own, and this folder's modules."""
 
-import os
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -12,12 +11,7 @@ from rclpy.context import Context
 
 sys.path.insert(0, str(Path(__file__).parent))
 
-
-def a_context() -> Context:
-    """Return a context in this run's domain."""
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
-    return context
+from graph_context import a_context
 
 
 @pytest.fixture

@@ -21,9 +21,8 @@ DRAWN = ("/tf", "/rov/attitude", "/rov/path", "/rov/scene")
 @pytest.fixture(scope="module")
 def dive(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
     """A short dive with its scene, as `rov_experiment.sh --scene` records it."""
+    from graph_context import a_context
     from vehicle_graph import SCRIPT, Graph
-
-    from conftest import a_context
 
     folder = tmp_path_factory.mktemp("layouts")
     (folder / "script.yaml").write_text(SCRIPT, "utf-8")
