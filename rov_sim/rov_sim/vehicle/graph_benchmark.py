@@ -25,8 +25,9 @@ from rclpy.node import Node
 from rov_sim.vehicle.graph import Experiment, GraphNode, graph_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from run_bag.benchmark_row import Row
-from thruster_msgs.msg import Throttle
+from thruster_msgs.msg import Throttle, ThrusterEstimate, ThrusterState, ThrustSetpoint
 from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import listen
 
 __all__ = ["Answers", "in_lockstep", "in_real_time", "rows"]
@@ -34,6 +35,7 @@ __all__ = ["Answers", "in_lockstep", "in_real_time", "rows"]
 _THRUSTERS = 6
 _LONGEST_START = 240.0  # s: kernels may have to be compiled first
 _LONGEST = 120.0  # s
+_WIRES = {ThrusterState: "state", ThrustSetpoint: "thrust_setpoint", ThrusterEstimate: "estimate"}
 _NANOSECONDS = 1_000_000_000
 
 
@@ -46,7 +48,11 @@ class Answers(NamedTuple):
 
 
 class _Ear(Node):
-    """Notes when each odometry came, and when all throttles of its stamp had come; the plant's odometry is the tick."""
+    """Notes when each odometry came, and when all throttles of its stamp had come; the plant's odometry is the tick.
+
+    It hears the other wires too, as a recorder does: time begins when somebody hears them, and nodes that hand over do
+    not.
+    """
 
     def __init__(self, context: Context) -> None:
         super().__init__("ear", context=context)
@@ -57,6 +63,8 @@ class _Ear(Node):
         listen(self, Odometry, "rov/odometry", self._on_odometry)
         for i in range(_THRUSTERS):
             listen(self, Throttle, f"thruster_{i}/throttle", self._on_throttle)
+            for kind, name in _WIRES.items():
+                self.create_subscription(kind, f"thruster_{i}/{name}", lambda data: None, RELIABLE, raw=True)
 
     def _on_odometry(self, odometry: Any) -> None:
         self.asked[odometry.stamp] = time.perf_counter()
