@@ -1,7 +1,7 @@
 """How scripts end the nodes that they started: what commands a throttle first, and nothing stays.
 
-The nodes are shell scripts that write down what they are told; the `ros2 run` between them and the script hands no signal
-on and starts each in a session of its own.
+The nodes are shell scripts that write down what they are told; the `ros2 run` between them and the script hands no
+signal on and starts each in a session of its own.
 """
 
 import os
