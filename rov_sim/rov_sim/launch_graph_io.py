@@ -1,7 +1,7 @@
 """A graph for `ros2 launch`: the nodes and parameter files of the shell scripts, with the scripts' arguments.
 
-    ros2 launch rov_sim bench.launch.py reference:=step strategy:=hl-ekf
-    ros2 launch rov_sim vehicle.launch.py script:=hover
+    ros2 launch rov_sim bench.launch.py reference:=step strategy:=hl-ekf out:=runs/step
+    ros2 launch rov_sim vehicle.launch.py out:=runs/dive
 
 The run lies in the folder `out`; when it is over, or a node has ended, everything ends. Nothing is scored here: what
 does is printed at the end.
@@ -140,7 +140,9 @@ def _actions(nodes: Sequence[GraphNode], out: Path, score: str) -> list[Any]:
         told = ["-r", f"__node:={node.name}", "--params-file", str(out / "nodes" / f"{node.name}.yaml")]
         for old, new in node.renamed.items():
             told += ["-r", f"{old}:={new}"]
-        action = ExecuteProcess(cmd=[str(program), "--ros-args", *told], name=node.name, output="screen")
+        action = ExecuteProcess(
+            cmd=[str(program), "--ros-args", *told], name=node.name, output="screen", sigterm_timeout="10"
+        )
         ending: list[Any] = [EmitEvent(event=Shutdown(reason=f"{node.name} has ended"))]
         if node.executable == "experiment_watch":
             ending.insert(0, LogInfo(msg=f"{_SCORED}{score}"))
