@@ -35,5 +35,5 @@ esac
 source_foreign "$_workspace/install/local_setup.$_shell"
 if ! command -v ros2 >/dev/null; then PATH=$PATH:$_workspace/scripts/stand_in; fi
 export PATH
-discovery
 unset _workspace _ros _shell _file
+discovery || return

@@ -163,11 +163,53 @@ def test_env_brings_the_packages_into_a_strict_shell_in_any_folder(tmp_path: Pat
     assert prefix == str(ROOT / "install" / "thruster_msgs")
 
 
-@pytest.mark.parametrize(("variable", "seen"), [("machine", "LOCALHOST"), ("network", "SUBNET")])
-def test_who_takes_part_is_decided_by_a_variable_of_our_own(variable: str, seen: str) -> None:
+@pytest.mark.parametrize(
+    ("network", "given", "expected"),
+    [("", "SUBNET", "LOCALHOST"), ("machine", "SUBNET", "LOCALHOST"), ("network", "SUBNET", "SUBNET"),
+     ("network", "LOCALHOST", "SUBNET"), ("network", "SYSTEM_DEFAULT", "SYSTEM_DEFAULT")],
+)  # fmt: skip
+def test_a_variable_of_our_own_decides_who_takes_part_whatever_a_set_up_of_ros_exports(
+    network: str, given: str, expected: str
+) -> None:
     code = '. scripts/env.sh; echo "$ROS_AUTOMATIC_DISCOVERY_RANGE"'
-    given = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "THRUSTER_NETWORK": variable}
-    assert run(["bash", "-c", code], given).stdout == f"{seen}\n"
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": given, "THRUSTER_NETWORK": network}
+    assert run(["bash", "-c", code], environment).stdout == f"{expected}\n"
+
+
+def test_another_word_for_who_takes_part_is_refused() -> None:
+    done = run(["bash", "-c", ". scripts/env.sh"], {**os.environ, "THRUSTER_NETWORK": "all"})
+    assert (done.returncode, done.stderr) == (2, "THRUSTER_NETWORK: expected machine or network; found 'all'\n")
+
+
+@pytest.mark.parametrize(("flag", "words"), [("", "this machine alone"), ("network", "everybody on this network")])
+def test_a_script_that_starts_a_graph_says_who_takes_part(flag: str, words: str) -> None:
+    code = f"root={ROOT}; . scripts/workspace/processes.sh; stopping_order=(); own_graph"
+    environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "SUBNET", "THRUSTER_NETWORK": flag}
+    assert f"discovery: {words}" in run(["bash", "-c", code], environment).stdout
+
+
+def test_env_works_in_zsh(tmp_path: Path) -> None:
+    if shutil.which("zsh") is None:
+        pytest.skip("no zsh here")
+    code = f"""
+        set -eu
+        . "{ROOT}/scripts/env.sh"
+        . "{ROOT}/scripts/env.sh"
+        python -c 'import rclpy, thruster_msgs.msg; print(1)'
+        ros2 pkg prefix thruster_msgs
+    """
+    done = run(["zsh", "-f", "-c", code], {"PATH": os.environ["PATH"], "HOME": str(tmp_path)}, tmp_path)
+    assert done.stdout.splitlines() == ["1", str(ROOT / "install" / "thruster_msgs")]
+
+
+def test_env_in_another_shell_says_which_it_is_for(tmp_path: Path) -> None:
+    if shutil.which("dash") is None:
+        pytest.skip("no dash here")
+    done = run(["dash", "-c", f". {ROOT}/scripts/env.sh"], {"PATH": os.environ["PATH"]}, tmp_path)
+    assert (done.returncode, done.stderr) == (
+        1,
+        "scripts/env.sh is for bash and zsh: run one of them, and source it there.\n",
+    )
 
 
 def test_env_without_setup_says_what_to_run(clone: Path) -> None:

@@ -125,7 +125,7 @@ def bench_graph(given: BenchExperiment, folder: Path) -> list[GraphNode]:
     nodes.append(GraphNode("driver", "bench_driver", "driver", "", driver))
     if given.lockstep:
         nodes = [node._replace(parameters={"use_sim_time": True, **node.parameters}) for node in nodes]
-    return [*nodes[:-1], watch(start_delay=_START_DELAY), nodes[-1]]
+    return [*nodes[:-1], watch(start_delay=_START_DELAY, begin=240.0), nodes[-1]]
 
 
 def recorder(run: Path, about: Mapping[str, Any], *, acknowledge: Sequence[str], wait_for: Sequence[str]) -> GraphNode:

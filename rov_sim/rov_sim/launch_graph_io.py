@@ -1,7 +1,7 @@
 """A graph for `ros2 launch`: the nodes and parameter files of the shell scripts, with the scripts' arguments.
 
-    ros2 launch rov_sim bench.launch.py reference:=step strategy:=hl-ekf
-    ros2 launch rov_sim vehicle.launch.py script:=hover
+    ros2 launch rov_sim bench.launch.py reference:=step strategy:=hl-ekf out:=runs/step
+    ros2 launch rov_sim vehicle.launch.py out:=runs/dive
 
 The run lies in the folder `out`; when it is over, or a node has ended, everything ends. Nothing is scored here: what
 does is printed at the end.
@@ -12,10 +12,12 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from launch import LaunchDescription
+from ament_index_python.packages import get_package_prefix
+from launch import LaunchDescription  # type: ignore[attr-defined]  # not on PyPI; mypy takes our folder launch for it
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
+    ExecuteProcess,
     LogInfo,
     OpaqueFunction,
     RegisterEventHandler,
@@ -23,7 +25,6 @@ from launch.actions import (
 )
 from launch.event_handlers import OnProcessExit
 from launch.events import Shutdown
-from launch_ros.actions import Node
 
 from rov_sim.bench_graph import BenchExperiment, bench_graph, recorder, watch
 from rov_sim.cli_rov_graph import experiment_of
@@ -52,6 +53,8 @@ _VEHICLE = {
     "effects": ("", "unmodelled effects"), "fail": ("", "such as 'T2 dead at 12 s'"),
     "current": ("0 0 0", "of the water along north, east, down [m/s]"), "sensors": ("", "YAML file of the sensors"),
 }  # fmt: skip
+
+_SCORED = "the scores: "
 
 Built = tuple[list[GraphNode], str]
 
@@ -133,14 +136,16 @@ def _description(
 def _actions(nodes: Sequence[GraphNode], out: Path, score: str) -> list[Any]:
     found = []
     for node in nodes:
-        action = Node(
-            package=node.package, executable=node.executable, name=node.name, output="screen",
-            parameters=[str(out / "nodes" / f"{node.name}.yaml")], remappings=list(node.renamed.items()),
-        )  # fmt: skip
-        ending = [
-            LogInfo(msg=f"{node.name} has ended; then: {score}"),
-            EmitEvent(event=Shutdown(reason="the run is over")),
-        ]
+        program = Path(get_package_prefix(node.package)) / "lib" / node.package / node.executable
+        told = ["-r", f"__node:={node.name}", "--params-file", str(out / "nodes" / f"{node.name}.yaml")]
+        for old, new in node.renamed.items():
+            told += ["-r", f"{old}:={new}"]
+        action = ExecuteProcess(
+            cmd=[str(program), "--ros-args", *told], name=node.name, output="screen", sigterm_timeout="10"
+        )
+        ending: list[Any] = [EmitEvent(event=Shutdown(reason=f"{node.name} has ended"))]
+        if node.executable == "experiment_watch":
+            ending.insert(0, LogInfo(msg=f"{_SCORED}{score}"))
         found += [RegisterEventHandler(OnProcessExit(target_action=action, on_exit=ending)), action]
     return found
 

@@ -186,6 +186,29 @@ def test_the_wrench_is_that_of_2_22(running: Callable[..., Scene], ngs: Any) -> 
     assert [f.x, f.y, f.z, m.x, m.y, m.z] == pytest.approx((ngs @ found).tolist(), abs=1e-9)
 
 
+def test_gains_change_while_it_runs_little_by_little_without_a_jump_of_the_wrench(
+    running: Callable[..., Scene],
+) -> None:
+    scene = running(AllocatorNode, K_P_linear=1.0)
+    answered = [Parameter("K_P_linear", value=4), Parameter("K_P_angular", value=-1.0), Parameter("law", value="pid")]
+    surges = []
+    for k in range(40):
+        scene.set_point(k)
+        scene.odometry(k)
+        surges.append(scene.after(k + 1, "rov/wrench")[k].wrench.force.x)
+        if k == 5:
+            done, wrong, fixed = scene.subject.set_parameters(answered)
+            assert done.successful
+            assert "K_P_angular [1/s]: expected a finite number above 0 and up to 100; found -1.0" in wrong.reason
+            assert "law: fixed at start" in fixed.reason
+    steps = np.abs(np.diff(surges))
+    whole = abs(surges[-1] - surges[5])
+    assert whole > 1.0
+    assert np.max(steps) < 1.5 * whole * 0.04, "over a second, in steps of a period"
+    assert np.all(steps[-5:] < 1e-9)
+    assert surges[:6] == pytest.approx(6 * [surges[0]])
+
+
 def test_observers_inflow_is_waited_for_and_used_on_request(running: Callable[..., Scene]) -> None:
     scene = running(estimated_inflow=True)
     scene.set_point(0)
