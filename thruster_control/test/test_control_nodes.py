@@ -334,13 +334,7 @@ def changed(node: Node, **values: Any) -> str:
     return "" if result.successful else str(result.reason)
 
 
-@pytest.mark.xfail(
-    strict=False, reason="where the changed law is compiled first, the second of the hand-over is over by then"
-)
 def test_gains_change_while_it_runs_without_a_jump_of_the_throttle(running: Callable[..., Scene]) -> None:
-    ready = load_strategy("hl-ekf")
-    law = ready.settings._replace(gains=ready.settings.gains._replace(k_P=9.0, rate_form=1, rate_time=0.04))
-    jump = compiled_step(AT_REST, 5.0, 60.0, 0.1, 0.1, True, 0.04, law, ready.coefficients, math.nan, 0.0)[1].u
     scene = running()
 
     def drive(k: int) -> None:
@@ -354,7 +348,7 @@ def test_gains_change_while_it_runs_without_a_jump_of_the_throttle(running: Call
     assert changed(scene.subject, k_P=9, rate_form="bench", rate_time=0.04, u_max=2.9) == ""
     for k in range(35, 70):
         drive(k)
-    after = [before, *scene.throttles(45)[10:16]]
+    after = [before, *scene.throttles(45)[10:]]
     assert max(abs(b - a) for a, b in pairwise(after)) <= 5.0 * 0.04 + 1e-9
     assert scene.subject._with_speed.gains.k_P == 9.0  # type: ignore[attr-defined]
     ready = load_strategy("hl-ekf")

@@ -1,7 +1,7 @@
 """The vehicle's health on line: sequential tests on innovations, in /diagnostics; rov/thruster_failure on request.
 
-Subscribes thruster_<i>/throttle, thruster_<i>/state, rov/imu, rov/depth and rov/velocity; what is not there is
-done without.
+subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/depth, rov/velocity; what is not there is done without
+publishes   /diagnostics; rov/thruster_failure on request
 """
 
 import sys
@@ -25,7 +25,7 @@ from thruster_model.errors import ThrusterModelError
 from thruster_msgs.msg import Depth, Throttle, ThrusterFailure, ThrusterState
 from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.node_main import run_node
+from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
@@ -122,7 +122,7 @@ class VehicleWatch(Node):
 
 def main() -> int:
     """Watch until stopped; return the exit status."""
-    return run_node(VehicleWatch)
+    return node_main(VehicleWatch, __doc__, PARAMETERS)
 
 
 if __name__ == "__main__":
