@@ -22,7 +22,7 @@ from run_bag.command_line import user_arguments
 
 __all__ = ["TUNING", "main"]
 
-TUNING = 1000
+TUNING = 2000
 """Seeds below it were looked at while rules were set; those from it on are reported."""
 
 
