@@ -19,6 +19,7 @@ from rov_sim.vehicle.truth import VehicleState
 __all__ = ["Filtered", "Prepared", "filtered", "learned_from", "prepared", "prepared_with", "whitened"]
 
 Array = NDArray[np.float64]
+_FARTHEST = 50.0  # deviations: beyond it a model is wrong, not more or less so
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,7 +110,7 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
     body[~np.isfinite(prepared.base.body)] = 0.0
     rotor = np.nan_to_num(result.rotor / prepared.spread)
     battery = np.nan_to_num(result.battery / prepared.noises.battery)
-    r = np.concatenate((body, rotor, battery), axis=1)
+    r = np.clip(np.nan_to_num(np.concatenate((body, rotor, battery), axis=1)), -_FARTHEST, _FARTHEST)
     return r * prepared.weights if prepared.weights.size else r
 
 
