@@ -82,7 +82,8 @@ def content_of(
         "summary": verdict.summary,
         "gap": {"channels": channels},
         "where": where_of(verdict),
-        "effects": [_effect(c) for c in verdict.claims],
+        "effects": [_effect(c) for c in verdict.claims] if verdict.name != "unknown" else [],
+        "suspected": [_effect(c) for c in verdict.claims] if verdict.name == "unknown" else [],
         "candidates": [
             {**place_of(h), "probability": round(float(1.0 / (1.0 + np.exp(-np.clip(o, -50, 50)))), 4)}
             for o, h in verdict.candidates

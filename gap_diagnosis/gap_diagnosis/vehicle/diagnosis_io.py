@@ -16,7 +16,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.search import search
-from gap_diagnosis.vehicle.verdict import Verdict, judged
+from gap_diagnosis.vehicle.verdict import Claim, Verdict, judged
 from gap_diagnosis.vehicle.wiring import wiring_of
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -61,10 +61,14 @@ def diagnosed(
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = tuple(left_out_errors(found, h) for h in horizons)
     content = content_of(verdict, found, errors, wiring, logs, provenance)
-    vehicle = replace(model.vehicle, effects=(*model.vehicle.effects, *(_entry(c.refined) for c in verdict.claims)))
+    vehicle = replace(model.vehicle, effects=(*model.vehicle.effects, *(_entry(c.refined) for c in _believed(verdict))))
     return Diagnosed(
         verdict=verdict, content=content, errors=errors, with_effect=dump_vehicle_set(vehicle), model=model
     )  # fmt: skip
+
+
+def _believed(verdict: Verdict) -> Sequence[Claim]:
+    return () if verdict.name == "unknown" else verdict.claims
 
 
 def _entry(refined: Any) -> EffectEntry:

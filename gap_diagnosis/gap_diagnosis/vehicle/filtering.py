@@ -19,6 +19,7 @@ from rov_sim.vehicle.truth import VehicleState
 __all__ = ["Filtered", "Prepared", "filtered", "learned_from", "prepared", "prepared_with", "whitened"]
 
 Array = NDArray[np.float64]
+_FARTHEST = 50.0  # deviations: beyond it a model is wrong, not more or less so
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -109,7 +110,7 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
     body[~np.isfinite(prepared.base.body)] = 0.0
     rotor = np.nan_to_num(result.rotor / prepared.spread)
     battery = np.nan_to_num(result.battery / prepared.noises.battery)
-    r = np.concatenate((body, rotor, battery), axis=1)
+    r = np.clip(np.nan_to_num(np.concatenate((body, rotor, battery), axis=1)), -_FARTHEST, _FARTHEST)
     return r * prepared.weights if prepared.weights.size else r
 
 
@@ -174,16 +175,17 @@ def prepared(
     first = start or _first_noises(model, logs)
     times = CORRELATION_TIMES if start is None and rounds > 0 else (first.time,)
     best: tuple[float, list[Prepared]] | None = None
-    states: list[Array | None] = [None] * len(logs)
     for time in times:
+        states: list[Array | None] = [None] * len(logs)
         noises = first._replace(time=time)
-        found: list[Prepared] = []
         for _ in range(rounds):
-            found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+            found = _all_prepared(model, logs, noises, values, effects, states)
             states = [p.base.states if p.base.done else None for p in found]
-            noises = _learned(model, found)
-        found = [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
-        score = sum(log_likelihood(p) for p in found)
+            lost = [p for p in found if not p.base.done]
+            noises = _looser(noises) if lost else _learned(model, found)
+        found = _all_prepared(model, logs, noises, values, effects, states)
+        lost = [p for p in found if not p.base.done]
+        score = -np.inf if lost else sum(log_likelihood(p) for p in found)
         if best is None or score > best[0]:
             best = (score, found)
     assert best is not None
@@ -193,6 +195,18 @@ def prepared(
 def learned_from(found: Sequence[Prepared]) -> Noises:
     """Return the noises that these logs are prepared with."""
     return found[0].noises
+
+
+def _all_prepared(
+    model: Model, logs: Sequence[VehicleLog], noises: Noises, values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect], states: Sequence[Array | None],
+) -> list[Prepared]:  # fmt: skip
+    return [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+
+
+def _looser(noises: Noises) -> Noises:
+    """Return noises for a filter that has lost the vehicle: less faith in its readings, more room for the wrench."""
+    return noises._replace(wrench=2.0 * noises.wrench, channels=1.5 * noises.channels)
 
 
 def _weighted(prepared: Prepared) -> Prepared:

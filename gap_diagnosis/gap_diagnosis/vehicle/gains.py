@@ -21,6 +21,8 @@ __all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes"]
 
 Array = NDArray[np.float64]
 _UNSEEN = 1e12
+_FASTEST = np.array([3.0] * 3 + [8.0] * 3)
+"""[m/s, rad/s] Beyond it a filter has lost the vehicle, and slopes there would lose its covariance too."""
 _FIRST = np.array([0.05] * 3 + [0.3] * 3 + [0.1] * 3)
 _DRIFT = np.array([1e-5] * 3 + [2e-4] * 3 + [2e-4] * 3)
 
@@ -72,6 +74,7 @@ def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, 
         imu, log, sensor: places of IMU, velocity log, depth sensor [m].
     """
     K = len(q)
+    nu = np.clip(nu, -_FASTEST, _FASTEST)
     M = c.mass_matrix
     inverse = np.linalg.inv(M)
     down = down_of(q)

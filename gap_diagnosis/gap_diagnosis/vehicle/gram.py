@@ -139,7 +139,7 @@ def solution(
     weight = 1.0 / gram.deviations[c] ** 2
     mean = np.array([(centre or {}).get(int(j), 0.0) for j in c])
     H = gram.A[np.ix_(c, c)] + np.diag(weight)
-    factor = np.linalg.cholesky(H)
+    factor = _factor(H)
     inverse = np.linalg.inv(factor)
     covariance = inverse.T @ inverse
     return covariance @ (b + weight * mean), covariance
@@ -155,6 +155,11 @@ def evidence(gram: Gram, chosen: Sequence[int], on: Sequence[int] = ()) -> float
         b = b - gram.A[c][:, o].sum(axis=1)
     L = gram.deviations[c]
     H = np.eye(c.size) + L[:, None] * gram.A[np.ix_(c, c)] * L[None, :]
-    factor = np.linalg.cholesky(H)
+    factor = _factor(H)
     z = np.linalg.solve(factor, L * b)
     return float(-0.5 * rr + 0.5 * z @ z - np.sum(np.log(np.diag(factor))))
+
+
+def _factor(H: Array) -> Array:
+    """Return the Cholesky factor of a matrix whose smallest eigenvalues may be lost in the rounding of its largest."""
+    return np.linalg.cholesky(H + 1e-13 * np.trace(H) * np.eye(len(H)))

@@ -78,11 +78,11 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         or max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION
     ):
         name, claims = "not_enough_data", ()
-    elif claims and _nameless_is_better(found):
+    elif rough or (claims and _nameless_is_better(found)):
         name = "unknown"
     elif claims:
         name = "effect" if min(c.probability for c in claims) >= 0.5 else "cannot_tell"
-    elif nameless or rough:
+    elif nameless:
         name = "unknown"
     elif best > np.log(rules.SUSPECTED):
         name = "cannot_tell"
@@ -159,6 +159,8 @@ def _summary(
     says = []
     if name == "not_enough_data":
         return "The recordings are too short or too quiet to say anything."
+    if name == "unknown" and claims:
+        says.append("More is wrong than the library explains; what follows holds only if the rest leaves it alone.")
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(
