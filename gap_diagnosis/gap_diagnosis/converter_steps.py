@@ -11,12 +11,12 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import find_peaks
-from system_identification.fitting import Fitted, projector
-from system_identification.noise import Whitener
 
 from gap_diagnosis.linear import linearised
 from gap_diagnosis.prediction import Happened, nearest
 from gap_diagnosis.sensitivities import largest_speed
+from system_identification.fitting import Fitted, projector
+from system_identification.noise import Whitener
 from thruster_model.compilation import compiled
 
 __all__ = ["SPACING", "TURN", "likely_speed_steps", "likely_steps"]

@@ -5,10 +5,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.budget import Budget, budget_of
-from system_identification.fitting import fit
-from system_identification.hypothesis import Hypothesis
-from system_identification.noise import whitener
 
 from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, held_out, shrink_of, step_of
@@ -21,6 +17,10 @@ from gap_diagnosis.scatter import Scatter, found_in_logs, masks_of
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
+from system_identification.budget import Budget, budget_of
+from system_identification.fitting import fit
+from system_identification.hypothesis import Hypothesis
+from system_identification.noise import whitener
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
@@ -283,7 +283,7 @@ def _complete(
     shares = block_shares(
         marginal, verdict.unknown if disturbed else 0.0, disturbed, [LIBRARY[s.effect].block for s in foreign]
     )
-    nameless = found.left.unexplained.explained if found.nameless else np.zeros(problem.known.size)
+    nameless = found.unexplained.explained if found.nameless else np.zeros(problem.known.size)
     return Diagnosis(
         verdict=verdict,
         parameter_set=problem.parameter_set,

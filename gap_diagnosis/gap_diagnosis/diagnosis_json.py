@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
-from system_identification.budget import PARAMETERS
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.how_far import ChannelErrors
 from gap_diagnosis.verdict import Claim
+from system_identification.budget import PARAMETERS
 
 __all__ = ["as_json"]
 
@@ -112,9 +112,7 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             "share": budget.unexplained.value,
             "interval": [budget.unexplained.low, budget.unexplained.high],
             "significant": found.nameless,
-            "depends_on": [f"{f.signal}: {f.name}" for f in found.left.unexplained.features[:3]]
-            if found.nameless
-            else [],
+            "depends_on": [f"{f.signal}: {f.name}" for f in found.unexplained.features[:3]] if found.nameless else [],
         },
         "disturbance": dict(zip(("rotor", "flow"), levels.pushes, strict=False)),
         "left_out": [
@@ -154,7 +152,7 @@ def _unexplained(diagnosis: Diagnosis) -> list[dict[str, Any]]:
     found = diagnosis.investigation
     if found is None:
         return []
-    features = found.left.unexplained.features
+    features = found.unexplained.features
     return [{"signal": f.signal, "depends_on": f.name, "gain": f.gain} for f in features]
 
 

@@ -83,7 +83,7 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     found = diagnosis.investigation
     if found is None:
         return ""
-    depends = "; ".join(f"{each.signal} on {each.name}" for each in found.left.unexplained.features[:3])
+    depends = "; ".join(f"{each.signal} on {each.name}" for each in found.unexplained.features[:3])
     text = "The known effects do not explain the gap: residuals still depend on states and inputs"
     text += f" ({depends})." if depends else "."
     if found.best.suspects:

@@ -12,12 +12,12 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
-from system_identification.fitting import Fitted
-from system_identification.noise import Whitener
 
 from gap_diagnosis.lines import Line, lines_of
 from gap_diagnosis.prediction import Happened, nearest
 from gap_diagnosis.problem import Problem
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 

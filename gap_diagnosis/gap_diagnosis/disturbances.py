@@ -23,12 +23,12 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.fitting import Fitted
-from system_identification.noise import Whitener
 
 from gap_diagnosis.discrepancy import MOST_FEATURES, basis_of, chosen_greedily
 from gap_diagnosis.linear import linearised
 from gap_diagnosis.prediction import Happened, nearest
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 from thruster_model.compilation import compiled
 from thruster_model.identification.prediction import seen
 

@@ -15,13 +15,13 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.noise import Whitener, white_noise
 from threadpoolctl import threadpool_limits
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Limits, Programme, programmes
 from gap_diagnosis.experiment_rivals import Rival, in_experiment, recording_of_programme, rivals_of
 from gap_diagnosis.experiment_words import SURE, as_sentence, inseparable_in_words
+from system_identification.noise import Whitener, white_noise
 
 __all__ = ["NextExperiment", "Separation", "design", "distances"]
 

@@ -4,9 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.fitting import Fitted
-from system_identification.hypothesis import Hypothesis
-from system_identification.rating import Rated
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_inputs import Programme
@@ -16,6 +13,9 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.ventilation import RATE
+from system_identification.fitting import Fitted
+from system_identification.hypothesis import Hypothesis
+from system_identification.rating import Rated
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import Experiment, Measurement
 

@@ -5,11 +5,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+
+from gap_diagnosis.problem import Problem
 from system_identification.hypothesis import Hypothesis
 from system_identification.left_out import folds_of, left_out
 from system_identification.noise import Whitener
-
-from gap_diagnosis.problem import Problem
 
 __all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "errors_of", "held_out", "shrink_of", "step_of"]
 

@@ -7,17 +7,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp
+
+from gap_diagnosis.discrepancy import Discrepancy, discrepancy
+from gap_diagnosis.offers import offers_of
+from gap_diagnosis.problem import Problem
+from gap_diagnosis.rules import RULES
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis, traces_of
 from system_identification.loose import columns_of, learned_levels
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched
-
-from gap_diagnosis.discrepancy import Discrepancy, discrepancy
-from gap_diagnosis.offers import offers_of
-from gap_diagnosis.problem import Problem
-from gap_diagnosis.rules import RULES
 
 __all__ = ["Investigation", "Left", "investigate"]
 
@@ -26,20 +26,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Left:
-    """What a set leaves beside the noise of a healthy thruster: of which functions it is one, and how much it is.
-
-    Attributes:
-        fitted, noise: the set under that noise.
-        unexplained: what residuals depend on.
-        squares: of the residuals over the noise of their sensors.
-        structure: the same of what those functions explain of them.
-    """
+    """A set under the noise of a healthy thruster, and the squares of what it leaves over the noise of the sensors."""
 
     fitted: Fitted
     noise: Whitener
-    unexplained: Discrepancy
-    squares: float
-    structure: float
+
+    @cached_property
+    def squares(self) -> float:
+        """Of all residuals."""
+        return self.of(self.fitted.residuals)
+
+    def of(self, rows: Array) -> float:
+        """Return the squares of rows (R,) over the noise of their sensors."""
+        system, total = self.fitted.problem, 0.0
+        for each in system.series:
+            known = system.known[each.rows]
+            total += float(np.sum((rows[each.rows][known] / self.noise.level(each.signal)) ** 2))
+        return total
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,13 +51,14 @@ class Investigation:
 
     Attributes:
         search: the sets.
-        left: what the best one leaves.
+        left: what the best one leaves, and `unexplained`: which functions of states and inputs that is.
         left_by_none: what re-tuning alone leaves, under the same noise.
     """
 
     search: Search
     left: Left
     left_by_none: Left
+    unexplained: Discrepancy
 
     @property
     def none(self) -> Hypothesis:
@@ -112,12 +116,12 @@ class Investigation:
     def named_share(self) -> float:
         """Which share of what re-tuning leaves the best set explains, of what is not noise or disturbance."""
         taken = max(self.left_by_none.squares - self.left.squares, 0.0)
-        return taken / (taken + self.left.structure) if taken > 0.0 else 0.0
+        return taken / (taken + self.left.of(self.unexplained.explained)) if taken > 0.0 else 0.0
 
     @property
     def nameless(self) -> bool:
         """Tell whether something is left that nothing explains."""
-        return self.left.unexplained.evidence > RULES.nameless
+        return self.unexplained.evidence > RULES.nameless
 
 
 def investigate(
@@ -134,7 +138,8 @@ def investigate(
     healthy = _healthy(best)
     left = _left(best, healthy)
     none = left if not best.suspects else _left(search.none, healthy)
-    return Investigation(search=search, left=left, left_by_none=none)
+    unexplained = discrepancy(left.fitted, left.noise)
+    return Investigation(search=search, left=left, left_by_none=none, unexplained=unexplained)
 
 
 def _healthy(found: Hypothesis) -> Whitener:
@@ -154,10 +159,4 @@ def _left(found: Hypothesis, healthy: Whitener) -> Left:
     groups = columns_of(found.fitted, traces_of(found.fitted, found.suspects))
     noise = noise.loosened(learned_levels(found.fitted, noise, groups).columns)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
-    unexplained = discrepancy(fitted, noise)
-    level = np.ones(system.known.size)
-    for each in system.series:
-        level[each.rows] = noise.level(each.signal)
-    squares = float(np.nansum((np.nan_to_num(fitted.residuals) / level) ** 2))
-    structure = float(np.sum((unexplained.explained[system.known] / level[system.known]) ** 2))
-    return Left(fitted=fitted, noise=noise, unexplained=unexplained, squares=squares, structure=structure)
+    return Left(fitted=fitted, noise=noise)

@@ -4,10 +4,10 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.fitting import Fitted
-from system_identification.system import Series
 
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter
+from system_identification.fitting import Fitted
+from system_identification.system import Series
 
 __all__ = ["is_at_random", "jitter_in", "jitter_of", "scales_beside"]
 

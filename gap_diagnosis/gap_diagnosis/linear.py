@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.system import Linear
 
 from gap_diagnosis.prediction import Happened, nearest
+from system_identification.system import Linear
 from thruster_model.effects.stages import NO_EFFECTS, effect_values
 from thruster_model.equations.classes import axial_rate, rotor_rate
 from thruster_model.equations.thruster import ambient_acceleration

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import next_fast_len, rfft, rfftfreq
 from scipy.ndimage import maximum_filter1d, median_filter
-from system_identification.fitting import Fitted
 
 from gap_diagnosis.prediction import Happened
+from system_identification.fitting import Fitted
 
 __all__ = ["A_LINE", "Line", "lines_of"]
 

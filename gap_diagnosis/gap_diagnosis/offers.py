@@ -4,12 +4,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from system_identification.hypothesis import Hypothesis
-from system_identification.suspects import Suspect
 
 from gap_diagnosis.converter_steps import SPACING, TURN, likely_speed_steps, likely_steps
 from gap_diagnosis.suspects import JAGGED, LIMIT, ROUNDED, SEARCHED, suspects
 from gap_diagnosis.ventilation import air_beside
+from system_identification.hypothesis import Hypothesis
+from system_identification.suspects import Suspect
 
 __all__ = ["offers_of"]
 

@@ -11,8 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.suspects import Suspect
-from system_identification.system import Linear, Series, SizeSlot
 
 from gap_diagnosis import sensitivities
 from gap_diagnosis.linear import linear_run
@@ -28,6 +26,8 @@ from gap_diagnosis.prediction import (
     simulated,
 )
 from gap_diagnosis.recording import Recording
+from system_identification.suspects import Suspect
+from system_identification.system import Linear, Series, SizeSlot
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 

@@ -3,11 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+
+from gap_diagnosis.suspects import JAGGED
 from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 from system_identification.suspects import Suspect
-
-from gap_diagnosis.suspects import JAGGED
 
 __all__ = ["Size", "sizes_of"]
 

@@ -8,12 +8,12 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from system_identification.fitting import Fitted, fit
-from system_identification.noise import white_noise
 
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter, masks_of, scattered_before_sorting
+from system_identification.fitting import Fitted, fit
+from system_identification.noise import white_noise
 
 __all__ = ["gain_of_regular", "jitter_of_stamps", "on_regular_stamps", "regular_fit_better"]
 

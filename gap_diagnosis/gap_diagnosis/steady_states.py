@@ -11,9 +11,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import chi2
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
-from system_identification.rating import rated, tried
 
 from gap_diagnosis.preparing import DT
 from gap_diagnosis.problem import Problem, deviations_of
@@ -21,6 +18,9 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.sizes import sizes_of
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.unit_check import unit_problems
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
+from system_identification.rating import rated, tried
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import SIGNALS, Experiment, Measurement

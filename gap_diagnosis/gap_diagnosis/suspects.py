@@ -4,12 +4,12 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
+
 from system_identification.suspects import Suspect
 from system_identification.system import SizeSlot
-
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["JAGGED", "LIMIT", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "key_of", "suspects"]
+__all__ = ["JAGGED", "LIMIT", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "suspects"]
 
 Array = NDArray[np.float64]
 
@@ -26,11 +26,6 @@ JAGGED = (SEARCHED, ROUNDED, "tach_dropout")
 _DENSE = {ROUNDED: 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
 _SECOND = {"load_cell_resonance": 5}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
-
-
-def key_of(effect: str, channel: str) -> str:
-    """Return the key of an effect as a suspect: with its channel, where it may concern several."""
-    return f"{effect}:{channel}" if channel else effect
 
 
 def suspects(signals: set[str], excluded: tuple[str, ...] = ()) -> list[Suspect]:

@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
+
+from gap_diagnosis.problem import Problem
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect
 from system_identification.system import Series, SizeSlot
-
-from gap_diagnosis.problem import Problem
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 

@@ -4,17 +4,16 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from system_identification.fitting import fit
-from system_identification.hypothesis import Hypothesis
-from system_identification.rating import Rated
-from system_identification.suspects import Suspect
 
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.sizes import Size, sizes_of
-from gap_diagnosis.suspects import key_of
+from system_identification.fitting import fit
+from system_identification.hypothesis import Hypothesis
+from system_identification.rating import Rated
+from system_identification.suspects import Suspect, key_of
 from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["VERDICTS", "Claim", "Verdict", "class_of", "power", "verdict_of"]
@@ -81,15 +80,11 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     )
     sure = tuple(claim for claim in claims if claim.group_probability >= RULES.claimed)
     unknown = _unknown(found)
-    nothing = found.evident < RULES.evident
+    nothing = found.evident < RULES.evident or not claims
     reason = ""
-    if best.suspects and not claims:
-        nothing = True
     if foreign or unknown > 0.5:
         verdict = "unknown"
-    elif sure and len(sure) == len(claims) and not nothing:
-        verdict = "effect"
-    elif nothing or not claims:
+    elif nothing:
         verdict = "parameters" if _strained(found) else "no_gap"
         if power(found.screened) < RULES.power and not logged:
             verdict, reason = "cannot_tell", "power"

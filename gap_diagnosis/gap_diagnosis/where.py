@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.fitting import Fitted
-from system_identification.noise import Whitener
 
 from gap_diagnosis.problem import Problem
+from system_identification.fitting import Fitted
+from system_identification.noise import Whitener
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.equations.classes import loads
 from thruster_model.equations.thruster import ambient_acceleration

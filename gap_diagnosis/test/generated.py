@@ -1,11 +1,11 @@
 """Recordings of the blind check's own generator, as the tests of the diagnosis need them."""
 
 import numpy as np
-from system_identification.noise import white_noise
 
 from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.signals import rich_campaign
 from gap_diagnosis.preparing import recording_of
+from system_identification.noise import white_noise
 from thruster_model.parameter_set_io import load_parameter_set
 
 SIGNALS = {"n": "speed", "ambient": "ambient", "thrust": "thrust", "torque": "torque"}

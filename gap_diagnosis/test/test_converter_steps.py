@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 from generated import campaign
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
 
 from gap_diagnosis.converter_steps import SPACING, likely_steps
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.problem import Problem, deviations_of
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 
 
 def _base(effects, channels=("n", "ambient", "thrust", "torque")):

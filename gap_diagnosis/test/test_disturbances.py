@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 from generated import campaign, noise_of
-from system_identification.fitting import fit
 
 from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.where import block_shares
+from system_identification.fitting import fit
 
 
 def evidence_of(outside):

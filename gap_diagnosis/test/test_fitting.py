@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 from generated import campaign, noise_of
 from scipy.optimize import least_squares
-from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
 
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
+from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
 
 
 def problem_of(effects, **options):

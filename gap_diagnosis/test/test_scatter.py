@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from generated import campaign
 from scipy.signal import lfilter
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
 
 from gap_diagnosis.jitter import jitter_of
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import found_in_logs, masks_of, scattered_before_sorting
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 
 
 def test_a_blind_tachometer_is_masked_also_where_a_recording_by_itself_does_not_show_it():

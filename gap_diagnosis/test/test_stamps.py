@@ -2,14 +2,14 @@
 
 import numpy as np
 from scipy.signal import lfilter
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
 
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.suspects import suspects
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 from thruster_model.flow_tank import simulate
 from thruster_model.parameter_set_io import load_parameter_set
 

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
 
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
+from system_identification.fitting import fit
+from system_identification.noise import white_noise
 from thruster_model.flow_tank import simulate
 from thruster_model.parameter_set_io import load_parameter_set
 

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generated import campaign, noise_of
-from system_identification.fitting import fit
 
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.lines import lines_of
 from gap_diagnosis.problem import Problem, deviations_of
+from system_identification.fitting import fit
 
 
 def lines_in(fitted):

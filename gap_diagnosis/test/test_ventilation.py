@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generated import campaign, noise_of
-from system_identification.fitting import fit
-from system_identification.hypothesis import Hypothesis
-from system_identification.loose import Loose
 
 from gap_diagnosis.discrepancy import chosen_greedily
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.ventilation import _viterbi, air_beside
+from system_identification.fitting import fit
+from system_identification.hypothesis import Hypothesis
+from system_identification.loose import Loose
 
 
 def beside(problem):

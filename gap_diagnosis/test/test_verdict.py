@@ -5,9 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from generated import campaign, noise_of
-from system_identification.fitting import fit
-from system_identification.hypothesis import Hypothesis
-from system_identification.loose import Loose
 
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_words import in_words
@@ -15,6 +12,9 @@ from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.verdict import class_of, verdict_of
+from system_identification.fitting import fit
+from system_identification.hypothesis import Hypothesis
+from system_identification.loose import Loose
 
 REPEATS = Scatter(
     effect="dropped_samples",

@@ -1,6 +1,6 @@
 """One set of effects, fitted beside all that moves at random, with the evidence for it."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -31,7 +31,6 @@ class Hypothesis:
     fitted: Fitted
     noise: Whitener
     loose: Loose
-    notes: dict[str, Any] = field(default_factory=dict)
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -14,7 +14,7 @@ from typing import Any
 import numba
 import numpy as np
 
-__all__ = ["gains_of", "innovations_of"]
+__all__ = ["driven_by", "gains_of", "innovations_of"]
 
 
 def _kernel(function: Any) -> Any:
@@ -116,3 +116,20 @@ def innovations_of(transition, push, keep, places, readings, signals, present, g
                 x[r] = moved[r]
             for j in range(keep.size):
                 x[m + j] *= keep[j]
+
+
+@_kernel
+def driven_by(transition, push, disturbance, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (N, q, m) with the states under each disturbance (q, N) by itself, at rest at the beginning."""
+    count, m = transition.shape[0], transition.shape[1]
+    x, moved = np.zeros(m), np.zeros(m)
+    for j in range(push.shape[2]):
+        x[:] = 0.0
+        for k in range(count):
+            for r in range(m):
+                out[k, j, r] = x[r]
+                value = push[k, r, j] * disturbance[j, k]
+                for c in range(m):
+                    value += transition[k, r, c] * x[c]
+                moved[r] = value
+            x[:] = moved

@@ -10,8 +10,9 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
-from system_identification.kalman import gains_of, innovations_of
+from system_identification.kalman import driven_by, gains_of, innovations_of
 from system_identification.system import Linear, System
 
 __all__ = ["Caps", "Levels", "Whitener", "learned", "white_noise", "whitener"]
@@ -222,13 +223,11 @@ def _moved(run: Linear, keep: float) -> Array:
     """
     rng = np.random.default_rng(0)
     count, m, q = run.push.shape
+    shocks = rng.standard_normal((q, count + 1))[:, :count]
+    fresh = np.sqrt(1.0 - keep * keep)
+    walks, _ = lfilter([fresh], [1.0, -keep], shocks, zi=(1.0 - fresh) * shocks[:, :1])
     out = np.zeros((count, q, m))
-    for j in range(q):
-        x, w = np.zeros(m), rng.standard_normal()
-        for k in range(count):
-            out[k, j] = x
-            x = run.transition[k] @ x + run.push[k, :, j] * w
-            w = keep * w + np.sqrt(1.0 - keep * keep) * rng.standard_normal()
+    driven_by(run.transition, run.push, walks, out)
     return out
 
 

@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
-from system_identification.noise import Caps, Whitener, whitener
+from system_identification.noise import Caps, whitener
 from system_identification.rating import Rated, rated, tried
 from system_identification.suspects import Suspect
 from system_identification.system import System
 
-__all__ = ["Offer", "Search", "prior_of", "searched"]
+__all__ = ["Offer", "Search", "searched"]
 
 Array = NDArray[np.float64]
 Offer = Callable[[Hypothesis], Sequence[Suspect]]
@@ -52,7 +52,6 @@ class Search:
         best: the set with most evidence.
         weighed: every set that was fitted, by its keys.
         rated: the first look at all suspects beside nothing.
-        beside: the last look, beside the best set.
         offered: how many suspects there are.
     """
 
@@ -60,18 +59,17 @@ class Search:
     best: Hypothesis
     weighed: dict[frozenset[str], Hypothesis]
     rated: list[Rated]
-    beside: list[Rated]
     offered: int
 
     def score(self, found: Hypothesis) -> float:
         """Return the logarithm of a set's probability, up to what all share."""
-        return found.evidence + prior_of(len(found.suspects), self.offered)
+        return _score(found, self.offered)
 
 
-def prior_of(count: int, offered: int) -> float:
-    """Return the logarithm of the probability of one set of so many effects among so many, up to what all share."""
-    each = [np.log(MORE * (k + 1) / max(offered - k, 1)) for k in range(count)]
-    return float(np.sum(each))
+def _score(found: Hypothesis, offered: int) -> float:
+    """Return the logarithm of a set's probability, up to what all share: its evidence, and how rare it is among all."""
+    each = [np.log(MORE * (k + 1) / max(offered - k, 1)) for k in range(len(found.suspects))]
+    return found.evidence + float(np.sum(each))
 
 
 def searched(
@@ -133,12 +131,11 @@ class _Searching:
             best=self.found[frozenset(current.keys)],
             weighed=self.found,
             rated=first,
-            beside=ranked,
             offered=self.offered,
         )
 
     def score(self, found: Hypothesis) -> float:
-        return found.evidence + prior_of(len(found.suspects), self.offered)
+        return _score(found, self.offered)
 
     def look(self, current: Hypothesis) -> tuple[list[Rated], list[Rated]]:
         """Return all suspects beside a set, the likeliest first, and those that are worth a fit."""
@@ -148,7 +145,7 @@ class _Searching:
         self.offered = max(self.offered, len(suspects) + len(current.suspects))
         trials = tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
         ranked = rated(current.fitted, current.noise, trials)
-        plain = rated(current.fitted, self.plain(current), trials)
+        plain = rated(current.fitted, whitener(current.system, current.fitted.x), trials)
         ranked = [self.refined(current, each) for each in ranked]
         ranked.sort(key=lambda each: -each.promise)
         if not self.sizes:
@@ -184,10 +181,6 @@ class _Searching:
         if grid is None or suspect.price or suspect.grid.shape[0] <= grid.shape[0]:
             return suspect
         return replace(suspect, grid=grid)
-
-    def plain(self, current: Hypothesis) -> Whitener:
-        """Return the noise of a healthy system about a set."""
-        return whitener(current.system, current.fitted.x)
 
     def step(self, current: Hypothesis, tries: Sequence[Rated], most: int = _WEIGHED) -> Hypothesis | None:
         """Return the set with one of the suspects more that is likeliest; None where none is likelier than without.

@@ -9,9 +9,14 @@ from numpy.typing import NDArray
 
 from system_identification.system import SizeSlot
 
-__all__ = ["Suspect"]
+__all__ = ["Suspect", "key_of"]
 
 Array = NDArray[np.float64]
+
+
+def key_of(effect: str, channel: str) -> str:
+    """Return the key of an effect as a suspect: with its channel, where it may concern several."""
+    return f"{effect}:{channel}" if channel else effect
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,7 +44,7 @@ class Suspect:
     @property
     def key(self) -> str:
         """Unique name."""
-        return f"{self.effect}:{self.channel}" if self.channel else self.effect
+        return key_of(self.effect, self.channel)
 
     @property
     def exact(self) -> bool:

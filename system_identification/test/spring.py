@@ -5,6 +5,7 @@ from itertools import pairwise
 
 import numba
 import numpy as np
+
 from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
 

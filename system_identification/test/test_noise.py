@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from spring import DT, Spring, recorded
+
 from system_identification.noise import Caps, Levels, learned, white_noise, whitener
 
 

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from spring import recorded, suspects
+
 from system_identification.budget import PARAMETERS, budget_of
 from system_identification.fitting import fit
 from system_identification.left_out import folds_of, left_out

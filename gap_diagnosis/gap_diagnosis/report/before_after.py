@@ -4,13 +4,13 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.noise import Whitener
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.report.telling import Telling, run_error, telling_runs
 from gap_diagnosis.report.wording import AS_STATED, COLOURS, KINDS, RETUNED, WITH_EFFECT, axis_of
 from run_bag.report import Axis, Column, Panel, Plot, Report, Series, Span, time_series
+from system_identification.noise import Whitener
 
 __all__ = ["add_before_and_after"]
 

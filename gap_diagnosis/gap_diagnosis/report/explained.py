@@ -1,11 +1,11 @@
 """What each candidate explains: which residuals it takes off, by channel, and what strain it takes off parameters."""
 
 import numpy as np
-from system_identification.hypothesis import Hypothesis
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.report.wording import signals_of, titles_of
 from run_bag.report import Cell, Column, Report
+from system_identification.hypothesis import Hypothesis
 from thruster_model.identification.experiment import SIGNALS
 
 __all__ = ["add_explained"]

@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.noise import Whitener
 
 from gap_diagnosis.problem import Problem
+from system_identification.noise import Whitener
 
 __all__ = ["Telling", "run_error", "telling_runs"]
 

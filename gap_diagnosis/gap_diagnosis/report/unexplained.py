@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from system_identification.fitting import Fitted
-from system_identification.hypothesis import Hypothesis
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.lines import A_LINE
 from gap_diagnosis.report.wording import COLOURS, RETUNED, WITH_EFFECT, titles_of
 from run_bag.report import TIME, Axis, Column, Plot, Report, Series, curves
+from system_identification.fitting import Fitted
+from system_identification.hypothesis import Hypothesis
 from thruster_model.identification.experiment import SIGNALS
 
 __all__ = ["add_unexplained"]

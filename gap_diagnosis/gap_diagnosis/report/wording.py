@@ -5,9 +5,9 @@ from dataclasses import replace
 from textwrap import wrap
 from typing import Any
 
-from gap_diagnosis import suspects
 from gap_diagnosis.problem import Problem
 from run_bag.report import Axis, Plot
+from system_identification.suspects import key_of as suspect_key
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import CHANNELS, SIGNALS
 
@@ -68,7 +68,7 @@ def signals_of(problem: Problem) -> list[str]:
 
 def key_of(effect: Mapping[str, Any]) -> str:
     """Return the key of a suspect among the effects of diagnosis.json."""
-    return suspects.key_of(str(effect["id"]), effect["channel"] or "")
+    return suspect_key(str(effect["id"]), effect["channel"] or "")
 
 
 def title_of(key: str) -> str:
