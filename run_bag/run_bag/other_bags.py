@@ -128,7 +128,7 @@ def _sqlite(file: Path, wanted: Wanted, budget: Budget) -> Scan:
             if not text and c.msgtype in store.fielddefs:
                 text = store.generate_msgdef(c.msgtype, ros_version=2)[0]
             _topic(result, c, Schema(c.msgtype, encoding, text.encode()))
-        _messages(result, reader, reader.connections, wanted, budget, lambda _, data: bytes(data))
+        _messages(result, reader, reader.connections, wanted, budget, lambda _, data: bytes(memoryview(data)))
     finally:
         reader.close()
     return result
@@ -158,6 +158,8 @@ def _ros1(file: Path, wanted: Wanted, budget: Budget) -> Scan:
 
 
 def _topic(result: Scan, c: Connection, schema: Schema) -> None:
+    if not (isinstance(c.topic, str) and isinstance(c.msgtype, str)):  # SQLite keeps any type in any column
+        raise ValueError(f"expected names of a topic and its type, found {c.topic!r} and {c.msgtype!r}")
     if c.topic == TOPIC and schema.name in TYPES:
         return  # its messages are told, no topic's
     result.topics[c.id] = RawTopic(c.topic, "cdr", schema, {}, count=c.msgcount)
@@ -181,6 +183,8 @@ def _messages(
         if topic is None:
             result.told.append(payload)
             continue
+        if not (isinstance(time, int) and 0 <= time < 2**63):
+            raise ValueError(f"topic {topic.topic}: expected a time in ns, found {time!r}")
         topic.log_times.append(time)
         topic.payloads.append(payload)
         result.last_log_time = max(time, result.last_log_time or 0)

@@ -196,7 +196,7 @@ def test_a_wrong_map_is_refused_with_its_key(tmp_path, changes, sentence):
     ("text", "sentence"),
     [
         ("[1]", "expected a mapping at the top; found list"),
-        ("a: [", "expected YAML; found"),
+        ("a: [", "line 1: expected YAML; found"),
         ("force: 3", "key 'force': expected unit, value; found int"),
         ("force: {unit: kgf, value: []}", "key 'force.unit': expected 'N'; found 'kgf'"),
         ("command: {unit: 1, value: [], stop: x}", "key 'command.stop': expected a number; found 'x'"),
