@@ -6,7 +6,15 @@ from scipy.ndimage import median_filter, uniform_filter1d
 
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["hole_around_zero", "lattice_step", "lone_samples", "regular_stamps", "repeated_samples", "spikes"]
+__all__ = [
+    "LARGEST_SHARE",
+    "hole_around_zero",
+    "lattice_step",
+    "lone_samples",
+    "regular_stamps",
+    "repeated_samples",
+    "spikes",
+]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -121,7 +129,11 @@ def _from_parabola(values: Array, used: Mask, at: NDArray[np.int64]) -> Array:
     return np.where(np.sum(weights, axis=1) > 3, away, np.inf)
 
 
-def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_share: float = 2e-3) -> Mask:
+LARGEST_SHARE = 2e-3
+"""Of readings that are outliers by accident."""
+
+
+def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_share: float = LARGEST_SHARE) -> Mask:
     """Return which samples lie away from all their neighbours by more than `limit` deviations, shape (M,).
 
     For any signal: the two before it, continued, and the two after it must miss it to the same side, and be closer to

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.log_check import (
+    LARGEST_SHARE,
     hole_around_zero,
     lattice_step,
     lone_samples,
@@ -124,7 +125,8 @@ def recording_of(
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():
-        period = float(np.median(np.diff(time))) if time.size > 1 else CELL
+        # By regular stamps, so that the same readings are taken together whether or not stamps scatter.
+        period = float(np.median(np.diff(regular_stamps(time)[0]))) if time.size > 1 else CELL
         width, readings = 0.0, 0
         if period < FAST:
             together = round(CELL / period)
@@ -188,7 +190,8 @@ def with_log_findings(
         if name in ("axial", "ambient"):
             standing_out[name] = spikes(m.values, m.noise)
         else:
-            lone[name] = lone_samples(m.values, m.noise)
+            together = max(round(m.width / (period or {}).get(name, np.inf)), 1)  # one of them moves their mean
+            lone[name] = lone_samples(m.values, m.noise, largest_share=together * LARGEST_SHARE)
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)

@@ -81,14 +81,14 @@ def _hole(recordings: Sequence[Recording]) -> float:
 def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     """Return what the logs show of spikes, repeated samples and lattices."""
     found: list[Scatter | None] = []
-    repeats = _shares([recording.log.repeated for recording in recordings])
+    repeats = _shares(recordings, "repeated")
     hit, of = sum(h for h, _ in repeats.values()), sum(n for _, n in repeats.values())
     if of and hit >= 5 and hit / of > 0.003:
         share = hit / of
         found.append(_share_found("dropped_samples", "", share, of, hit, "repeat the sample before them"))
-    lone = _shares([recording.log.lone for recording in recordings]).values()
+    lone = _shares(recordings, "lone").values()
     others = max(_ORDINARY, sum(h for h, _ in lone) / max(sum(n for _, n in lone), 1))
-    for signal, (hit, of) in _shares([recording.log.spikes for recording in recordings]).items():
+    for signal, (hit, of) in _shares(recordings, "spikes").items():
         if of and hit / of > LEAST_SPIKES and poisson.sf(hit - 1, others * of) < _CHANCE:
             share = hit / of / _VISIBLE
             found.append(_share_found("flow_spikes", signal, share, of, hit, "are spikes"))
@@ -146,12 +146,15 @@ def _lattice_found(recordings: Sequence[Recording], step: float) -> Scatter | No
     )
 
 
-def _shares(tables: Sequence[Mapping[str, NDArray[np.bool_]]]) -> dict[str, tuple[int, int]]:
+def _shares(recordings: Sequence[Recording], name: str) -> dict[str, tuple[int, int]]:
+    """Return by signal how many readings the logs show so, and of how many; one moves the mean of several."""
     counts: dict[str, tuple[int, int]] = {}
-    for table in tables:
-        for signal, mask in table.items():
+    for recording in recordings:
+        for signal, mask in getattr(recording.log, name).items():
+            width = recording.experiment.measurements[signal].width
+            together = max(round(width / recording.log.period.get(signal, np.inf)), 1)
             hit, of = counts.get(signal, (0, 0))
-            counts[signal] = (hit + int(np.sum(mask)), of + mask.size)
+            counts[signal] = (hit + int(np.sum(mask)), of + together * mask.size)
     return counts
 
 

@@ -22,10 +22,14 @@ _SORTED = 0.05
 
 
 def on_regular_stamps(problem: Problem, regular: Sequence[Recording]) -> Problem | None:
-    """Return the problem on recordings whose scattered stamps are replaced by regular ones; None: none scatter."""
+    """Return the problem on recordings whose scattered stamps are replaced by regular ones; None: none scatter.
+
+    None as well where other readings would be taken together: what is not the same data cannot be compared.
+    """
     if all(recording.regular is None for recording in problem.recordings):
         return None
-    return replace(problem, recordings=tuple(regular), masks=masks_of(regular))
+    posed = replace(problem, recordings=tuple(regular), masks=masks_of(regular))
+    return posed if posed.known.size == problem.known.size else None
 
 
 def gain_of_regular(given: Problem, regular: Problem, like: Fitted | None = None) -> float:

@@ -11,10 +11,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from system_identification.exchange import exchanges
 from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.noise import Caps, whitener
-from system_identification.rating import Rated, rated, tried
+from system_identification.rating import Rated, Trial, rated, tried
 from system_identification.suspects import Suspect
 from system_identification.system import System
 
@@ -39,6 +40,10 @@ _FAR = 3.5
 _SIZES = 2
 """Best sizes of a first look that are tried again."""
 _ROUNDS = 3
+_OTHERS = 8
+"""Sets with one or two effects exchanged that are fitted beside a set."""
+_NEAR = 15.0
+"""Evidence by which a set may be behind for its own exchanges to be looked at."""
 _WORTH = 1.0
 """Evidence, prior included, that one more effect must add."""
 
@@ -108,6 +113,7 @@ class _Searching:
         self.found: dict[frozenset[str], Hypothesis] = {}
         self.offered = 1
         self.sizes: dict[str, Array] = {}
+        self.trials: dict[frozenset[str], list[Trial]] = {}
 
     def run(self) -> Search:
         self.progress("base fit")
@@ -144,6 +150,7 @@ class _Searching:
         suspects = [self.thinned(each) for each in suspects if each.key not in current.keys]
         self.offered = max(self.offered, len(suspects) + len(current.suspects))
         trials = tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
+        self.trials = {frozenset(current.keys): trials}
         ranked = rated(current.fitted, current.noise, trials)
         plain = rated(current.fitted, whitener(current.system, current.fitted.x), trials)
         ranked = [self.refined(current, each) for each in ranked]
@@ -182,20 +189,17 @@ class _Searching:
             return suspect
         return replace(suspect, grid=grid)
 
-    def step(self, current: Hypothesis, tries: Sequence[Rated], most: int = _WEIGHED) -> Hypothesis | None:
+    def step(self, current: Hypothesis, tries: Sequence[Rated]) -> Hypothesis | None:
         """Return the set with one of the suspects more that is likeliest; None where none is likelier than without.
 
         All are fitted under the noise that is known, with sensitivities that are; for the best few of them the noise is
         learned anew.
         """
-        quick = sorted((self.hasty(current, each) for each in tries), key=lambda found: -found[0])
-        for _, suspect, fitted in quick[:most]:
-            self.keep(
-                weighed(
-                    fitted.problem, (*current.suspects, suspect), fitted.x, current.noise, iterations=4,
-                    near=fitted, caps=self.caps, polish=False,
-                )
-            )  # fmt: skip
+        quick = [
+            self.begun(current, (*current.suspects, each.suspect), np.concatenate((current.fitted.x, each.sizes)))
+            for each in tries
+        ]
+        self.weighed(current, quick)
         best = max(
             (h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == len(current.keys) + 1),
             key=self.score,
@@ -209,21 +213,38 @@ class _Searching:
         again = self.without(best, added, anew=True)
         return best if self.score(best) > self.score(again) + _WORTH else None
 
-    def hasty(self, current: Hypothesis, each: Rated) -> tuple[float, Suspect, Fitted]:
-        """Return the evidence of a set with one suspect more under the noise of the set without it, and its fit."""
-        suspect = each.suspect
-        posed = current.system.with_effects((*current.system.slots, *suspect.slots), tuple(suspect.gates))
-        start = np.concatenate((current.fitted.x, each.sizes))
+    def begun(
+        self, current: Hypothesis, suspects: tuple[Suspect, ...], start: Array
+    ) -> tuple[float, tuple[Suspect, ...], Fitted]:
+        """Return the evidence of a set under the noise of a set near it, its suspects, and its fit from a start."""
+        gates = next((tuple(each.gates) for each in suspects if each.gates), ())
+        slots = tuple(slot for each in suspects for slot in each.slots)
+        posed = current.system.with_effects(slots, gates)
+        nuisances = current.system.nuisances
         if posed.jumps and not current.system.jumps:
             fitted = fit_past_jumps(posed, current.noise, start, across=False)
         else:
-            fitted = fit(posed, current.noise, start, iterations=6, near=current.fitted, polish=False)
-        nuisances = current.system.nuisances
+            near = replace(
+                current.fitted,
+                x=current.fitted.x[:nuisances],
+                sensitivities=current.fitted.sensitivities[:, :nuisances],
+            )
+            fitted = fit(posed, current.noise, start, iterations=6, near=near, polish=False)
         if np.max(np.abs(current.fitted.x[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             again = fit(posed, current.noise, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
             fitted = again if again.cost < fitted.cost else fitted
-        return fitted.evidence - suspect.price, suspect, fitted
+        return fitted.evidence - sum(each.price for each in suspects), suspects, fitted
+
+    def weighed(self, current: Hypothesis, begun: Sequence[tuple[float, tuple[Suspect, ...], Fitted]]) -> None:
+        """Learn the noise beside the likeliest of these sets, and keep them."""
+        for _, suspects, fitted in sorted(begun, key=lambda one: -one[0])[:_WEIGHED]:
+            self.keep(
+                weighed(
+                    fitted.problem, suspects, fitted.x, current.noise, iterations=4, near=fitted, caps=self.caps,
+                    polish=False,
+                )
+            )  # fmt: skip
 
     def keep(self, found: Hypothesis) -> Hypothesis:
         """Keep a set, unless it was fitted better before; return the better one."""
@@ -247,16 +268,35 @@ class _Searching:
         return found
 
     def exchanged(self, current: Hypothesis) -> Hypothesis:
-        """Return the best set that leaves one effect out, or has another one in its place."""
-        for suspect in current.suspects if len(current.suspects) > 1 else ():
-            less = self.without(current, suspect)
-            if self.score(less) > self.score(current):
-                return self.exchanged(less)
-            _, tries = self.look(less)
-            other = self.step(less, [each for each in tries if each.suspect.key != suspect.key][:3], most=1)
-            if other is not None and other.keys != current.keys and self.score(other) > self.score(current) + _WORTH:
-                return other
-        return current
+        """Return the likeliest set once those were fitted that lack one effect, or have one or two others instead.
+
+        Sets that come out about as likely are left in the same way: two exchanged effects are one step each.
+        """
+        most, seen = len(current.suspects), set[frozenset[str]]()
+
+        def known() -> list[Hypothesis]:
+            return [h for h in self.found.values() if len(h.suspects) <= most]
+
+        for _ in range(_ROUNDS):
+            least = max(map(self.score, known())) - _NEAR
+            near = [
+                h for h in known() if len(h.suspects) > 1 and self.score(h) > least and not seen & {frozenset(h.keys)}
+            ]
+            if not near:
+                break
+            current = max(near, key=self.score)
+            seen.add(frozenset(current.keys))
+            for suspect in current.suspects:
+                self.without(current, suspect)
+            self.progress(f"others than {', '.join(current.keys)}")
+            if frozenset(current.keys) not in self.trials:
+                self.look(current)
+            tries = []
+            for suspects, start, _ in exchanges(current, self.trials[frozenset(current.keys)], _OTHERS):
+                if frozenset(each.key for each in suspects) not in self.found:
+                    tries.append(self.begun(current, suspects, start))
+            self.weighed(current, tries)
+        return self.settled(max(known(), key=self.score))
 
     def without(self, current: Hypothesis, suspect: Suspect, *, anew: bool = False) -> Hypothesis:
         """Return the set without one of its suspects, fitted from where it is; `anew`: even if it was fitted before."""
