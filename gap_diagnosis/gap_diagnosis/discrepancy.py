@@ -22,7 +22,7 @@ from system_identification.noise import Whitener
 __all__ = ["Discrepancy", "Feature", "basis_of", "chosen_greedily", "discrepancy"]
 
 Array = NDArray[np.float64]
-MOST_FEATURES = 6
+MOST_FEATURES = 12
 _FREQUENCIES = np.geomspace(0.15, 6.4, 6)  # of modes [Hz]
 _DAMPINGS = (0.1,)  # over critical
 _HUM = 0.1

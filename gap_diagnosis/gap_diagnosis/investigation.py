@@ -14,7 +14,7 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis, traces_of
-from system_identification.loose import columns_of, learned_levels
+from system_identification.loose import columns_of, learned_levels, unsteady
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched
@@ -53,12 +53,15 @@ class Investigation:
         search: the sets.
         left: what the best one leaves, and `unexplained`: which functions of states and inputs that is.
         left_by_none: what re-tuning alone leaves, under the same noise.
+        ahead: by effect of the best set, how much better it explains, in nats, what is left without it than functions
+            of states and inputs, which have no name.
     """
 
     search: Search
     left: Left
     left_by_none: Left
     unexplained: Discrepancy
+    ahead: dict[str, float]
 
     @property
     def none(self) -> Hypothesis:
@@ -118,6 +121,26 @@ class Investigation:
         taken = max(self.left_by_none.squares - self.left.squares, 0.0)
         return taken / (taken + self.left.of(self.unexplained.explained)) if taken > 0.0 else 0.0
 
+    @cached_property
+    def traces(self) -> dict[str, Array]:
+        """What each effect of the best set does to the rows (R,)."""
+        return traces_of(self.best.fitted, self.best.suspects)
+
+    @cached_property
+    def resembling(self) -> dict[str, float]:
+        """Which share of what the effects of the best set do each of those does that only resembles what is at work.
+
+        Its size is not one size, or functions without a name would explain as much in its place.
+        """
+        best = self.best
+        found = unsteady(best.fitted, best.noise, best.loose, self.traces) if best.suspects else {}
+        power = {key: self.left.of(trace) for key, trace in self.traces.items()}
+        return {
+            key: power[key] / sum(power.values())
+            for key, value in found.items()
+            if value > RULES.unsteady or self.ahead[key] < RULES.ahead
+        }
+
     @property
     def nameless(self) -> bool:
         """Tell whether something is left that nothing explains."""
@@ -139,7 +162,12 @@ def investigate(
     left = _left(best, healthy)
     none = left if not best.suspects else _left(search.none, healthy)
     unexplained = discrepancy(left.fitted, left.noise)
-    return Investigation(search=search, left=left, left_by_none=none, unexplained=unexplained)
+    ahead = {}
+    for suspect in best.suspects:
+        keys = frozenset(best.keys) - {suspect.key}
+        less = none if not keys else _left(search.weighed[keys], healthy)
+        ahead[suspect.key] = left.fitted.evidence - less.fitted.evidence - discrepancy(less.fitted, less.noise).evidence
+    return Investigation(search=search, left=left, left_by_none=none, unexplained=unexplained, ahead=ahead)
 
 
 def _healthy(found: Hypothesis) -> Whitener:

@@ -24,6 +24,9 @@ class Rules:
         pressed: deviations by which the data want more of an effect than the largest plausible size; then it only
             resembles what is at work.
         held: deviations at which a parameter counts as held at its end: nothing is believed of a model that needs it.
+        unsteady: evidence, nats, that an effect's size changes with run, time or state by more than its equation may be
+            off, from which on it only resembles what is at work.
+        ahead: evidence, nats, by which an effect must explain better than functions without a name would in its place.
         conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
@@ -43,6 +46,8 @@ class Rules:
     pulled: float = 0.002
     pressed: float = 5.0
     held: float = 7.5
+    unsteady: float = 6.0
+    ahead: float = 3.0
     conventional: float = 4.5e-3
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6

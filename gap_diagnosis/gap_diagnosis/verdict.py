@@ -78,7 +78,9 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     claims = tuple(
         claim for claim in (_claim(found, suspect) for suspect in best.suspects) if not _is_convention(claim)
     )
-    sure = tuple(claim for claim in claims if claim.group_probability >= RULES.claimed)
+    sure = tuple(
+        claim for claim in claims if claim.group_probability >= RULES.claimed and claim.key not in found.resembling
+    )
     unknown = _unknown(found)
     nothing = found.evident < RULES.evident or not claims
     reason = ""
@@ -123,6 +125,8 @@ def _unknown(found: Investigation) -> float:
     """Return the probability that a nameless part is significant: what is left, and whether it belongs to the named."""
     if _beyond(found.best) or np.max(np.abs(found.best.fitted.x[: len(found.best.system.names)])) > RULES.held:
         return 0.95
+    if sum(found.resembling.values()) > 1.0 - RULES.named:
+        return 0.9
     if not found.nameless:
         return 0.02
     if found.best.suspects and found.named_share >= RULES.named:

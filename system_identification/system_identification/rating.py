@@ -20,6 +20,8 @@ Array = NDArray[np.float64]
 _SMALLEST = 0.02
 """Share of a size tried down to which smaller ones are rated by it."""
 
+_DIVERGED = 1e12
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trial:
@@ -59,9 +61,13 @@ class Rated:
 def tried(anchor: Fitted, suspects: Sequence[Suspect], predicted: Callable[[Suspect], Array]) -> list[Trial]:
     """Return every suspect's trial; `predicted`: (G, R) predictions over its grid, beside the anchor's unknowns."""
     here = anchor.problem.predicted(anchor.x)
-    return [
-        Trial(suspect=each, anchor=anchor, changes=(predicted(each) - here).astype(np.float32)) for each in suspects
-    ]
+
+    def changes(each: Suspect) -> NDArray[np.float32]:
+        # A prediction that diverges is a bad one, no reason to stop.
+        change: Array = np.clip(np.nan_to_num(predicted(each) - here), -_DIVERGED, _DIVERGED)
+        return change.astype(np.float32)
+
+    return [Trial(suspect=each, anchor=anchor, changes=changes(each)) for each in suspects]
 
 
 def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rated]:

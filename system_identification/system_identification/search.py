@@ -200,14 +200,16 @@ class _Searching:
             for each in tries
         ]
         self.weighed(current, quick)
-        best = max(
-            (h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == len(current.keys) + 1),
-            key=self.score,
-            default=None,
-        )
+
+        def more() -> list[Hypothesis]:
+            size = len(current.keys) + 1
+            return [h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == size]
+
+        # Such a set is where its first fit ended; which is the best one shows once they have settled.
+        likely = [h for h in more() if self.score(h) > self.score(current) - _NEAR]
+        best = max(map(self.settled, likely), key=self.score, default=None)
         if best is None or self.score(best) <= self.score(current) + _WORTH:
             return None
-        best = self.settled(best)
         # A set may have been fitted better than the one without, by where it began: that one is fitted from there too.
         (added,) = (each for each in best.suspects if each.key not in current.keys)
         again = self.without(best, added, anew=True)
@@ -286,8 +288,6 @@ class _Searching:
                 break
             current = max(near, key=self.score)
             seen.add(frozenset(current.keys))
-            for suspect in current.suspects:
-                self.without(current, suspect)
             self.progress(f"others than {', '.join(current.keys)}")
             if frozenset(current.keys) not in self.trials:
                 self.look(current)
@@ -296,7 +296,10 @@ class _Searching:
                 if frozenset(each.key for each in suspects) not in self.found:
                     tries.append(self.begun(current, suspects, start))
             self.weighed(current, tries)
-        return self.settled(max(known(), key=self.score))
+        best = self.settled(max(known(), key=self.score))
+        for suspect in best.suspects:
+            self.without(best, suspect)
+        return best
 
     def without(self, current: Hypothesis, suspect: Suspect, *, anew: bool = False) -> Hypothesis:
         """Return the set without one of its suspects, fitted from where it is; `anew`: even if it was fitted before."""
