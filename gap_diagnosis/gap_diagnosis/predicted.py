@@ -1,4 +1,4 @@
-"""A simulator's own predictions against a recording: which signal differs, in which regime, and how, without a model."""
+"""A simulator's own predictions against a recording: which signal differs, in which regime, how; no model is asked."""
 
 from dataclasses import dataclass
 
@@ -135,10 +135,14 @@ def _reshaped(time: Array, y: Array, at: Array, values: Array) -> tuple[float, f
     best = (0.0, 1.0, np.inf)
     steps = round(_LATEST / _LAG_STEP)
     for k in sorted(range(-steps, steps + 1), key=abs):
-        p = np.interp(time - k * _LAG_STEP, at, values)
+        then = time - k * _LAG_STEP
+        inside = (then >= at[0]) & (then <= at[-1])
+        if np.sum(inside) < 0.5 * time.size:
+            continue
+        p, own = np.interp(then[inside], at, values), y[inside]
         spread = float(np.var(p))
-        gain = float(np.mean((p - np.mean(p)) * (y - np.mean(y)))) / spread if spread > 0.0 else 0.0
-        left = _rms((y - np.mean(y)) - gain * (p - np.mean(p)))
+        gain = float(np.mean((p - np.mean(p)) * (own - np.mean(own)))) / spread if spread > 0.0 else 0.0
+        left = _rms((own - np.mean(own)) - gain * (p - np.mean(p)))
         if left < 0.999 * best[2]:
             best = (k * _LAG_STEP, gain, left)
     return best

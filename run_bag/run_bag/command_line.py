@@ -26,12 +26,17 @@ def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
 
 
 def described(description: str | None, examples: str) -> dict[str, Any]:
-    """Return what a parser says of its program: its purpose, and lines of examples, each after a line's end.
+    """Return what a parser says of its program: its purpose, without "Command line:", and lines of examples.
 
     In examples `%(prog)s` is the name under which the program was started.
     """
     formatter = argparse.RawDescriptionHelpFormatter
-    return {"description": description, "epilog": f"examples:{examples}", "formatter_class": formatter}
+    purpose = (description or "").removeprefix("Command line: ")
+    return {
+        "description": purpose[:1].upper() + purpose[1:],
+        "epilog": f"examples:{examples}",
+        "formatter_class": formatter,
+    }
 
 
 def printable(text: str) -> str:

@@ -53,9 +53,14 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
 def _parser(program: str) -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs (rosbag2 directories)")
-    parser.add_argument("--model", nargs="+", default=["hl"], choices=tuple(MODELS), help="models (default hl)")
-    parser.add_argument("--start", help="parameter set to start from, a name or a YAML file (default: the thesis')")
-    parser.add_argument("--reference", help="parameter set to compare with (default: where the fit started)")
+    text = f"models to fit: {', '.join(MODELS)} (default hl)"
+    parser.add_argument("--model", nargs="+", default=["hl"], choices=tuple(MODELS), metavar="MODEL", help=text)
+    parser.add_argument(
+        "--start", metavar="SET", help="parameter set to start from, a name or a YAML file (default: the thesis')"
+    )
+    parser.add_argument(
+        "--reference", metavar="SET", help="parameter set to compare with (default: where the fit started)"
+    )
     parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the results")
     parser.add_argument("--method", default="least-squares", choices=("least-squares", "nelder-mead"))
     stages = "joint: all at once after the stages; thesis: the stages alone"
