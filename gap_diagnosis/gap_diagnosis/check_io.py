@@ -14,6 +14,7 @@ from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment import CHANNELS, SIGNALS
 from thruster_model.identification.experiment_io import PreparationOptions, prepare, throttle_channel
 from thruster_model.identification.foresight import foreseen
+from thruster_model.identification.identifiability import Determination
 from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["check"]
@@ -96,7 +97,7 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
             experiments.append(prepare(run, PreparationOptions(thruster=thruster)))
         except UnfitDataError as error:
             refused += list(error.problems)
-    judged = ()
+    judged: tuple[Determination, ...] = ()
     if not refused:
         try:
             judged = foreseen(parameter_set, experiments)

@@ -83,7 +83,7 @@ def differences(
         edge: of the dead zone [V]; 0: not known, and only a throttle at zero counts as inside.
     """
     u, dt = measured.experiment.throttle, measured.experiment.dt
-    grid = dt * np.arange(u.size)
+    grid = np.asarray(dt * np.arange(u.size), dtype=np.float64)
     source = measured if "speed" in measured.experiment.measurements else predicted
     shift = 0.0 if source is measured else later
     speed = source.experiment.measurements.get("speed")

@@ -7,7 +7,6 @@ import contextlib
 import importlib
 import io
 import re
-import sys
 from typing import Any, NamedTuple
 
 import typer
@@ -91,4 +90,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

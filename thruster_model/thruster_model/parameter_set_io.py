@@ -100,7 +100,7 @@ def parse_parameter_set(text: str, *, origin: str, above: Sequence[Path] = ()) -
     table = _parse_table(document.get("force_table"), problems)
     if problems:
         raise ParameterSetError(origin, problems)
-    given = {
+    given: dict[str, Any] = {
         "name": str(document.get("name")),
         "model_name": str(document.get("model")),
         "source": str(document.get("source")),
@@ -110,14 +110,7 @@ def parse_parameter_set(text: str, *, origin: str, above: Sequence[Path] = ()) -
     }
     if base is None:
         return ParameterSet(parameters=parameters, origin=origin, **given)
-    keys = {
-        "name": "name",
-        "source": "source",
-        "effects": "effects",
-        "command": "command",
-        "force_table": "force_table",
-    }
-    changed = {name: given[name] for key, name in keys.items() if key in document}
+    changed = {key: value for key, value in given.items() if key in document}
     words = {"name": f"{base.name}, changed", "source": f"{document['base']}, changed: {base.source}"}
     return replace(base, parameters=parameters, origin=origin, **{**words, **changed})
 
