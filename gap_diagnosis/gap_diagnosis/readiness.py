@@ -11,6 +11,7 @@ from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import masks_of
 from gap_diagnosis.suspects import SCATTERING, suspects
+from gap_diagnosis.unit_check import gains_and_likenesses
 from system_identification.fitting import fit
 from system_identification.noise import whitener
 from system_identification.rating import rated, tried
@@ -23,6 +24,8 @@ __all__ = ["Finding", "Kind", "excitation", "readiness"]
 Kind = Literal["good", "note", "refused"]
 SHOWN = 25.0
 """Cost that an effect of the middle of its plausible sizes must take off to show: five standard deviations."""
+ORDINARY, ALIKE = 2.0, 0.7
+"""Gain against the set, either way, and correlation with it, beyond which a channel is told of."""
 _STEPS = 4  # of a fit that only makes the parameters' share of a gap small
 
 
@@ -81,8 +84,20 @@ def readiness(recordings: Sequence[Recording], parameter_set: ParameterSet) -> l
     found += [Finding(kind="refused", about="diagnose would refuse", sentence=sentence) for sentence in reasons]
     if problem is None or reasons:
         return found
-    told = "signs, magnitudes and clocks of all channels agree with the set, as far as a gap lets one tell"
-    return [*found, Finding(kind="good", about="units", sentence=told), *_effects(problem)]
+    return [*found, *_magnitudes(problem), *_effects(problem)]
+
+
+def _magnitudes(problem: Problem) -> list[Finding]:
+    """Return how large each channel is against the set, and how alike: no unit or sign is surely wrong, or all told."""
+    found = []
+    for channel, (gain, likeness) in gains_and_likenesses(problem).items():
+        told = f"{gain:.3g} times what the set says (correlation {likeness:.2f})"
+        near = 1.0 / ORDINARY < gain < ORDINARY and likeness > ALIKE
+        doubt = "" if near else "; another thruster than the set's, another unit or sign, or a very large gap"
+        found.append(
+            Finding(kind="good" if near else "note", about=f"sign and size of {channel}", sentence=told + doubt)
+        )
+    return found
 
 
 def _effects(problem: Problem) -> list[Finding]:

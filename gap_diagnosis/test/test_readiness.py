@@ -59,7 +59,7 @@ def changed(run, path, **scales):
 
 def test_recordings_that_are_fine_are_refused_nothing(ready):
     assert not kinds(ready, "refused")
-    assert "units" in kinds(ready, "good")
+    assert set(kinds(ready, "good")) >= {f"sign and size of thruster_0/{c}" for c in ("state.n", "flow.ambient")}
 
 
 def test_effects_that_would_show_and_those_of_a_channel_that_is_not_there_are_named(ready):
@@ -110,6 +110,14 @@ def test_a_stated_hold_is_told(run, tmp_path, capsys):
     said = capsys.readouterr().out
     assert "hold of the throttle: between two samples the run states `previous`" in said
     assert "nothing says what it does" not in said
+
+
+def test_a_size_that_no_known_unit_explains_is_a_note_not_an_agreement(run, tmp_path, capsys):
+    main([str(changed(run, tmp_path / "large", state=4.0)), "--set", "hl"])
+    said = capsys.readouterr().out
+    (line,) = [line for line in said.splitlines() if "sign and size of thruster_0/state.n" in line]
+    assert line.startswith("? ") and "another unit" in line
+    assert float(line.split(": ")[1].split()[0]) == pytest.approx(4.0, rel=0.02)
 
 
 @pytest.mark.parametrize(
