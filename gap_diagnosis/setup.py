@@ -18,6 +18,8 @@ setup(
     extras_require={"test": ["pytest", "hypothesis"]},
     entry_points={
         "console_scripts": [
+            "check = gap_diagnosis.cli_check:main",
+            "compare = gap_diagnosis.cli_compare:main",
             "diagnose = gap_diagnosis.cli_diagnose:main",
             "diagnosis_table = gap_diagnosis.cli_diagnosis_table:main",
             "steady_states = gap_diagnosis.cli_steady_states:main",

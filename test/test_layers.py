@@ -30,6 +30,7 @@ ALLOWED: dict[str, set[str]] = {
     "rov_sim": {"thruster_control", "thruster_estimation", "thruster_model", "run_bag", "bench_driver"},
 }
 ALLOWED["gap_diagnosis"] = set(ALLOWED) - {"thruster_msgs", "thruster_runtime"}
+ALLOWED["thruster_cli"] = set(ALLOWED) - {"thruster_msgs", "thruster_runtime"}
 
 MESSAGES = {
     "builtin_interfaces", "diagnostic_msgs", "geometry_msgs", "nav_msgs", "rcl_interfaces", "rosgraph_msgs",

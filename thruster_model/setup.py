@@ -26,6 +26,7 @@ setup(
             "force_table = thruster_model.cli_force_table:main",
             "class_table = thruster_model.cli_class_table:main",
             "reference = thruster_model.cli_reference:main",
+            "new_set = thruster_model.cli_new_set:main",
             "load_cell = thruster_model.cli_load_cell:main",
             "log_effects = thruster_model.cli_log_effects:main",
         ]

@@ -15,15 +15,19 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.report import diagnosis_report
 from run_bag import RunError
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 
+EXAMPLES = """
+  %(prog)s runs/log --set mine.yaml --out diagnosis
+  %(prog)s runs/* --set hl --out diagnosis --experiment      # and what to record next"""
 
-def main(arguments: Sequence[str] | None = None) -> int:
+
+def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> int:
     """Diagnose runs; return the exit status."""
-    parser = _parser()
+    parser = _parser(program)
     given = parser.parse_args(user_arguments(arguments))
     out = given.out
     try:
@@ -69,11 +73,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="diagnose", description=__doc__)
+def _parser(program: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one thruster")
     sets = ", ".join(available_sets())
-    parser.add_argument("--model", required=True, help=f"parameter set of the simulator: {sets} or a YAML file")
+    text = f"parameter set of the simulator: {sets} or a YAML file"
+    parser.add_argument("--set", "--model", dest="model", metavar="SET", required=True, help=text)
     parser.add_argument("--out", type=Path, default=Path("diagnosis"), help="new or empty folder (default diagnosis)")
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 
 __all__ = ["main", "table"]
 
@@ -15,15 +15,20 @@ _NEEDED = ("verdict", "gap", "p_unknown", "summary", "provenance")
 _NUMBERS = ("as_is", "retuned", "with_effect", "noise_floor")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+EXAMPLES = """
+  %(prog)s diagnosis/diagnosis.json
+  %(prog)s before/diagnosis.json after/diagnosis.json > table.md"""
+
+
+def main(arguments: Sequence[str] | None = None, program: str = "diagnosis_table") -> int:
     """Print the table; return the exit status."""
-    parser = argparse.ArgumentParser(prog="diagnosis_table", description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("files", nargs="+", type=Path, metavar="diagnosis.json", help="one for each row")
     given = parser.parse_args(user_arguments(arguments))
     try:
         found = dict(zip(_names(given.files), map(_read, given.files), strict=True))
     except (OSError, ValueError) as error:
-        print(f"diagnosis_table: {error}", file=sys.stderr)
+        print(f"{program}: {error}", file=sys.stderr)
         return 1
     print(table(found))
     return 0

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import Problem
 from thruster_model.identification.experiment import CHANNELS, SIGNALS
 
-__all__ = ["unit_problems"]
+__all__ = ["gains_and_likenesses", "unit_problems"]
 
 Array = NDArray[np.float64]
 G = 9.80665  # [m/s^2]
@@ -86,6 +86,12 @@ def unit_problems(problem: Problem, least: int = 20) -> list[str]:
         ):
             problems.append(f"{channel}: {sentence}")
     return problems
+
+
+def gains_and_likenesses(problem: Problem) -> dict[str, tuple[float, float]]:
+    """Return (gain, likeness) of each channel against the model as stated, both [1], by the channel's name."""
+    found = _compared(problem, problem.predicted(problem.start()))
+    return {problem_channel(problem, name): (each.ratio, each.likeness) for name, each in found.items()}
 
 
 def problem_channel(problem: Problem, signal: str) -> str:

@@ -19,7 +19,7 @@ from thruster_model.effects.stages import LIBRARY
 from thruster_model.equations.classes import loads
 from thruster_model.equations.thruster import ambient_acceleration
 
-__all__ = ["BLOCKS", "BlockCheck", "block_checks", "block_shares", "excess_by_regime", "worst_regime"]
+__all__ = ["BLOCKS", "BlockCheck", "block_checks", "block_shares", "excess_by_regime", "regimes", "worst_regime"]
 
 Array = NDArray[np.float64]
 TEMPERATURE = 10.0
@@ -117,6 +117,8 @@ def excess_by_regime(problem: Problem, noise: Whitener, fitted: Fitted) -> dict[
     """Return by regime and signal the mean square of residuals over that of the noise, less one."""
     result: dict[str, dict[str, float]] = {}
     sums: dict[tuple[str, str], tuple[float, int]] = {}
+    values = problem.parameter_set.values
+    inner = min(abs(values.get("delta_u1", 0.0)), abs(values.get("delta_u2", 0.0)))
     for index, happened in enumerate(problem.happened(fitted.x)):
         experiment = problem.recordings[index].experiment
         grid = np.asarray(experiment.dt * np.arange(happened.throttle.size), dtype=np.float64)
@@ -125,7 +127,7 @@ def excess_by_regime(problem: Problem, noise: Whitener, fitted: Fitted) -> dict[
                 continue
             at = experiment.measurements[each.signal].time
             square = (fitted.residuals[each.rows] / noise.level(each.signal)) ** 2
-            for regime, mask in _regimes(happened.outputs["speed"], happened.throttle, grid, problem).items():
+            for regime, mask in regimes(happened.outputs["speed"], happened.throttle, grid, inner).items():
                 here = np.interp(at, grid, mask) > 0.5
                 inside = square[here & np.isfinite(square)]
                 total, count = sums.get((regime, each.signal), (0.0, 0))
@@ -145,9 +147,15 @@ def worst_regime(excess: Mapping[str, Mapping[str, float]]) -> str:
     return best if means[best] > max(0.1, 1.3 * float(np.median(list(means.values())))) else "all alike"
 
 
-def _regimes(n: Array, u: Array, grid: Array, problem: Problem) -> dict[str, Array]:
-    values = problem.parameter_set.values
-    inner = min(abs(values.get("delta_u1", 0.0)), abs(values.get("delta_u2", 0.0)))
+def regimes(n: Array, u: Array, grid: Array, inner: float) -> dict[str, Array]:
+    """Return where each regime of operation is (1, else 0), shape (N,).
+
+    Args:
+        n: rotor speed [rad/s], (N,).
+        u: throttle [V], (N,).
+        grid: instants, evenly apart [s], (N,).
+        inner: edge of the dead zone [V].
+    """
     largest = max(float(np.max(np.abs(n))), 1e-6)
     changing = np.abs(np.gradient(u, grid)) > 0.0
     window = max(1, round(0.5 / (grid[1] - grid[0])))

@@ -15,18 +15,24 @@ import numpy as np
 from rov_sim.bench_campaign import altered, run_campaign, run_programme
 from rov_sim.campaign_io import read_programme, write_bench_run
 from run_bag import RunError
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
+EXAMPLES = """
+  %(prog)s --set hl --spread 0 --out runs                                    # the set as it stands
+  %(prog)s --set mine.yaml --effect coulomb_friction.deceleration=60 --out runs
+  %(prog)s --set hl --programme throttle.csv --out runs                      # your throttle"""
 
-def main(arguments: Sequence[str] | None = None) -> int:
+
+def main(arguments: Sequence[str] | None = None, program: str = "bench_campaign") -> int:
     """Write the runs and the true parameters; return the exit status."""
-    parser = argparse.ArgumentParser(prog="bench_campaign", description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the runs and truth.yaml")
     parser.add_argument("--seed", type=int, default=1, help="of the random generator (default 1)")
     sets = ", ".join(available_sets())
-    parser.add_argument("--parameters", default="hq", help=f"parameter set to alter: {sets} or a YAML file")
+    text = f"parameter set to alter: {sets} or a YAML file (default hq)"
+    parser.add_argument("--set", "--parameters", dest="parameters", metavar="SET", default="hq", help=text)
     parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
     example = "for example coulomb_friction.deceleration=60; several times for several"
     parser.add_argument("--effect", action="append", default=[], metavar="EFFECT.PARAMETER=SIZE", help=example)

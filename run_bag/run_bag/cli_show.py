@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .command_line import exit_status, user_arguments
+from .command_line import described, exit_status, user_arguments
 from .errors import RunError, RunExistsError
 from .reader import read_run
 from .report import Axis, Column, Panel, Report, Series, time_series
@@ -26,9 +26,10 @@ _PART = re.compile(r"(\[\d+\]|\.(x|y|z|w))$")
 _NO_SIGNAL = re.compile(r"covariance|\.(sec|nanosec)$")
 
 
-def parser() -> argparse.ArgumentParser:
+def parser(program: str = "show") -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(prog="show", description="Draw the channels of a run, in one HTML file.")
+    told = described("Draw the channels of a run, in one HTML file.", "\n  %(prog)s runs/log --out log.html")
+    p = argparse.ArgumentParser(prog=program, **told)
     p.add_argument("run", type=Path, metavar="RUN", help="rosbag2 directory, .mcap, .db3 or .bag")
     p.add_argument("--out", type=Path, metavar="FILE.html", help="file to write; must not exist (default: RUN.html)")
     p.add_argument("--topics", nargs="+", metavar="TOPIC", help="only these topics")
@@ -104,10 +105,10 @@ def _row(channel: Channel) -> list[object]:
     return [channel.name, unit, len(channel), rate, *numbers, len(channel) - known.size]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, program: str = "show") -> int:
     """Draw; return 0, or 1 with a sentence on standard error."""
-    options = parser().parse_args(user_arguments(argv))
-    return exit_status("show", lambda: _run(options))
+    options = parser(program).parse_args(user_arguments(argv))
+    return exit_status(program, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import argparse
 import importlib
 import sys
 from collections.abc import Callable, Sequence
+from typing import Any
 
 from .errors import RunError
 
@@ -21,6 +23,20 @@ def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
     except ImportError:
         return given
     return list(utilities.remove_ros_args(args=["program", *given]))[1:]
+
+
+def described(description: str | None, examples: str) -> dict[str, Any]:
+    """Return what a parser says of its program: its purpose, without "Command line:", and lines of examples.
+
+    In examples `%(prog)s` is the name under which the program was started.
+    """
+    formatter = argparse.RawDescriptionHelpFormatter
+    purpose = (description or "").removeprefix("Command line: ")
+    return {
+        "description": purpose[:1].upper() + purpose[1:],
+        "epilog": f"examples:{examples}",
+        "formatter_class": formatter,
+    }
 
 
 def printable(text: str) -> str:

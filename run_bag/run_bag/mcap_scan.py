@@ -74,6 +74,7 @@ def scan(
             if head != MAGIC:
                 found = head.hex(" ") if head else "an empty file"
                 text = f"{path}: expected an MCAP file, which starts with {MAGIC.hex(' ')}, found {found}"
+                text += "; a table, another bag or a log is imported first: thruster import"
                 raise NotARunError(text, path=path, position=0, expected=MAGIC, found=head)
             with mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
                 return _Scanner(Scan(path, size), data, wanted, receive, budget or Budget(size)).run()

@@ -16,7 +16,7 @@ from typing import NoReturn
 from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.identification.experiment_io import PreparationOptions, read_experiments
@@ -28,10 +28,14 @@ from thruster_model.models import MODELS
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
 
+EXAMPLES = """
+  %(prog)s runs/log --model hl hq --out fit              # two models, from the published sets on
+  %(prog)s runs/* --model hq --start mine.yaml --out fit # from a set of yours on"""
 
-def main(arguments: Sequence[str] | None = None) -> int:
+
+def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
     """Fit, write the sets, the summary and the report; return the exit status."""
-    given = _parser().parse_args(user_arguments(arguments))
+    given = _parser(program).parse_args(user_arguments(arguments))
     if arguments is None:
         signal.signal(signal.SIGINT, _stop)
     try:
@@ -46,12 +50,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="fit", description=__doc__)
+def _parser(program: str) -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs (rosbag2 directories)")
-    parser.add_argument("--model", nargs="+", default=["hl"], choices=tuple(MODELS), help="models (default hl)")
-    parser.add_argument("--start", help="parameter set to start from, a name or a YAML file (default: the thesis')")
-    parser.add_argument("--reference", help="parameter set to compare with (default: where the fit started)")
+    text = f"models to fit: {', '.join(MODELS)} (default hl)"
+    parser.add_argument("--model", nargs="+", default=["hl"], choices=tuple(MODELS), metavar="MODEL", help=text)
+    parser.add_argument(
+        "--start", metavar="SET", help="parameter set to start from, a name or a YAML file (default: the thesis')"
+    )
+    parser.add_argument(
+        "--reference", metavar="SET", help="parameter set to compare with (default: where the fit started)"
+    )
     parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the results")
     parser.add_argument("--method", default="least-squares", choices=("least-squares", "nelder-mead"))
     stages = "joint: all at once after the stages; thesis: the stages alone"

@@ -7,11 +7,18 @@ parameters:
   k_n: {value: 13.66, unit: 1/s, source: "Table 4.1", standard_deviation: 0.2}
 command: {unit: µs, stop: 1500, per_volt: 80, lowest: 1100, highest: 1900}      optional: how commands are written
 force_table: {name: ..., command: ..., supply: ..., force: ...}     where the model needs it, as in `force_table_io`
+
+Or what differs from another set, known by its name or its file (from the folder of this one):
+
+base: hl
+parameters:
+  k_n: 12.0                                    in the base's unit; or value, unit, source, standard_deviation as above
 """
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +32,7 @@ from thruster_model.force_table import ForceTable
 from thruster_model.force_table_io import force_table_document, force_table_of
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.set_document_io import (
+    inherited,
     mapping_of,
     number,
     parameter_entries,
@@ -34,10 +42,17 @@ from thruster_model.set_document_io import (
     unknown_keys,
 )
 
-__all__ = ["available_sets", "dump_parameter_set", "load_parameter_set", "parse_parameter_set", "write_parameter_set"]
+__all__ = [
+    "available_sets",
+    "dump_parameter_set",
+    "load_parameter_set",
+    "parse_parameter_set",
+    "write_parameter_set",
+    "write_set_text",
+]
 
 _TOP_KEYS = {"model", "name", "source", "parameters"}
-_OPTIONAL_KEYS = {"effects", "command", "force_table"}
+_OPTIONAL_KEYS = {"base", "effects", "command", "force_table"}
 _COMMAND_KEYS = ("unit", "stop", "per_volt", "lowest", "highest")
 _FOLDER = "parameter_sets"
 
@@ -48,37 +63,74 @@ def available_sets() -> tuple[str, ...]:
 
 
 def load_parameter_set(name_or_path: str | Path) -> ParameterSet:
-    """Return the set of that name in the package or, failing that, of that YAML file.
+    """Return the set of that name in the package or, failing that, of that YAML file; a set on a base, complete.
 
     Raises:
-        ParameterSetError: neither a known name nor a readable file, or its content is wrong.
+        ParameterSetError: neither a known name nor a readable file, or its content, or its base's, is wrong.
     """
     text, origin = text_of(name_or_path, _FOLDER, "sets", ParameterSetError)
     return parse_parameter_set(text, origin=origin)
 
 
-def parse_parameter_set(text: str, *, origin: str) -> ParameterSet:
-    """Return the parameter set that a YAML text describes; `origin` names it in errors."""
+def parse_parameter_set(text: str, *, origin: str, above: Sequence[Path] = ()) -> ParameterSet:
+    """Return the parameter set that a YAML text describes.
+
+    Args:
+        text: in the form above.
+        origin: names it in errors; where it is a path, files of bases are looked for beside it.
+        above: files of the sets that stand on this one, from the first asked for on.
+
+    Raises:
+        ParameterSetError: its content, or its base's, is wrong; sets stand on each other in a circle.
+    """
     document = mapping_of(text, origin, ParameterSetError)
-    problems = [f"key '{key}': missing" for key in sorted(_TOP_KEYS - set(document))]
-    problems += unknown_keys("", document, _TOP_KEYS | _OPTIONAL_KEYS)
-    parameters = parameters_of(document.get("parameters", {}), problems)
+    problems = unknown_keys("", document, _TOP_KEYS | _OPTIONAL_KEYS)
+    base = None
+    if "base" in document:
+        base = _base(document["base"], origin, (*above, Path(origin).resolve()))
+        parameters = inherited(document.get("parameters"), base, str(document.get("source", "")), problems)
+        if document.get("model", base.model_name) != base.model_name:
+            problems.append(f"key 'model': expected '{base.model_name}', its base's; found {document['model']!r}")
+    else:
+        problems += [f"key '{key}': missing" for key in sorted(_TOP_KEYS - set(document))]
+        parameters = parameters_of(document.get("parameters", {}), problems)
     sizes, wrong = _parse_effects(document.get("effects", {}))
     problems += wrong
     command = _parse_command(document.get("command"), problems)
     table = _parse_table(document.get("force_table"), problems)
     if problems:
         raise ParameterSetError(origin, problems)
-    return ParameterSet(
-        name=str(document["name"]),
-        model_name=str(document["model"]),
-        source=str(document["source"]),
-        parameters=parameters,
-        origin=origin,
-        effects=ActiveEffects(sizes=sizes),
-        command=command,
-        force_table=table,
-    )
+    given: dict[str, Any] = {
+        "name": str(document.get("name")),
+        "model_name": str(document.get("model")),
+        "source": str(document.get("source")),
+        "effects": ActiveEffects(sizes=sizes),
+        "command": command,
+        "force_table": table,
+    }
+    if base is None:
+        return ParameterSet(parameters=parameters, origin=origin, **given)
+    changed = {key: value for key, value in given.items() if key in document}
+    words = {"name": f"{base.name}, changed", "source": f"{document['base']}, changed: {base.source}"}
+    return replace(base, parameters=parameters, origin=origin, **{**words, **changed})
+
+
+def _base(name: Any, origin: str, above: Sequence[Path]) -> ParameterSet:
+    """Return the set that another one, called `origin`, stands on; `above`: their files, that one's last."""
+    known = available_sets()
+    if not isinstance(name, str) or not name:
+        raise ParameterSetError(origin, [f"key 'base': expected the name or the file of a set; found {name!r}"])
+    path = Path(name) if name in known else (Path(origin).parent / name)
+    if name not in known and path.resolve() in above:
+        circle = " -> ".join(file.name for file in (*above[above.index(path.resolve()) :], path))
+        raise ParameterSetError(
+            origin, [f"key 'base': expected a set that stands on no other in a circle; found {circle}"]
+        )
+    if name not in known and not path.is_file():
+        expected = f"expected one of the known sets ({', '.join(known)}) or a YAML file"
+        raise ParameterSetError(origin, [f"key 'base': {expected}; found {name!r}, and no file {path}"])
+    text, base_origin = text_of(path, _FOLDER, "sets", ParameterSetError)
+    return parse_parameter_set(text, origin=base_origin, above=above)
 
 
 def _parse_command(entry: Any, problems: list[str]) -> CommandScale:
@@ -164,8 +216,13 @@ def dump_parameter_set(parameter_set: ParameterSet) -> str:
 
 def write_parameter_set(parameter_set: ParameterSet, path: Path) -> None:
     """Write the set to a new file; FileExistsError where there is one."""
+    write_set_text(dump_parameter_set(parameter_set), path)
+
+
+def write_set_text(text: str, path: Path) -> None:
+    """Write a set's YAML text to a new file, whole or not at all; FileExistsError where there is one."""
     if path.exists():
         raise FileExistsError(f"{path}: exists and is not overwritten")
     temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(dump_parameter_set(parameter_set), "utf-8")
+    temporary.write_text(text, "utf-8")
     temporary.rename(path)

@@ -9,9 +9,18 @@ from pathlib import Path
 from typing import Any
 
 from run_bag.yaml_io import yaml_mapping
-from thruster_model.parameter_set import Parameter
+from thruster_model.parameter_set import Parameter, ParameterSet
 
-__all__ = ["mapping_of", "number", "parameter_entries", "parameters_of", "shipped", "text_of", "unknown_keys"]
+__all__ = [
+    "inherited",
+    "mapping_of",
+    "number",
+    "parameter_entries",
+    "parameters_of",
+    "shipped",
+    "text_of",
+    "unknown_keys",
+]
 
 _PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
 
@@ -83,6 +92,32 @@ def parameters_of(entries: Any, problems: list[str]) -> dict[str, Parameter]:
                 standard_deviation=numbers.get("standard_deviation"),
             )
     return found
+
+
+def inherited(entries: Any, base: ParameterSet, source: str, problems: list[str]) -> dict[str, Parameter]:
+    """Return the parameters of a base with those that `entries` change: a number, or some of a parameter's keys.
+
+    A new value has the source that is stated with it, else the set's `source`; its standard deviation is not the
+    base's.
+    """
+    if not isinstance(entries, Mapping | None):
+        problems.append(f"key 'parameters': expected a mapping; found {type(entries).__name__}")
+        return {}
+    stated, changed = parameter_entries(base.parameters), {}
+    for name, entry in (entries or {}).items():
+        if name not in stated:
+            has = ", ".join(sorted(stated))
+            problems.append(f"key 'parameters.{name}': model '{base.model_name}' has none such; it has {has}")
+        elif isinstance(entry, Mapping) or number(entry) is not None:
+            own = dict(entry) if isinstance(entry, Mapping) else {"value": entry}
+            before = {k: v for k, v in stated[name].items() if "value" not in own or k in ("value", "unit")}
+            before.setdefault("source", source or f"changed from {base.name}")
+            changed[str(name)] = {**before, **own}
+        else:
+            problems.append(
+                f"key 'parameters.{name}': expected a number, or value and what goes with it; found {entry!r}"
+            )
+    return {**base.parameters, **parameters_of(changed, problems)}
 
 
 def parameter_entries(parameters: Mapping[str, Parameter]) -> dict[str, dict[str, Any]]:

@@ -80,7 +80,7 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str) -> list[st
         )
     if not hold and steps.size and np.median(steps) > 0.01:
         told.append(
-            f"{name}: the map does not say what it does in the {np.median(steps):.3g} s between two samples: "
+            f"{name}: nothing says what it does in the {np.median(steps):.3g} s between two samples: "
             "`previous` is taken; say `hold: previous` (a command is held) or `hold: linear` (a slow record of a ramp)"
         )
     return told

@@ -11,7 +11,7 @@ from typing import Any
 
 from ..bag_folder import bag_files
 from ..budget import VARIABLE
-from ..command_line import exit_status, user_arguments
+from ..command_line import described, exit_status, user_arguments
 from ..errors import RecordingError
 from ..writer import refuse_existing, write_run
 from .advice import advice
@@ -25,21 +25,19 @@ from .recording_map import RecordingMap, read_map
 from .sources import Source
 
 BAGS = (".mcap", ".db3", ".bag", ".zstd")
-EPILOG = """examples:
-  ros2 run run_bag import_recording log.csv --guess > map.yaml     # then read and correct map.yaml
-  ros2 run run_bag import_recording log.csv --map map.yaml --out runs/log
-  ros2 run run_bag import_recording 00000042.BIN --map map.yaml --out runs/dive"""
+EXAMPLES = """
+  %(prog)s log.csv --guess > map.yaml     # then read and correct map.yaml
+  %(prog)s log.csv --map map.yaml --out runs/log
+  %(prog)s 00000042.BIN --map map.yaml --out runs/dive"""
 
 
-def parser() -> argparse.ArgumentParser:
+def parser(program: str = "import_recording") -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(
-        prog="import_recording",
-        description="Import a recording as a run, by a map of its columns or fields: tables of text (csv), rosbag2 of "
-        "any storage, MCAP, ROS 1 bags, logs of ArduPilot's vehicles (.BIN, .tlog).",
-        epilog=EPILOG,
-        formatter_class=argparse.RawDescriptionHelpFormatter,
+    purpose = (
+        "Import a recording as a run, by a map of its columns or fields: tables of text (csv), rosbag2 of\n"
+        "any storage, MCAP, ROS 1 bags, logs of ArduPilot's vehicles (.BIN, .tlog)."
     )
+    p = argparse.ArgumentParser(prog=program, **described(purpose, EXAMPLES))
     p.add_argument("files", nargs="+", type=Path, metavar="FILE", help="of one recording, on one clock")
     p.add_argument(
         "--map", type=Path, metavar="MAP.yaml", help="channel: {column or field, unit, scale, sign, hold, ...}"
@@ -101,17 +99,17 @@ def _parts(file: Path) -> list[Path]:
     return bag_files(file, others=True)[0] if file.is_dir() else [file]
 
 
-def main(argv: Sequence[str] | None = None) -> int:
+def main(argv: Sequence[str] | None = None, program: str = "import_recording") -> int:
     """Import; return 0, or 1 (2: wrong usage, 130: interrupted) with a sentence on standard error."""
-    options = parser().parse_args(user_arguments(argv))
+    options = parser(program).parse_args(user_arguments(argv))
     if options.guess == (options.map is not None or options.out is not None) or (
         not options.guess and (options.map is None or options.out is None)
     ):
-        print("import_recording: expected --map MAP.yaml and --out RUN, or --guess alone", file=sys.stderr)
+        print(f"{program}: expected --map MAP.yaml and --out RUN, or --guess alone", file=sys.stderr)
         return 2
     if options.larger is not None:
         os.environ[VARIABLE] = str(options.larger)
-    return exit_status("import_recording", lambda: _run(options))
+    return exit_status(program, lambda: _run(options))
 
 
 def _run(options: argparse.Namespace) -> int:

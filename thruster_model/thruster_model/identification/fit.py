@@ -18,7 +18,7 @@ from thruster_model.identification.weights import RobustLoss, weighted
 from thruster_model.models import Model
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["FitOptions", "FitResult", "Stage", "fit", "noise_of", "thesis_stages"]
+__all__ = ["FitOptions", "FitResult", "Stage", "check_experiments", "fit", "noise_of", "thesis_stages"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[str], None]
@@ -125,7 +125,7 @@ def fit(
     """
     options = options or FitOptions()
     noise = noise_of(experiments)
-    _check(experiments, noise)
+    check_experiments(experiments, noise)
     problem = problem_of(start, experiments, noise, options.prior_width)
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
         return _fit(problem, start, options, progress)
@@ -147,7 +147,12 @@ def _fit(problem: Problem, start: ParameterSet, options: FitOptions, progress: P
     return _result(problem, unknowns, start, options, message)
 
 
-def _check(experiments: Sequence[Experiment], sigma: Mapping[str, float]) -> None:
+def check_experiments(experiments: Sequence[Experiment], sigma: Mapping[str, float]) -> None:
+    """Refuse what cannot be fitted; `sigma`: noise of each signal, in its unit.
+
+    Raises:
+        UnfitDataError: no experiment, none with a throttle, or no rotor speed, thrust or torque in any.
+    """
     problems = []
     if not experiments:
         problems.append("nothing to fit: expected at least one run with a throttle and a measured signal; found none")

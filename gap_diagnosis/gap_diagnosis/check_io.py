@@ -1,0 +1,118 @@
+"""Runs, as files, and what they are good for: all that an import, a fit and a diagnosis would say, before they run."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gap_diagnosis.readiness import Finding, readiness
+from gap_diagnosis.recording_io import read_recordings
+from run_bag import Run, read_run
+from run_bag.importers.advice import advice
+from run_bag.topic import Topic
+from thruster_model.errors import UnfitDataError
+from thruster_model.identification.experiment import CHANNELS, SIGNALS
+from thruster_model.identification.experiment_io import PreparationOptions, prepare, throttle_channel
+from thruster_model.identification.foresight import foreseen
+from thruster_model.identification.identifiability import Determination
+from thruster_model.parameter_set import ParameterSet
+
+__all__ = ["check"]
+
+
+def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0) -> list[Finding]:
+    """Return what runs are good for.
+
+    Args:
+        paths: of the runs.
+        parameter_set: of the simulator, from which a fit would start.
+        thruster: index.
+
+    Raises:
+        UnfitDataError: with a sentence for each run that cannot be read at all.
+    """
+    recordings = read_recordings(paths, thruster)  # refuses what no reader takes
+    runs = [read_run(path) for path in paths]
+    found = [finding for run in runs for finding in _channels(run, thruster)]
+    ready = readiness(recordings, parameter_set)
+    said = {each.sentence for each in ready}
+    found += [each for run in runs for each in _advice(run, thruster) if each.sentence not in said]
+    return [*found, *ready, *_fit(runs, parameter_set, thruster)]
+
+
+def _channels(run: Run, thruster: int) -> Iterable[Finding]:
+    """Yield a finding for each channel that matters, and one for those that are missing."""
+    prefix = f"thruster_{thruster}"
+    throttle = throttle_channel(run, prefix)
+    wanted = {} if throttle is None else {throttle: "V"}
+    wanted |= {f"{prefix}/{channel}": SIGNALS[signal].unit for signal, channel in CHANNELS.items()}
+    missing = []
+    for name, unit in wanted.items():
+        known = np.isfinite(run[name].values) if name in run else np.zeros(0, dtype=np.bool_)
+        if not np.any(known):
+            missing.append(name)
+            continue
+        time, values = run.time(name)[known], run[name].values[known]
+        steps = np.diff(time)
+        period = float(np.median(steps)) if steps.size else 0.0
+        rate = (
+            f", one every {period:.3g} s ({1.0 / period:.4g} Hz), longest gap {np.max(steps):.2g} s" if period else ""
+        )
+        told = f"{values.size} samples{rate}; {np.min(values):.4g} to {np.max(values):.4g} {unit}"
+        yield Finding(kind="good", about=f"{run.name}: {name}", sentence=told)
+    if missing:
+        yield Finding(kind="note", about=f"{run.name}: not measured", sentence=", ".join(missing))
+    hold = _holds(run).get("throttle")
+    if hold is not None:
+        told = f"between two samples the run states `{hold}`"
+        yield Finding(kind="good", about=f"{run.name}: hold of the throttle", sentence=told)
+
+
+def _holds(run: Run) -> Mapping[str, str]:
+    stated = run.metadata.get("hold")
+    return stated if isinstance(stated, Mapping) else {}
+
+
+def _advice(run: Run, thruster: int) -> list[Finding]:
+    """Return what the importers would warn of."""
+    by_topic: dict[str, dict[str, str]] = {}
+    for name in run:
+        topic, _, field = name.partition(".")
+        if topic.startswith(f"thruster_{thruster}/"):
+            by_topic.setdefault(topic, {})[field] = name
+    topics = [
+        Topic(name=topic, type="", stamps=run[first].stamps, fields={f: run[c].values for f, c in fields.items()})
+        for topic, fields in by_topic.items()
+        for first in [next(iter(fields.values()))]
+        if all(len(run[c]) == len(run[first]) for c in fields.values())
+    ]
+    return [Finding(kind="note", about=run.name, sentence=sentence) for sentence in advice(topics, _holds(run))]
+
+
+def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> list[Finding]:
+    """Return what a fit would refuse, else which parameters of the set it would determine."""
+    experiments, refused = [], []
+    for run in runs:
+        try:
+            experiments.append(prepare(run, PreparationOptions(thruster=thruster)))
+        except UnfitDataError as error:
+            refused += list(error.problems)
+    judged: tuple[Determination, ...] = ()
+    if not refused:
+        try:
+            judged = foreseen(parameter_set, experiments)
+        except UnfitDataError as error:
+            refused += list(error.problems)
+    if refused:
+        return [Finding(kind="refused", about="fit would refuse", sentence=sentence) for sentence in refused]
+    known = [each.name for each in judged if each.status == "determined"]
+    told = f"{', '.join(known) or 'none'}, each by itself: {len(known)} of {len(judged)}"
+    kept = Finding(kind="good" if known else "note", about="parameters that a fit would determine", sentence=told)
+    return [
+        kept,
+        *(
+            Finding(kind="note", about=f"parameter {each.name} ({each.status})", sentence=each.sentence)
+            for each in judged
+            if each.status != "determined"
+        ),
+    ]

@@ -1,0 +1,44 @@
+"""Command line: what runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap_diagnosis.check_io import check
+from run_bag import RunError
+from run_bag.command_line import described, printable, user_arguments
+from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set_io import available_sets, load_parameter_set
+
+EXAMPLES = """
+  %(prog)s runs/log --set mine.yaml
+  %(prog)s runs/* --set hl && echo usable"""
+MARKS = {"good": "  ", "note": "? ", "refused": "! "}
+
+
+def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
+    """Print a line for each finding; return 0 where the runs are usable, 1 where something would be refused."""
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one thruster")
+    sets = ", ".join(available_sets())
+    text = f"parameter set of the simulator: {sets} or a YAML file"
+    parser.add_argument("--set", dest="set", metavar="SET", required=True, help=text)
+    parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
+    given = parser.parse_args(user_arguments(arguments))
+    try:
+        found = check(given.runs, load_parameter_set(given.set), given.thruster)
+    except (RunError, ThrusterModelError, OSError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    for each in found:
+        print(printable(f"{MARKS[each.kind]}{each.about}: {each.sentence}"))
+    refused = sum(each.kind == "refused" for each in found)
+    notes = sum(each.kind == "note" for each in found)
+    about = f"{notes} notes (?)"
+    print(f"not usable as it is: {refused} refusals (!), {about}" if refused else f"usable: {about}")
+    return 1 if refused else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,130 @@
+"""What recordings are good for, said before any diagnosis: excitation, units, and which effects would show in them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.recording import Recording
+from gap_diagnosis.scatter import masks_of
+from gap_diagnosis.suspects import SCATTERING, suspects
+from gap_diagnosis.unit_check import gains_and_likenesses
+from system_identification.fitting import fit
+from system_identification.noise import whitener
+from system_identification.rating import rated, tried
+from thruster_model.effects.stages import LIBRARY
+from thruster_model.identification.experiment import SIGNALS
+from thruster_model.parameter_set import ParameterSet
+
+__all__ = ["Finding", "Kind", "excitation", "readiness"]
+
+Kind = Literal["good", "note", "refused"]
+SHOWN = 25.0
+"""Cost that an effect of the middle of its plausible sizes must take off to show: five standard deviations."""
+ORDINARY, ALIKE = 2.0, 0.7
+"""Gain against the set, either way, and correlation with it, beyond which a channel is told of."""
+_STEPS = 4  # of a fit that only makes the parameters' share of a gap small
+
+
+@dataclass(frozen=True, kw_only=True)
+class Finding:
+    """One sentence about recordings: "good", a "note" of what is in the way, or why something is "refused"."""
+
+    kind: Kind
+    about: str
+    sentence: str
+
+
+def excitation(recording: Recording, parameter_set: ParameterSet) -> Finding:
+    """Return how the throttle moves: its range, its time inside the dead zone of the set, its reversals."""
+    throttle, values = recording.experiment.throttle, parameter_set.values
+    upper, lower = values.get("delta_u2", 0.0), values.get("delta_u1", 0.0)
+    outside = throttle[(throttle > upper) | (throttle < lower)]
+    reversals = int(np.sum(np.diff(np.sign(outside)) != 0.0)) if outside.size else 0
+    inside = 1.0 - outside.size / throttle.size
+    zone = f"inside the dead zone of the set ({lower:g} to {upper:g} V)" if upper > lower else "at zero"
+    said = (
+        f"{np.min(throttle):.3g} to {np.max(throttle):.3g} V over {recording.experiment.duration:.1f} s, "
+        f"{100.0 * inside:.0f} % of the time {zone}, {reversals} reversals"
+    )
+    missing = [] if reversals else ["both directions in turn"]
+    missing += [] if inside < 0.9 else ["more time beyond the dead zone"]
+    wanted = f"; expected {' and '.join(missing)}: friction, dead zone and flow show there" if missing else ""
+    return Finding(
+        kind="note" if missing else "good", about=f"{recording.name}: throttle as simulated", sentence=said + wanted
+    )
+
+
+def readiness(recordings: Sequence[Recording], parameter_set: ParameterSet) -> list[Finding]:
+    """Return what a diagnosis would refuse or leave out, and which effects it could see.
+
+    Args:
+        recordings: of one thruster.
+        parameter_set: of the simulator.
+    """
+    usable, warnings, reasons = checked(recordings)
+    found = [Finding(kind="note", about="channels", sentence=sentence) for sentence in warnings]
+    found += [excitation(each, parameter_set) for each in recordings]
+    problem = None
+    if not reasons:
+        problem = Problem(
+            recordings=tuple(usable),
+            parameter_set=parameter_set,
+            deviations=deviations_of(parameter_set),
+            fixed=parameter_set.effects.sizes,
+            masks=masks_of(usable),
+        )
+        if not problem.series:
+            reasons = [f"model {parameter_set.model_name} predicts none of the channels in the recordings"]
+        else:
+            reasons = [*excitation_problems(problem), *unit_problems(problem)]
+    found += [Finding(kind="refused", about="diagnose would refuse", sentence=sentence) for sentence in reasons]
+    if problem is None or reasons:
+        return found
+    return [*found, *_magnitudes(problem), *_effects(problem)]
+
+
+def _magnitudes(problem: Problem) -> list[Finding]:
+    """Return how large each channel is against the set, and how alike: no unit or sign is surely wrong, or all told."""
+    found = []
+    for channel, (gain, likeness) in gains_and_likenesses(problem).items():
+        told = f"{gain:.3g} times what the set says (correlation {likeness:.2f})"
+        near = 1.0 / ORDINARY < gain < ORDINARY and likeness > ALIKE
+        doubt = "" if near else "; another thruster than the set's, another unit or sign, or a very large gap"
+        found.append(
+            Finding(kind="good" if near else "note", about=f"sign and size of {channel}", sentence=told + doubt)
+        )
+    return found
+
+
+def _effects(problem: Problem) -> list[Finding]:
+    """Return which effects would show beside re-tuned parameters, at the middle of their plausible sizes."""
+    signals = {each.signal for each in problem.series}
+    noise = whitener(problem, problem.start())
+    base = fit(problem, noise, problem.start(), iterations=_STEPS)
+    offered = suspects(signals)
+    looks = rated(base, noise, tried(base, offered, lambda each: problem.tried(base.x, each)))
+    shown = sorted(each.suspect.key for each in looks if each.visibility >= SHOWN)
+    hidden = sorted(each.suspect.key for each in looks if each.visibility < SHOWN)
+    blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
+    logged = [name for name in SCATTERING if name not in blind]
+    found = [
+        Finding(
+            kind="good" if shown else "note",
+            about="effects that would show",
+            sentence=f"{', '.join(shown) or 'none'} (of usual size, sensors as noisy as here, nothing else wrong); "
+            f"{', '.join(logged)} are looked for in the samples themselves",
+        )
+    ]
+    if hidden:
+        told = f"{', '.join(hidden)}: they hide behind the noise or behind re-tuned parameters in these recordings"
+        found.append(Finding(kind="note", about="effects that would not show", sentence=told))
+    if blind:
+        lacking = dict.fromkeys(s for n in blind for s in LIBRARY[n].channel.split() if s in SIGNALS)
+        wanted = ", ".join(SIGNALS[s].title.lower() for s in lacking)
+        told = f"{', '.join(blind)}: not measured is {wanted}"
+        found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=told))
+    return found

@@ -1,0 +1,147 @@
+"""`check`: what runs are good for, in a sentence each; 0 where they are usable, 1 where something would refuse them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from generated import campaign
+
+from gap_diagnosis.blind_check.generator import Truth, generate
+from gap_diagnosis.blind_check.signals import rich_campaign
+from gap_diagnosis.blind_check.store_io import write_generated_run
+from gap_diagnosis.cli_check import main
+from gap_diagnosis.readiness import excitation, readiness
+from gap_diagnosis.recording_io import recordings_of
+from run_bag import Topic, read_run, write_run
+from thruster_model.parameter_set_io import load_parameter_set
+
+HL = load_parameter_set("hl")
+CHANNELS = ("n", "ambient", "thrust", "torque")
+
+
+def kinds(found, kind):
+    return {each.about: each.sentence for each in found if each.kind == kind}
+
+
+@pytest.fixture(scope="module")
+def rich():
+    return campaign(runs=2, duration=12.0)
+
+
+@pytest.fixture(scope="module")
+def ready(rich):
+    stated, recordings = rich
+    return readiness(recordings, stated)
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory):
+    """A written recording of a thruster as stated."""
+    rng = np.random.default_rng(5)
+    programme = dict(list(rich_campaign(rng, duration=12.0).items())[:1])
+    (made,) = generate(Truth(model="hl", parameters=dict(HL.values)), programme, closed_loop=False, seed=5)
+    return write_generated_run(made, tmp_path_factory.mktemp("check"), CHANNELS)
+
+
+def changed(run, path, **scales):
+    """Write a run with some channels multiplied; return its path."""
+    read = read_run(run)
+    time = {kind: read.time(f"thruster_0/{kind}") for kind in ("throttle.commanded", "state.n", "load.wrench.force.x")}
+    values = {kind: read[f"thruster_0/{kind}"].values * scales.get(kind.split(".")[0], 1.0) for kind in time}
+    topics = [
+        Topic.of_thruster(0, kind.split(".")[0], time[kind], {kind.partition(".")[2]: values[kind]}) for kind in time
+    ]
+    signs = np.ones(values["state.n"].size)
+    topics[1] = replace(topics[1], fields={**topics[1].fields, "sign_source": signs})
+    write_run(path, topics, {"hold": {"throttle": "previous"}})
+    return path
+
+
+def test_recordings_that_are_fine_are_refused_nothing(ready):
+    assert not kinds(ready, "refused")
+    assert set(kinds(ready, "good")) >= {f"sign and size of thruster_0/{c}" for c in ("state.n", "flow.ambient")}
+
+
+def test_effects_that_would_show_and_those_of_a_channel_that_is_not_there_are_named(ready):
+    shown = kinds(ready, "good")["effects that would show"]
+    assert all(name in shown for name in ("command_delay", "dead_zone_shift", "load_cell_resonance"))
+    assert "supply_sag" in shown
+
+
+def test_a_sensor_that_is_missing_takes_its_effects_away():
+    stated, recordings = campaign(runs=1, duration=12.0, channels=("n",))
+    blind = kinds(readiness(recordings, stated), "note")["effects that cannot be looked for"]
+    assert "load_cell_resonance" in blind and "flow_spikes" in blind
+    assert "not measured is" in blind and "thrust" in blind
+
+
+def test_what_is_as_loud_as_noise_is_said_to_hide(rich):
+    stated, recordings = rich
+    deaf = []
+    for each in recordings:
+        measurements = {name: replace(m, noise=1e4 * m.noise) for name, m in each.experiment.measurements.items()}
+        deaf.append(replace(each, experiment=replace(each.experiment, measurements=measurements)))
+    found = kinds(readiness(deaf, stated), "note")
+    assert "command_delay" in found["effects that would not show"]
+
+
+def test_excitation_counts_range_dead_zone_and_reversals(rich):
+    recording = rich[1][0]
+    steps = np.repeat([0.0, 2.0, -2.0, 0.5, 3.0], 100)
+    experiment = replace(recording.experiment, throttle=steps, dt=0.01)
+    found = excitation(replace(recording, experiment=experiment), HL)
+    assert "-2 to 3 V over 5.0 s, 40 % of the time" in found.sentence
+    assert "(-0.83 to 0.86 V), 2 reversals" in found.sentence and found.kind == "good"
+    one_way = excitation(replace(recording, experiment=replace(experiment, throttle=np.abs(steps))), HL)
+    assert one_way.kind == "note" and "expected both directions in turn" in one_way.sentence
+
+
+def test_a_usable_run_ends_with_0_and_says_rates_parameters_and_what_states_no_hold(run, capsys):
+    assert main([str(run), "--set", "hl"]) == 0
+    said = capsys.readouterr().out
+    assert "thruster_0/state.n: " in said and "Hz), longest gap" in said
+    assert "nothing says what it does in the" in said
+    assert "parameters that a fit would determine: " in said and "k_n" in said
+    assert said.splitlines()[-1].startswith("usable: ")
+
+
+def test_a_stated_hold_is_told(run, tmp_path, capsys):
+    main([str(changed(run, tmp_path / "stated")), "--set", "hl"])
+    said = capsys.readouterr().out
+    assert "hold of the throttle: between two samples the run states `previous`" in said
+    assert "nothing says what it does" not in said
+
+
+def test_a_size_that_no_known_unit_explains_is_a_note_not_an_agreement(run, tmp_path, capsys):
+    main([str(changed(run, tmp_path / "large", state=4.0)), "--set", "hl"])
+    said = capsys.readouterr().out
+    (line,) = [line for line in said.splitlines() if "sign and size of thruster_0/state.n" in line]
+    assert line.startswith("? ") and "another unit" in line
+    assert float(line.split(": ")[1].split()[0]) == pytest.approx(4.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("scales", "sentence"),
+    [
+        ({"load": -1.0}, "diagnose would refuse: thruster_0/load.wrench.force.x: its sign is opposite"),
+        ({"state": 30.0 / np.pi}, "thruster_0/state.n: readings are"),
+        ({"throttle": 0.1}, "diagnose would refuse: the throttle never leaves the dead zone"),
+    ],
+)
+def test_what_would_be_refused_ends_with_1_and_the_sentence(run, tmp_path, capsys, scales, sentence):
+    path = changed(run, tmp_path / "changed", **scales)
+    assert main([str(path), "--set", "hl"]) == 1
+    said = capsys.readouterr().out
+    assert sentence in said
+    assert said.splitlines()[-1].startswith("not usable as it is: ")
+
+
+def test_a_file_that_is_no_run_is_told_to_be_imported_first(tmp_path, capsys):
+    (tmp_path / "log.csv").write_text("time,throttle\n0,1\n")
+    assert main([str(tmp_path / "log.csv"), "--set", "hl"]) == 1
+    assert "is imported first: thruster import" in capsys.readouterr().err
+
+
+def test_a_run_is_read_as_a_diagnosis_reads_it(run):
+    (recording,) = recordings_of(read_run(run))
+    assert not kinds(readiness([recording], HL), "refused")

@@ -1,0 +1,93 @@
+"""One command for recordings of thrusters, parameter sets, fits and diagnoses: `thruster COMMAND ...`.
+
+Each sub-command is the program of another package, loaded when it is called, which alone tells of its options.
+"""
+
+import contextlib
+import importlib
+import io
+import re
+from typing import Any, NamedTuple
+
+import typer
+from typer.core import TyperCommand
+
+
+class Program(NamedTuple):
+    """Where a sub-command's `main(arguments, program)` is, and what it is for."""
+
+    module: str
+    purpose: str
+
+
+PROGRAMS = {
+    "import": Program("run_bag.importers.cli_recording", "Make a run of a recording: csv, bags, ArduPilot's logs."),
+    "show": Program("run_bag.cli_show", "Draw the channels of a run in one HTML file."),
+    "check": Program("gap_diagnosis.cli_check", "Say what runs are good for, before any fit, in seconds."),
+    "fit": Program("thruster_model.cli_fit", "Fit models to runs; write sets and a report."),
+    "diagnose": Program("gap_diagnosis.cli_diagnose", "Say why runs and a simulator's set disagree."),
+    "compare": Program("gap_diagnosis.cli_compare", "Hold a simulator's own predictions against a recording."),
+    "simulate": Program("rov_sim.cli_bench_campaign", "Record what the thruster of a set would do, as runs."),
+    "report": Program("gap_diagnosis.cli_diagnosis_table", "Put diagnoses side by side in a table."),
+    "new-set": Program("thruster_model.cli_new_set", "Write a commented parameter set to be edited."),
+}
+
+
+class _Completion(NamedTuple):
+    """What a shell is offered, with the fields that typer's completion asks for."""
+
+    value: str
+    type: str = "plain"
+    help: str | None = None
+
+
+def _options_of(name: str) -> list[str]:
+    """Return the options that a program's own help tells of."""
+    told = io.StringIO()
+    with contextlib.redirect_stdout(told), contextlib.suppress(SystemExit):
+        _call(name, ["--help"])
+    return list(dict.fromkeys(re.findall(r"(?<![\w-])--[a-z][\w-]*", told.getvalue())))
+
+
+def _call(name: str, arguments: list[str]) -> int:
+    return int(importlib.import_module(PROGRAMS[name].module).main(arguments, program=f"thruster {name}"))
+
+
+class _PassedOn(TyperCommand):
+    """A command whose arguments, `--help` too, are another program's."""
+
+    def shell_complete(self, ctx: Any, incomplete: str) -> list[Any]:
+        """Return the program's options; file names are completed by the shell."""
+        if not incomplete.startswith("-"):
+            return []
+        return [_Completion(each) for each in _options_of(self.name or "") if each.startswith(incomplete)]
+
+
+app = typer.Typer(name="thruster", no_args_is_help=True, help=(__doc__ or "").split("\n")[0], rich_markup_mode=None)
+
+
+def _add(name: str) -> None:
+    passed_on = {"ignore_unknown_options": True, "allow_extra_args": True, "allow_interspersed_args": False}
+
+    @app.command(
+        name,
+        cls=_PassedOn,
+        help=PROGRAMS[name].purpose,
+        add_help_option=False,
+        context_settings=passed_on,
+    )
+    def command(context: typer.Context) -> None:
+        raise typer.Exit(_call(name, list(context.args)))
+
+
+for _name in PROGRAMS:
+    _add(_name)
+
+
+def main() -> None:
+    """Run the command; end with the status of the program that was called."""
+    app(prog_name="thruster")
+
+
+if __name__ == "__main__":
+    main()
