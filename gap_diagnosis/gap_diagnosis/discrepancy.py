@@ -27,6 +27,8 @@ _FREQUENCIES = np.geomspace(0.15, 6.4, 6)  # of modes [Hz]
 _DAMPINGS = (0.1,)  # over critical
 _HUM = 0.1
 """Power of a line over that of the noise up to which it is listed, but says nothing against a model."""
+_THE_SAME = 0.8
+"""Share of a function's power that lies along an effect's trace from which on they are the same."""
 
 
 class Feature(NamedTuple):
@@ -45,8 +47,12 @@ class Discrepancy(NamedTuple):
     explained: Array
 
 
-def discrepancy(fitted: Fitted, noise: Whitener, most: int = MOST_FEATURES) -> Discrepancy:
-    """Return what the residuals of a fit under a noise depend on."""
+def discrepancy(fitted: Fitted, noise: Whitener, unlike: Array | None = None) -> Discrepancy:
+    """Return what the residuals of a fit under a noise depend on.
+
+    `unlike`: what an effect does to the rows (R,). A function that is that effect, as a constant is the bias of a
+    sensor, is left out: it is no rival of that name.
+    """
     problem = fitted.problem
     happened = problem.happened(fitted.x)
     names, blocks = _features(fitted, happened)
@@ -61,7 +67,13 @@ def discrepancy(fitted: Fitted, noise: Whitener, most: int = MOST_FEATURES) -> D
     retuning = fitted.retuning(cross)
     gram -= cross.T @ retuning
     slope -= retuning.T @ pull
-    chosen, gains, evidence = chosen_greedily(gram, slope, power, most)
+    if unlike is not None:
+        trace = noise.whiten(np.nan_to_num(unlike))
+        aside = fitted.jacobian.T @ trace
+        along = white.T @ trace - cross.T @ fitted.retuning(aside)
+        whole = float(trace @ trace - aside @ fitted.retuning(aside))
+        power = np.where(along**2 > _THE_SAME * np.diag(gram) * whole, np.inf, power)
+    chosen, gains, evidence = chosen_greedily(gram, slope, power, MOST_FEATURES)
     labelled = [(signal, name) for signal, _ in blocks for name in names]
     features = [Feature(*labelled[k], gain) for k, gain in zip(chosen, gains, strict=True)]
     features += [Feature(signal, line.name, 2.0 * odds) for line in lines for signal, odds in line.odds.items()]

@@ -162,11 +162,11 @@ def investigate(
     left = _left(best, healthy)
     none = left if not best.suspects else _left(search.none, healthy)
     unexplained = discrepancy(left.fitted, left.noise)
-    ahead = {}
-    for suspect in best.suspects:
-        keys = frozenset(best.keys) - {suspect.key}
+    ahead, whole = {}, left.fitted.evidence + unexplained.evidence
+    for key, trace in traces_of(best.fitted, best.suspects).items():
+        keys = frozenset(best.keys) - {key}
         less = none if not keys else _left(search.weighed[keys], healthy)
-        ahead[suspect.key] = left.fitted.evidence - less.fitted.evidence - discrepancy(less.fitted, less.noise).evidence
+        ahead[key] = whole - less.fitted.evidence - discrepancy(less.fitted, less.noise, trace).evidence
     return Investigation(search=search, left=left, left_by_none=none, unexplained=unexplained, ahead=ahead)
 
 
