@@ -13,6 +13,7 @@ from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter, found_in_logs, masks_of
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.verdict import Verdict, verdict_of
@@ -299,7 +300,7 @@ def _complete(
         checks=tuple(block_checks(none, noise)),
         predictions=predictions,
         scatters=scatters,
-        budget=budget_of(found.best, as_is, nameless, seed),
+        budget=budget_of(found.best, as_is, nameless, seed, RULES.tempered),
         waterfall=tuple(waterfall),
         straight=straight,
     )

@@ -95,7 +95,7 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             {
                 "id": suspect.effect,
                 "channel": suspect.channel or None,
-                "probability": found.inclusion.get(suspect.key, 0.0),
+                "probability": diagnosis.verdict.probabilities.get(suspect.key, 0.0),
                 "helps": None if step is None else step.helps,
                 "share": share.value,
                 "interval": [share.low, share.high],

@@ -36,7 +36,9 @@ class Rules:
         named: share of what re-tuning leaves that must be explained by named effects for the rest to belong to them.
         visible: cost that an effect of middle size has to take off so that it would have been found.
         power: share of the suspects that recordings must be able to show for "no gap" to mean anything.
-        tempered: by how much evidence is divided: what is simulated is never quite what was recorded.
+        tempered: by how much evidence is divided, and variances of sizes and shares multiplied: what is simulated is
+            never quite what was recorded.
+        resembles: probability that an effect which only resembles what is at work is there after all.
     """
 
     claimed: float = 0.9
@@ -57,6 +59,7 @@ class Rules:
     visible: float = 25.0
     power: float = 0.5
     tempered: float = 1.5
+    resembles: float = 0.1
 
 
 RULES = Rules()

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.suspects import JAGGED
 from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
@@ -36,7 +37,9 @@ def sizes_of(fitted: Fitted, noise: Whitener, suspect: Suspect) -> dict[str, Siz
             jagged = slot.effect in JAGGED
             std = _width(fitted, noise, place) if jagged else float(deviations[problem.nuisances + place])
             result[slot.parameter] = Size(
-                value=value, std=float(np.hypot(std * slot.width, IMPRECISE * value)), unit=slot.unit
+                value=value,
+                std=float(np.hypot(np.sqrt(RULES.tempered) * std * slot.width, IMPRECISE * value)),
+                unit=slot.unit,
             )
     return result
 

@@ -98,9 +98,14 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
         verdict = "effect"
         sure = ()
     told = (*(sure if verdict == "effect" else ()), *(logged if verdict == "effect" else ()))
-    rest = tuple(claim for claim in claims if claim not in told) if not nothing else ()
     chosen = best if verdict == "effect" and sure else None
-    probabilities = dict(found.inclusion)
+    probabilities = {
+        key: p * (RULES.resembles if unknown > 0.5 or key in found.resembling else 1.0)
+        for key, p in found.inclusion.items()
+    }
+    rest = tuple(
+        replace(claim, probability=probabilities[claim.key]) for claim in claims if claim not in told and not nothing
+    )
     for claim in logged:
         probabilities[claim.key] = max(probabilities.get(claim.key, 0.0), claim.probability)
     return Verdict(
@@ -125,7 +130,7 @@ def _unknown(found: Investigation) -> float:
     """Return the probability that a nameless part is significant: what is left, and whether it belongs to the named."""
     if _beyond(found.best) or np.max(np.abs(found.best.fitted.x[: len(found.best.system.names)])) > RULES.held:
         return 0.95
-    if sum(found.resembling.values()) > 1.0 - RULES.named:
+    if found.evident >= RULES.evident and sum(found.resembling.values()) > 1.0 - RULES.named:
         return 0.9
     if not found.nameless:
         return 0.02

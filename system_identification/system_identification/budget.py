@@ -43,7 +43,7 @@ class Budget(NamedTuple):
     unexplained: Share
 
 
-def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 0) -> Budget:
+def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 0, tempered: float = 1.0) -> Budget:
     """Return the budget of a hypothesis.
 
     Args:
@@ -51,6 +51,7 @@ def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 
         as_stated: predictions with parameters as stated and without effects, (R,).
         nameless: what functions without a name explain of the residuals, (R,); zero where they are not significant.
         seed: of the draws.
+        tempered: by how much evidence is divided where what is simulated is never quite what was recorded.
     """
     fitted, system = found.fitted, found.system
     known = system.known
@@ -100,7 +101,7 @@ def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 
 
     central = shares(np.zeros(of.size), np.ones(len(runs)))
     rng = np.random.default_rng(seed)
-    covariance = fitted.covariance[np.ix_(at, at)]
+    covariance = tempered * fitted.covariance[np.ix_(at, at)]
     spread = np.linalg.cholesky(covariance + 1e-12 * np.eye(at.size))
     draws = np.array(
         [
