@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.hypothesis import Hypothesis, traces_of
-from system_identification.rating import Trial
+from system_identification.rating import DIVERGED, Trial
 from system_identification.suspects import Suspect
 
 __all__ = ["Proposal", "exchanges"]
@@ -98,17 +98,16 @@ def _own(found: Hypothesis, suspect: Suspect) -> _Column:
 
 
 def _columns(trial: Trial) -> list[tuple[_Column, Array]]:
-    grid = trial.suspect.grid
-    order = np.argsort(np.abs(grid[:, 0]), kind="stable")
-    at = (
-        [order[len(order) // 2]]
-        if trial.suspect.scalable
-        else order[np.unique(np.linspace(0, len(order) - 1, _SIZES).astype(int))]
-    )
+    """Return a trial's columns: at a middle size, or at several where its trace changes with its size."""
+    suspect, largest = trial.suspect, np.max(np.abs(trial.changes), axis=1)
+    order = np.argsort(np.abs(suspect.grid[:, 0]), kind="stable")
+    order = order[(largest[order] > 0.0) & (largest[order] < DIVERGED)]
+    if not order.size:
+        return []
+    places = [len(order) // 2] if suspect.scalable else np.unique(np.linspace(0, len(order) - 1, _SIZES).astype(int))
     return [
-        (_Column(trial.suspect, grid[g], *_range(trial.suspect, grid[g])), trial.changes[g].astype(np.float64))
-        for g in at
-        if np.any(trial.changes[g])
+        (_Column(suspect, suspect.grid[g], *_range(suspect, suspect.grid[g])), trial.changes[g].astype(np.float64))
+        for g in order[places]
     ]
 
 

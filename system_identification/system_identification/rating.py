@@ -14,13 +14,14 @@ from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 from system_identification.suspects import Suspect
 
-__all__ = ["Rated", "Trial", "rated", "tried"]
+__all__ = ["DIVERGED", "Rated", "Trial", "rated", "tried"]
 
 Array = NDArray[np.float64]
 _SMALLEST = 0.02
 """Share of a size tried down to which smaller ones are rated by it."""
 
-_DIVERGED = 1e12
+DIVERGED = 1e12
+"""Change of a prediction at which it is cut off."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -64,7 +65,7 @@ def tried(anchor: Fitted, suspects: Sequence[Suspect], predicted: Callable[[Susp
 
     def changes(each: Suspect) -> NDArray[np.float32]:
         # A prediction that diverges is a bad one, no reason to stop.
-        change: Array = np.clip(np.nan_to_num(predicted(each) - here), -_DIVERGED, _DIVERGED)
+        change: Array = np.clip(np.nan_to_num(predicted(each) - here), -DIVERGED, DIVERGED)
         return change.astype(np.float32)
 
     return [Trial(suspect=each, anchor=anchor, changes=changes(each)) for each in suspects]
