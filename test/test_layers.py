@@ -20,14 +20,15 @@ LAYERS = ("maths", "io", "node")
 # What each package may import; in addition its nodes may import thruster_runtime and thruster_msgs.
 ALLOWED: dict[str, set[str]] = {
     "thruster_msgs": set(),
-    "thruster_runtime": {"thruster_msgs"},
-    "run_bag": set(),
+    "safe_files": set(),
+    "thruster_runtime": {"thruster_msgs", "safe_files"},
+    "run_bag": {"safe_files"},
     "system_identification": {"run_bag"},
-    "thruster_model": {"system_identification", "run_bag"},
+    "thruster_model": {"system_identification", "run_bag", "safe_files"},
     "bench_driver": set(),
-    "thruster_estimation": {"thruster_model", "run_bag"},
+    "thruster_estimation": {"thruster_model", "run_bag", "safe_files"},
     "thruster_control": {"thruster_model"},
-    "rov_sim": {"thruster_control", "thruster_estimation", "thruster_model", "run_bag", "bench_driver"},
+    "rov_sim": {"thruster_control", "thruster_estimation", "thruster_model", "run_bag", "safe_files", "bench_driver"},
 }
 ALLOWED["gap_diagnosis"] = set(ALLOWED) - {"thruster_msgs", "thruster_runtime"}
 ALLOWED["thruster_cli"] = set(ALLOWED) - {"thruster_msgs", "thruster_runtime"}

@@ -13,7 +13,7 @@ PACKAGES = sorted(path.parent for path in ROOT.glob("*/package.xml"))
 PYTHON_PACKAGES = [package for package in PACKAGES if (package / "setup.py").exists()]
 DESIGNED = {
     "gap_diagnosis", "rov_sim", "thruster_control", "thruster_estimation", "bench_driver", "thruster_model",
-    "run_bag", "system_identification", "thruster_cli", "thruster_runtime", "thruster_msgs",
+    "run_bag", "safe_files", "system_identification", "thruster_cli", "thruster_runtime", "thruster_msgs",
 }  # fmt: skip
 DEPENDENCY_TAGS = ("depend", "build_depend", "exec_depend", "buildtool_depend", "test_depend")
 

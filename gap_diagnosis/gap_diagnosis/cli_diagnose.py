@@ -16,6 +16,7 @@ from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.report import diagnosis_report
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
+from safe_files.whole_files_io import new_folder
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
@@ -45,15 +46,18 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> i
         proposed = _proposed(given, found, recordings)
         content = as_json(
             found,
-            runs=[str(path) for path in given.runs],
+            runs=[path.resolve().name for path in given.runs],
             parameter_set=parameter_set.name,
             version=package_version(),
             seed=given.seed,
             next_experiment=experiment_content(proposed),
         )
-        out.mkdir(parents=True, exist_ok=True)
-        page = diagnosis_report(found, content).write(out / "report.html")
-        written = [page, *write_experiment(proposed, out, given.thruster), *write_diagnosis(found, content, out)]
+        report = diagnosis_report(found, content)
+        with new_folder(out) as folder:
+            page = report.write(folder / "report.html")
+            programme = write_experiment(proposed, folder, given.thruster)
+            paths = [page, *programme, *write_diagnosis(found, content, folder)]
+            written = [out / path.relative_to(folder) for path in paths]
     except Unfit as error:
         print("\n".join(error.problems), file=sys.stderr)
         return 1

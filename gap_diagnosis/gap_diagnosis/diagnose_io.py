@@ -1,7 +1,6 @@
 """From paths to a diagnosis, and from a diagnosis to files."""
 
 import json
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from importlib.metadata import PackageNotFoundError, version
@@ -13,6 +12,7 @@ import numpy as np
 from gap_diagnosis.diagnosis import Diagnosis, diagnose
 from gap_diagnosis.diagnosis_json import as_json
 from gap_diagnosis.recording_io import read_recordings
+from safe_files.whole_files_io import write_whole
 from thruster_model.effects.active import ActiveEffects
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
@@ -30,7 +30,7 @@ def diagnose_paths(
     found = diagnose(read_recordings(paths), parameter_set, excluded=excluded, seed=seed)
     content = as_json(
         found,
-        runs=[str(path) for path in paths],
+        runs=[Path(path).resolve().name for path in paths],
         parameter_set=parameter_set.name,
         version=package_version(),
         seed=seed,
@@ -90,7 +90,5 @@ def write_diagnosis(found: Diagnosis, content: dict[str, Any], folder: Path) -> 
     parameters = folder / "with_effect.yaml"
     write_parameter_set(with_effect(found), parameters)
     result = folder / "diagnosis.json"
-    part = result.with_suffix(".json.part")
-    part.write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    os.replace(part, result)
+    write_whole(result, json.dumps(content, indent=1, allow_nan=False) + "\n")
     return [result, parameters]

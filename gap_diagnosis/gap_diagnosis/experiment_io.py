@@ -1,6 +1,5 @@
 """The next experiment as a file that a rig or a simulator plays, and as content of diagnosis.json."""
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.experiment_design import NextExperiment, design
 from gap_diagnosis.recording import Recording
 from run_bag import Topic, write_run
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["FILE", "LARGEST", "command_period", "experiment_content", "propose", "write_experiment"]
 
@@ -79,8 +79,6 @@ def write_experiment(proposed: NextExperiment | None, folder: Path, thruster: in
     folder.mkdir(parents=True, exist_ok=True)
     programme, file = proposed.programme, folder / FILE
     rows = [f"{t:.6g},{u:.6g}" for t, u in zip(programme.time, programme.throttle, strict=True)]
-    part = file.with_suffix(".csv.part")
-    part.write_text("\n".join(["time_s,throttle_V", *rows]) + "\n", encoding="utf-8")
-    os.replace(part, file)
+    write_whole(file, "\n".join(["time_s,throttle_V", *rows]) + "\n")
     throttle = Topic.of_thruster(thruster, "throttle", programme.time, {"commanded": programme.throttle})
     return [file, write_run(folder / file.stem, [throttle], {"what": f"throttle programme: {programme.title}"})]

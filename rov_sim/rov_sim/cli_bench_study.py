@@ -45,7 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         run_with_progress(store, shards, run_shard, given)
         study = read_results(store, shards)
         write_table(study, given.out / "scores.csv", UNITS)
-        provenance = {"plan": str(given.out / "plan.json"), "seeds": given.seeds, "version": version_here()}
+        provenance = {"plan": f"{given.out.resolve().name}/plan.json", "seeds": given.seeds, "version": version_here()}
         report = build_report(study, conditions_of(plan), provenance, real)
         page = report.write(given.out / "report.html", replace=True)
     except (*FAILURES, RunError) as error:

@@ -26,6 +26,7 @@ from rov_sim.closed_loop import Timing
 from rov_sim.rig_sensors import Rig
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import write_whole
 from thruster_control.errors import ThrusterControlError
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import load_parameter_set
@@ -54,7 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         draw_errors(main_study, given.out / "bench_study_errors.svg")
         if given.real is not None:
             texts += _real(given, read_real_runs(given.real))
-        (given.out / "tables.md").write_text("\n\n".join(texts) + "\n", "utf-8")
+        write_whole(given.out / "tables.md", "\n\n".join(texts) + "\n", replace=True)
     except (RunError, ThrusterModelError, ThrusterControlError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -41,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         draw_errors(study, plan, given.out / "rov_study_errors.svg")
         draw_runs(plan, contents, given.out / "rov_study_runs.svg")
         write_tables(study, plan, given.out / "tables.md")
-        provenance = {"plan": str(given.out / "plan.json"), "seeds": given.seeds, "version": version_here()}
+        provenance = {"plan": f"{given.out.resolve().name}/plan.json", "seeds": given.seeds, "version": version_here()}
         page = build_report(study, plan, contents, provenance).write(given.out / "report.html", replace=True)
     except (*FAILURES, RunError) as error:
         return failed(error)

@@ -1,9 +1,7 @@
 """Command line: score a recorded tracking experiment, as the published scores are, and write its report."""
 
 import argparse
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -11,6 +9,7 @@ from rov_sim.experiment_report_io import build_report, dump_scores, read_experim
 from rov_sim.experiment_scores import KINDS
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import new_folder, write_whole
 
 __all__ = ["main"]
 
@@ -25,22 +24,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, help="new folder for report.html and scores.json (default: RUN_scores)")
     given = parser.parse_args(user_arguments(arguments))
     out = given.out or given.run.with_name(f"{given.run.name}_scores")
-    about = {"run": str(given.run), "reference": given.reference, "strategy": given.strategy}
+    about = {"run": given.run.resolve().name, "reference": given.reference, "strategy": given.strategy}
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise FileExistsError(f"{out}: expected a new or empty folder; found something there")
         run, found = read_experiment(given.run, given.reference, thruster=given.thruster)
         report = build_report(run, found, about, thruster=given.thruster)
-        out.parent.mkdir(parents=True, exist_ok=True)
-        partial = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-        try:
-            (partial / "scores.json").write_text(dump_scores(found, about), "utf-8")
+        with new_folder(out) as partial:
+            write_whole(partial / "scores.json", dump_scores(found, about))
             report.write(partial / "report.html")
-            partial.chmod(0o755)
-            partial.replace(out)
-        except BaseException:
-            shutil.rmtree(partial, ignore_errors=True)
-            raise
     except (RunError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

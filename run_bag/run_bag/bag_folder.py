@@ -7,10 +7,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from .errors import NotARunError, YamlError
+from safe_files.errors import YamlError
+from safe_files.yaml_io import read_yaml
+
+from .errors import NotARunError
 from .mcap_content import Scan
 from .other_bags import convert_command, other_files
-from .yaml_io import read_yaml
 
 MAX_PLACES = 5
 SECOND = 1e9
@@ -68,7 +70,7 @@ def _description(file: Path) -> tuple[dict[str, Any], list[str]]:
             raise ValueError("expected a mapping rosbag2_bagfile_information, found none")
         if not isinstance(content.get("relative_file_paths") or [], list):
             raise ValueError("expected relative_file_paths to be a list")
-    except (OSError, YamlError, ValueError) as error:
+    except (OSError, ValueError) as error:
         reason = " ".join((error.told if isinstance(error, YamlError) else str(error)).split())
         return {}, [f"metadata.yaml cannot be used, so nothing says how many messages there should be: {reason}"]
     return content, []

@@ -109,14 +109,5 @@ class ClockError(RunError):
     """The topics of a run are on two clocks; `found` names the first topic of each."""
 
 
-class YamlError(RunError):
-    """A YAML file cannot be read, is no YAML or could mean two things; `position` is the line, `origin` the file."""
-
-    def __init__(self, origin: str, told: str, *, line: int | None = None) -> None:
-        self.origin = origin
-        self.told = told if line is None else f"line {line}: {told}"
-        super().__init__(f"{origin}{': ' if line is None else ', '}{self.told}", path=origin, position=line)
-
-
 class MissingParticipantError(RunError):
     """Played in lockstep, and someone did not answer: `found` names the topics, `position` is the instant [ns]."""

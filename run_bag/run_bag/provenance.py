@@ -11,8 +11,10 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from .errors import InvalidRunError, YamlError
-from .yaml_io import parse_yaml
+from safe_files.errors import YamlError
+from safe_files.yaml_io import parse_yaml
+
+from .errors import InvalidRunError
 
 MAX_FILE_BYTES = 1 << 20
 RESERVED = ("recorder", "nodes", "files")

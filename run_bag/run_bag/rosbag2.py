@@ -11,10 +11,11 @@ from typing import Any
 import yaml
 from mcap.writer import Writer
 
+from safe_files.errors import YamlError
+from safe_files.yaml_io import parse_yaml
+
 from .definitions import definitions
-from .errors import YamlError
 from .run_metadata import RUN_RECORD, run_text
-from .yaml_io import parse_yaml
 
 LIBRARY = "run_bag"
 BAG_RECORD = "rosbag2"

@@ -7,7 +7,7 @@ from functools import lru_cache
 from importlib import resources
 from typing import Any, NamedTuple
 
-from .yaml_io import parse_yaml
+from safe_files.yaml_io import parse_yaml
 
 FILE = "topics.yaml"
 

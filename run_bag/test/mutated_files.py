@@ -20,7 +20,7 @@ from run_bag import RunError, Topic, read_run, write_run
 from run_bag.importers.cli_recording import import_recording, open_source
 from run_bag.importers.guess import guess
 from run_bag.importers.recording_map import read_map
-from run_bag.yaml_io import read_yaml
+from safe_files.yaml_io import read_yaml
 
 SLOW = 20.0
 """[s] of a processor that no small file may take."""

@@ -15,7 +15,7 @@ from run_bag.cli_info import main as info
 from run_bag.finishing import recover
 from run_bag.reader import read_recording
 from run_bag.run_metadata import TOPIC
-from run_bag.yaml_io import read_yaml
+from safe_files.yaml_io import read_yaml
 
 TOLD = {"seed": 3, "hold": {"throttle": "previous"}, "text": "µ 'quoted': {}"}
 STAMPS = np.arange(1, 6) * 10**9

@@ -1,9 +1,7 @@
 """Command line: recorded runs through observers; a table, and on request a report and JSON."""
 
 import argparse
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from importlib.metadata import PackageNotFoundError, version
 from math import isfinite
@@ -11,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import new_folder, write_whole
 from thruster_estimation.errors import EstimationError
 from thruster_estimation.replay import Job, Outcome, problem_with, replay
 from thruster_estimation.replay_io import PERIOD, dump_outcomes, read_signals
@@ -148,7 +147,7 @@ def _print(outcomes: Sequence[Outcome]) -> None:
 
 def _write(outcomes: Sequence[Outcome], given: argparse.Namespace) -> None:
     provenance = {
-        "runs": [str(path) for path in given.runs],
+        "runs": [path.resolve().name for path in given.runs],
         "models": given.model,
         "form": given.form,
         "input map": given.input_map,
@@ -156,16 +155,9 @@ def _write(outcomes: Sequence[Outcome], given: argparse.Namespace) -> None:
         "version": _version(),
     }
     report = build_report(outcomes, {k: v for k, v in provenance.items() if v is not None})
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{given.out.name}.", dir=given.out.parent))
-    try:
-        (partial / "replay.json").write_text(dump_outcomes(outcomes, provenance), "utf-8")
+    with new_folder(given.out) as partial:
+        write_whole(partial / "replay.json", dump_outcomes(outcomes, provenance))
         report.write(partial / "report.html")
-        partial.chmod(0o755)
-        partial.replace(given.out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
 
 
 def _version() -> str:

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 import yaml
 
-from run_bag.yaml_io import parse_yaml
+from safe_files.yaml_io import parse_yaml
 from thruster_model.errors import ThrusterModelError
 from thruster_model.force_table import ForceTable
 from thruster_model.force_table_io import dump_force_table, parse_force_table

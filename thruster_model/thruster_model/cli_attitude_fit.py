@@ -2,9 +2,7 @@
 
 import argparse
 import json
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -14,6 +12,7 @@ from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.attitude_fit.fit import AttitudeFit, FitOptions
 from thruster_model.attitude_fit.model import AXES, DEFINITIONS
 from thruster_model.attitude_fit.recordings_io import read_recording
@@ -79,9 +78,7 @@ def _study(given: argparse.Namespace) -> Study:
 
 
 def _write(study: Study, given: argparse.Namespace) -> None:
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{given.out.name}.", dir=given.out.parent))
-    try:
+    with new_folder(given.out) as partial:
         provenance = {
             "runs": [path.name for path in given.runs],
             "only predicted": [path.name for path in given.validate],
@@ -91,14 +88,9 @@ def _write(study: Study, given: argparse.Namespace) -> None:
             "seed": given.seed,
         }
         text = json.dumps({**_document(study), "provenance": provenance}, indent=1, allow_nan=False)
-        (partial / "attitude_fit.json").write_text(text + "\n", "utf-8")
-        (partial / "tables.md").write_text(markdown(study), "utf-8")
+        write_whole(partial / "attitude_fit.json", text + "\n")
+        write_whole(partial / "tables.md", markdown(study))
         build_report(study, provenance).write(partial / "report.html")
-        partial.chmod(0o755)
-        partial.replace(given.out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
 
 
 def _document(study: Study) -> dict[str, object]:

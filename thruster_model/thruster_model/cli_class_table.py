@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import whole_file
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.models import MODELS
 
@@ -99,7 +100,8 @@ def draw(models: Sequence[Mapping[str, Any]], file: Path) -> None:
     panels[0].set_yticks(range(len(ordered)), [model["model"] for model in ordered])
     figure.suptitle("Error on runs left out of the fit, 90 % interval; dotted: noise of a cell mean", fontsize=11)
     figure.tight_layout()
-    figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None)
+    with whole_file(file, replace=True) as partial:
+        figure.savefig(partial, metadata={"Date": None} if file.suffix == ".svg" else None)
     plt.close(figure)
 
 

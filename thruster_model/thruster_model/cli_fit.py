@@ -3,10 +3,8 @@
 import argparse
 import json
 import os
-import shutil
 import signal
 import sys
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
@@ -17,6 +15,7 @@ from rich.console import Console
 from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from run_bag.command_line import described, user_arguments
+from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.identification.experiment_io import PreparationOptions, read_experiments
@@ -123,15 +122,8 @@ def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, Parameter
 
 
 def _write(study: Study, given: argparse.Namespace) -> None:
-    given.out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{given.out.name}.", dir=given.out.parent))
-    try:
+    with new_folder(given.out) as partial:
         _write_into(partial, study, given)
-        partial.chmod(0o755)
-        partial.replace(given.out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
     for model in study.models:
         print(_line(model, _reference_name(given)))
     print((given.out / "report.html").resolve())
@@ -156,7 +148,7 @@ def _write_into(folder: Path, study: Study, given: argparse.Namespace) -> None:
         "version": _version(),
     }
     summary = {"provenance": provenance, "models": [_summary(model) for model in study.models]}
-    (folder / "fit.json").write_text(json.dumps(summary, indent=1), "utf-8")
+    write_whole(folder / "fit.json", json.dumps(summary, indent=1))
     report = build_report(study, provenance=provenance, reference_name=_reference_name(given))
     report.write(folder / "report.html")
 

@@ -10,6 +10,7 @@ from rich.console import Console
 
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import new_folder
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.load_cell.recordings_io import read_recordings, write_recovered
 from thruster_model.load_cell.report_io import build_report
@@ -50,13 +51,13 @@ def _run(given: argparse.Namespace) -> None:
         if calibrated is None and recovered is None:
             raise UnfitDataError([f"no run holds gauges to calibrate with, and no thrust was recovered: {why_not}"])
         status.update("writing")
-        given.out.mkdir(parents=True, exist_ok=True)
-        provenance = {"runs": [str(p) for p in given.runs], "version": _version(), "seed": 1}
-        if recovered is not None:
-            _write_runs(given, pairs, recovered)
-        write_load_cell(given.out / "load_cell.yaml", calibrated, recovered)
+        provenance = {"runs": [p.resolve().name for p in given.runs], "version": _version(), "seed": 1}
         report = build_report(recordings, calibrated, recovered, why_not, provenance)
-        path = report.write(given.out / "report.html")
+        with new_folder(given.out) as folder:
+            if recovered is not None:
+                _write_runs(folder / "recovered", given, pairs, recovered)
+            write_load_cell(folder / "load_cell.yaml", calibrated, recovered)
+            report.write(folder / "report.html")
     if calibrated is not None:
         worst = max(calibrated.reproduced.values(), key=lambda r: max(r.force, r.moment))
         which = "runs left out" if len(calibrated.reproduced) > 1 else "the run itself"
@@ -67,7 +68,7 @@ def _run(given: argparse.Namespace) -> None:
         for name in recovered.of_thesis:
             saved = recovered.saved[name]
             print(f"{name}: {100 * saved.below_one:.0f} % of {saved.cells} cells recovered within 1 N (1 sigma)")
-    print(path.resolve())
+    print((given.out / "report.html").resolve())
 
 
 def _recovered(given, pairs, other, progress) -> tuple[RecoveryStudy | None, str]:  # type: ignore[no-untyped-def]
@@ -82,9 +83,8 @@ def _recovered(given, pairs, other, progress) -> tuple[RecoveryStudy | None, str
         return None, str(error)
 
 
-def _write_runs(given, pairs, study: RecoveryStudy) -> None:  # type: ignore[no-untyped-def]
+def _write_runs(folder: Path, given, pairs, study: RecoveryStudy) -> None:  # type: ignore[no-untyped-def]
     mode = {name: float(value) for name, value in vars(study.resonance.mode).items()}
-    folder = given.out / "recovered"
     folder.mkdir()
     for run, recording in pairs:
         if recording.name in study.recovered:

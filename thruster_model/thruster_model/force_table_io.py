@@ -7,14 +7,14 @@ supply: {unit: V, value: [10.0, ...]}
 force: {unit: N, value: [[...], ...]}        one row per supply voltage; speed, current and power likewise
 """
 
-import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from run_bag.yaml_io import yaml_mapping
+from safe_files.whole_files_io import write_whole
+from safe_files.yaml_io import yaml_mapping
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES, ForceTable
 
@@ -97,8 +97,4 @@ def force_table_document(table: ForceTable) -> dict[str, Any]:
 
 def write_force_table(table: ForceTable, path: Path) -> None:
     """Write the table to a new file; FileExistsError where there is one."""
-    if path.exists():
-        raise FileExistsError(f"{path}: exists and is not overwritten")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(dump_force_table(table), "utf-8")
-    temporary.rename(path)
+    write_whole(path, dump_force_table(table))

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from run_bag.yaml_io import yaml_mapping
+from safe_files.yaml_io import yaml_mapping
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES
 

@@ -16,7 +16,6 @@ parameters:
 """
 
 import math
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -24,6 +23,7 @@ from typing import Any
 
 import yaml
 
+from safe_files.whole_files_io import write_whole
 from thruster_model.command_scale import VOLTS, CommandScale
 from thruster_model.effects.active import ActiveEffects, problems_of
 from thruster_model.effects.stages import LIBRARY
@@ -221,8 +221,4 @@ def write_parameter_set(parameter_set: ParameterSet, path: Path) -> None:
 
 def write_set_text(text: str, path: Path) -> None:
     """Write a set's YAML text to a new file, whole or not at all; FileExistsError where there is one."""
-    if path.exists():
-        raise FileExistsError(f"{path}: exists and is not overwritten")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(text, "utf-8")
-    temporary.rename(path)
+    write_whole(path, text)

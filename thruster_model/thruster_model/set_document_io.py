@@ -8,7 +8,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from run_bag.yaml_io import yaml_mapping
+from safe_files.yaml_io import yaml_mapping
 from thruster_model.parameter_set import Parameter, ParameterSet
 
 __all__ = [

@@ -6,14 +6,15 @@ stray arguments  and parameters that no node of the process declares are refused
 
 import sys
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
-import yaml
 from rclpy.node import Node
 
+from safe_files.yaml_io import read_yaml
 from thruster_runtime.parameters import Parameter
 
 __all__ = ["asks_for_help", "help_text", "stray_arguments", "unknown_parameters"]
@@ -85,6 +86,9 @@ def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None)
     """Return a sentence for each parameter that nodes were given and none of them declares.
 
     What a file says of all nodes ("/**") may be meant for others: it is passed over.
+
+    Raises:
+        YamlError: a file of parameters is none that the strict reader takes.
     """
     given = list(sys.argv[1:] if args is None else args)
     meant_for_all = _meant_for_all(given)
@@ -109,7 +113,12 @@ def _meant_for_all(args: Sequence[str]) -> set[str]:
     names: set[str] = set()
     for flag, word in pairwise(args):
         if flag == "--params-file":
-            document = yaml.safe_load(Path(word).read_text("utf-8"))
-            names |= set((document.get(_WILD) or {}).get("ros__parameters") or {})
+            of_all = _mapping(_mapping(read_yaml(Path(word))).get(_WILD))
+            names |= set(_mapping(of_all.get("ros__parameters")))
     given = {word.partition(":=")[0] for flag, word in pairwise(args) if flag in ("-p", "--param")}
     return names - given
+
+
+def _mapping(found: Any) -> Mapping[str, Any]:
+    """Return a mapping as it is; ROS itself has refused what should be one and is not."""
+    return found if isinstance(found, Mapping) else {}

@@ -18,12 +18,13 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import yaml
 from rclpy.context import Context
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.utilities import remove_ros_args
 
+from safe_files.errors import YamlError
+from safe_files.yaml_io import read_yaml
 from thruster_runtime.errors import ThrusterRuntimeError
 from thruster_runtime.node_main import REFUSED, run_nodes
 
@@ -42,7 +43,7 @@ class CompositionError(ThrusterRuntimeError):
 
 
 def builders(document: Any, source: str, *, context: Context | None = None) -> list[Callable[[], Node]]:
-    """Return what makes each node of a composition, as `yaml.safe_load` gives it.
+    """Return what makes each node of a composition, as `read_yaml` gives it.
 
     Args:
         document: mapping with the key `nodes`, perhaps `hand_over`.
@@ -97,9 +98,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("file", type=Path, help="YAML file with the nodes")
     file = parser.parse_args(remove_ros_args(given)[1:]).file
     try:
-        document = yaml.safe_load(file.read_text("utf-8"))
+        document = read_yaml(file)
         made = builders(document, str(file))
-    except (OSError, yaml.YAMLError, CompositionError) as error:
+    except (YamlError, CompositionError) as error:
         sys.stderr.write(f"{error}\n")
         return REFUSED
     return run_nodes(made, args=given[1:], handing_over=document.get("hand_over", False))

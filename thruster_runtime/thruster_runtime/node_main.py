@@ -29,6 +29,7 @@ from rclpy.node import Node
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from safe_files.errors import YamlError
 from thruster_runtime.command_line import asks_for_help, help_text, stray_arguments, unknown_parameters
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import (
@@ -51,6 +52,7 @@ LAST_WORDS = 2.0
 _REFUSALS: tuple[type[Exception], ...] = (
     StartRefused,
     UnknownExecutor,
+    YamlError,
     ParameterException,
     rclpy_implementation.RCLInvalidROSArgsError,
     rclpy_implementation.UnknownROSArgsError,

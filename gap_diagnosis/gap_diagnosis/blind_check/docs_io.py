@@ -6,9 +6,9 @@ from pathlib import Path
 
 from gap_diagnosis.blind_check.limits import LIMIT_TARGETS, kind_of_limit
 from gap_diagnosis.blind_check.pictures_io import draw_pictures
-from gap_diagnosis.blind_check.replacing_io import replace_file
 from gap_diagnosis.blind_check.scoring import Scores
 from gap_diagnosis.blind_check.statistics import Limit, Share
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["TARGETS", "page", "summary_rows", "write_page"]
 
@@ -79,7 +79,7 @@ def write_page(scores: Scores, file: Path, provenance: str) -> list[Path]:
     """Write the page and its pictures beside it, in place of earlier ones; return all files."""
     file.parent.mkdir(parents=True, exist_ok=True)
     pictures = draw_pictures(scores, file.with_suffix(""))
-    replace_file(file, page(scores, provenance, pictures).encode())
+    write_whole(file, page(scores, provenance, pictures).encode(), replace=True)
     return [file, *pictures]
 
 

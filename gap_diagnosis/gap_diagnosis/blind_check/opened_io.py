@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.blind_check.opened import Opened
-from gap_diagnosis.blind_check.replacing_io import replace_file
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["read_opened", "write_opened"]
 
@@ -17,7 +17,7 @@ _FIELDS = ("seal", "key", "diagnosis", "shrink")
 def write_opened(cases: Sequence[Opened], file: Path) -> None:
     """Write cases in place of an earlier file."""
     lines = (json.dumps({name: getattr(case, name) for name in _FIELDS}, allow_nan=False) for case in cases)
-    replace_file(file, gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0))
+    write_whole(file, gzip.compress("".join(f"{line}\n" for line in lines).encode(), mtime=0), replace=True)
 
 
 def read_opened(file: Path) -> list[Opened]:

@@ -9,6 +9,7 @@ import numpy as np
 from gap_diagnosis.blind_check.catalogue import EFFECTS
 from gap_diagnosis.blind_check.limits import kind_of_limit
 from gap_diagnosis.blind_check.scoring import Scores
+from safe_files.whole_files_io import whole_file
 
 __all__ = ["draw_pictures"]
 
@@ -37,7 +38,8 @@ def draw_pictures(scores: Scores, stem: Path) -> list[Path]:
             figure = paint(scores, plt)
             figure.tight_layout()
             files.append(stem.with_name(f"{stem.name}_{name}.svg"))
-            figure.savefig(files[-1], metadata={"Date": None})
+            with whole_file(files[-1], replace=True) as partial:
+                figure.savefig(partial, metadata={"Date": None})
             plt.close(figure)
     return files
 

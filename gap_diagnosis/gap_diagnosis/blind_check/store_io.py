@@ -24,9 +24,9 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.blind_check.cases import MODELS, Case, Plan, draw, recordings
 from gap_diagnosis.blind_check.generator import GeneratedRun
-from gap_diagnosis.blind_check.replacing_io import replace_file
 from gap_diagnosis.blind_check.sealing import BrokenSealError, Seal, seal, unseal
 from run_bag import Topic, write_run
+from safe_files.whole_files_io import write_whole
 from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_set
 
 __all__ = ["Store", "nominal_parameters", "write_case", "write_generated_run"]
@@ -60,8 +60,8 @@ def write_generated_run(run: GeneratedRun, folder: Path, channels: Sequence[str]
 def write_case(folder: Path, case: Case, runs: Sequence[GeneratedRun]) -> list[Path]:
     """Write what the diagnosis may see to a case's folder; return the paths of the runs."""
     folder.mkdir(parents=True, exist_ok=True)
-    replace_file(folder / "model.yaml", dump_parameter_set(load_parameter_set(case.model)).encode())
-    replace_file(folder / "library.json", json.dumps(list(case.excluded)).encode())
+    _keep(folder / "model.yaml", dump_parameter_set(load_parameter_set(case.model)).encode())
+    _keep(folder / "library.json", json.dumps(list(case.excluded)).encode())
     shutil.rmtree(folder / "runs", ignore_errors=True)
     return [write_generated_run(run, folder / "runs", case.channels) for run in runs]
 
@@ -94,7 +94,7 @@ class Store:
                 published[each.name] = self._seal(each).hash
             progress(each)
         lines = "".join(f"{value}  {name}\n" for name, value in sorted(published.items()))
-        replace_file(self.folder / "hashes.txt", lines.encode())
+        _keep(self.folder / "hashes.txt", lines.encode())
         return published
 
     def hashes(self) -> dict[str, str]:
@@ -137,13 +137,13 @@ class Store:
         }
         if not keep_runs:
             shutil.rmtree(folder / "runs")
-        replace_file(folder / "predictions.npz", _compressed(arrays))
-        replace_file(folder / "diagnosis.json", json.dumps(found, indent=1).encode())
+        _keep(folder / "predictions.npz", _compressed(arrays))
+        _keep(folder / "diagnosis.json", json.dumps(found, indent=1).encode())
         (folder / "failed.txt").unlink(missing_ok=True)
 
     def note_failure(self, name: str, reason: str) -> None:
         """Save why the diagnosis of a case broke off."""
-        replace_file(self.case_folder(name) / "failed.txt", f"{reason}\n".encode())
+        _keep(self.case_folder(name) / "failed.txt", f"{reason}\n".encode())
 
     def key(self, name: str) -> dict[str, Any]:
         """Open the seal of a case.
@@ -189,8 +189,8 @@ class Store:
         arrays = {f"{r.name}/{c}": values.astype(np.float32) for r in runs for c, values in r.clean.items()}
         key = {**case.described(), "recordings": _fingerprint(runs)}
         sealed = seal(key, _compressed(arrays), secrets.token_hex(32))
-        replace_file(self.folder / "sealed" / f"{plan.name}.npz", sealed.channels)
-        replace_file(self.folder / "sealed" / f"{plan.name}.json", sealed.key)
+        _keep(self.folder / "sealed" / f"{plan.name}.npz", sealed.channels)
+        _keep(self.folder / "sealed" / f"{plan.name}.json", sealed.key)
         return sealed
 
     def _read_seal(self, name: str) -> Seal:
@@ -216,3 +216,9 @@ def _compressed(arrays: Mapping[str, NDArray[np.floating]]) -> bytes:
     buffer = io.BytesIO()
     np.savez_compressed(buffer, **arrays)  # type: ignore[arg-type]
     return buffer.getvalue()
+
+
+def _keep(file: Path, content: bytes) -> None:
+    """Write a file in place of an earlier one; its folder is made where there is none."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    write_whole(file, content, replace=True)

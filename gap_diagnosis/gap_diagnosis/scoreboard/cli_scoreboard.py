@@ -14,12 +14,12 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 from rich.table import Table
 
-from gap_diagnosis.blind_check.replacing_io import replace_file
 from gap_diagnosis.scoreboard.figures import differences, table
 from gap_diagnosis.scoreboard.generators import GENERATORS
 from gap_diagnosis.scoreboard.plans import SETS, planned
 from gap_diagnosis.scoreboard.running_io import read_answers, run_cases
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["main"]
 
@@ -79,7 +79,7 @@ def _show(given: argparse.Namespace, console: Console) -> int:
     if given.docs is not None:
         lines = ["| " + " | ".join(row) + " |" for row in rows]
         lines.insert(1, "|" + "---|" * len(rows[0]))
-        replace_file(given.docs, ("\n".join(lines) + "\n").encode())
+        write_whole(given.docs, ("\n".join(lines) + "\n").encode(), replace=True)
         print(f"written: {given.docs}")
     return 0
 

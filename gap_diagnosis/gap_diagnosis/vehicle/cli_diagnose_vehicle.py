@@ -36,7 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         model = load_model(given.vehicle, given.model, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
         provenance = {
-            "runs": [str(path) for path in given.runs], "vehicle": model.vehicle.name,
+            "runs": [path.resolve().name for path in given.runs], "vehicle": model.vehicle.name,
             "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
         }  # fmt: skip
         found = diagnosed(

@@ -21,6 +21,7 @@ from gap_diagnosis.vehicle.wiring import wiring_of
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings_io import load_thruster_sets
+from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.effect_entry import EffectEntry
 from thruster_model.effects import stages
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
@@ -81,18 +82,14 @@ def _entry(refined: Any) -> EffectEntry:
 
 
 def written(found: Diagnosed, out: Path) -> list[Path]:
-    """Write diagnosis.json, report.html and with_effect.yaml into a folder; return their paths."""
-    out.mkdir(parents=True, exist_ok=True)
+    """Write diagnosis.json, report.html and with_effect.yaml into a new or empty folder; return their paths."""
     report = report_of(
         found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}"
     )
-    paths = [report.write(out / "report.html")]
-    for name, text in (
-        ("with_effect.yaml", found.with_effect),
-        ("diagnosis.json", json.dumps(found.content, indent=1)),
-    ):
-        part = out / f".{name}.part"
-        part.write_text(text, encoding="utf-8")
-        part.rename(out / name)
-        paths.append(out / name)
-    return paths
+    with new_folder(out) as folder:
+        paths = [
+            report.write(folder / "report.html"),
+            write_whole(folder / "with_effect.yaml", found.with_effect),
+            write_whole(folder / "diagnosis.json", json.dumps(found.content, indent=1)),
+        ]
+    return [out / path.name for path in paths]

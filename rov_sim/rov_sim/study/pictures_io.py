@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from safe_files.whole_files_io import whole_file
+
 __all__ = ["BLUE", "GREY", "RED", "plain", "pyplot", "save"]
 
 BLUE, RED, GREY = "#0072b2", "#d55e00", "#8b949e"
@@ -29,5 +31,6 @@ def plain(panel: Any) -> None:
 def save(figure: Any, file: Path) -> None:
     """Write the figure and close it."""
     figure.tight_layout()
-    figure.savefig(file, metadata={"Date": None} if file.suffix == ".svg" else None, dpi=110)
+    with whole_file(file, replace=True) as partial:
+        figure.savefig(partial, metadata={"Date": None} if file.suffix == ".svg" else None, dpi=110)
     pyplot().close(figure)

@@ -9,6 +9,7 @@ import numpy as np
 
 from rov_sim.study.results import Results, merged
 from rov_sim.study.store_io import Shard, Store
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["finished_shards", "read_results", "write_table"]
 
@@ -50,6 +51,4 @@ def write_table(study: Results, file: Path, units: Mapping[str, str]) -> None:
         for seed in range(study.seeds):
             cells = [scores[name][seed] for name in units]
             writer.writerow([strategy, reference, seed, *("" if np.isnan(x) else f"{x:.6g}" for x in cells)])
-    partial = file.with_name(f".{file.name}")
-    partial.write_text(text.getvalue(), "utf-8")
-    partial.replace(file)
+    write_whole(file, text.getvalue(), replace=True)

@@ -5,10 +5,11 @@ DIR/shards/S.json  scores of one strategy on one reference (a set point, or a ca
 """
 
 import json
-import os
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
+
+from safe_files.whole_files_io import write_whole
 
 __all__ = ["BLOCK", "Scores", "Shard", "Store", "shards_of"]
 
@@ -82,6 +83,4 @@ class Store:
 
 
 def _write(file: Path, text: str) -> None:
-    partial = file.with_name(f".{file.name}.{os.getpid()}")
-    partial.write_text(text, "utf-8")
-    partial.replace(file)
+    write_whole(file, text, replace=True)

@@ -2,9 +2,7 @@
 
 import argparse
 import json
-import shutil
 import sys
-import tempfile
 from collections.abc import Sequence
 from math import inf, isfinite
 from pathlib import Path
@@ -17,6 +15,7 @@ from rov_sim.vehicle.run_scores_io import as_mapping, score_run
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import new_folder, write_whole
 
 __all__ = ["main"]
 
@@ -31,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(user_arguments(arguments))
     first = given.runs[0]
     out = given.out or first.with_name(f"{first.name}_scores")
-    about = {"runs": [str(run) for run in given.runs], "begin": given.begin, "version": version_here()}
+    about = {"runs": _names(given.runs), "begin": given.begin, "version": version_here()}
     about |= {} if given.end == inf else {"end": given.end}
     try:
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
@@ -71,16 +70,9 @@ def _write(out: Path, scored: Sequence[Scored], about: dict[str, object]) -> Non
     """Write both files into a folder that gets its name when they are complete."""
     report = build_report(scored, about)
     content = {**about, "runs": [{"name": name, **as_mapping(scores)} for name, _, scores in scored]}
-    out.parent.mkdir(parents=True, exist_ok=True)
-    partial = Path(tempfile.mkdtemp(prefix=f".{out.name}.", dir=out.parent))
-    try:
+    with new_folder(out) as partial:
         report.write(partial / "report.html")
-        (partial / "scores.json").write_text(json.dumps(content, indent=1, allow_nan=False) + "\n", "utf-8")
-        partial.chmod(0o755)
-        partial.replace(out)
-    except BaseException:
-        shutil.rmtree(partial, ignore_errors=True)
-        raise
+        write_whole(partial / "scores.json", json.dumps(content, indent=1, allow_nan=False) + "\n")
 
 
 if __name__ == "__main__":

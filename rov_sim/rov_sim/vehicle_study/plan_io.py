@@ -21,7 +21,7 @@ from typing import Any
 
 from rov_sim.vehicle_study.assumptions import Assumptions, unit_of
 from rov_sim.vehicle_study.plan import Assumed, Group, Plan
-from run_bag.yaml_io import yaml_mapping
+from safe_files.yaml_io import yaml_mapping
 
 __all__ = ["available_plans", "load_plan", "parse_plan", "plan_of", "plan_text"]
 

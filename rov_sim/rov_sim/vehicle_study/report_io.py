@@ -13,6 +13,7 @@ from rov_sim.vehicle_study.plan import Group, Plan
 from rov_sim.vehicle_study.runs_io import first_runs
 from rov_sim.vehicle_study.tables import assumption_table, case_table, claim_table, error_table, finding_lines
 from run_bag.report import Axis, Bars, Column, Panel, Report, Series, bars, time_series
+from safe_files.whole_files_io import write_whole
 from thruster_control.strategies import STRATEGIES
 
 __all__ = ["build_report", "write_tables"]
@@ -35,9 +36,7 @@ def write_tables(study: Results, plan: Plan, file: Path) -> None:
         case = plan.typical(group).name
         texts += [f"## {group.name}: {group.title}", f"In the case `{case}`:", error_table(study, case)]
         texts += [finding_lines(judgements, case), "Error of pitch [%]:", case_table(study, plan, group)]
-    partial = file.with_name(f".{file.name}")
-    partial.write_text("\n\n".join(texts) + "\n", "utf-8")
-    partial.replace(file)
+    write_whole(file, "\n\n".join(texts) + "\n", replace=True)
 
 
 def build_report(study: Results, plan: Plan, contents: Mapping[str, str], provenance: Mapping[str, object]) -> Report:

@@ -19,11 +19,12 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+from safe_files.yaml_io import YamlLimits, yaml_mapping
+
 from ..definitions import definitions
 from ..errors import RecordingError
 from ..known_topics import known_topics, topic_type
 from ..units import unit_of
-from ..yaml_io import YamlLimits, yaml_mapping
 from .conversions import COMMANDS, Conversion, accepted, conversion, spelled
 
 HOLDS = ("previous", "linear")

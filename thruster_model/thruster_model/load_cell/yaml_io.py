@@ -1,12 +1,12 @@
 """The load cell's matrix and mode as a YAML file with units and standard deviations; computed, never shipped."""
 
-import os
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 
+from safe_files.whole_files_io import write_whole
 from thruster_model.load_cell.calibration import ROWS
 from thruster_model.load_cell.geometry import leg_lines
 from thruster_model.load_cell.study import CalibrationStudy, RecoveryStudy
@@ -77,8 +77,4 @@ def _finite(value: float) -> float | None:
 
 def write_load_cell(path: Path, calibrated: CalibrationStudy | None, recovered: RecoveryStudy | None) -> None:
     """Write to a temporary name, then rename; FileExistsError where there is a file."""
-    if path.exists():
-        raise FileExistsError(f"{path}: exists and is not overwritten")
-    temporary = path.with_name(f".{path.name}.{os.getpid()}")
-    temporary.write_text(dump_load_cell(calibrated, recovered), "utf-8")
-    temporary.rename(path)
+    write_whole(path, dump_load_cell(calibrated, recovered))

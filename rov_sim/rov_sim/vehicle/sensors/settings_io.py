@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from rov_sim.vehicle.sensors.settings import MOUNTED, QUANTITIES, Sensor, VehicleSensors
-from run_bag.yaml_io import yaml_mapping
+from safe_files.yaml_io import yaml_mapping
 
 __all__ = ["SensorSettingsError", "load_sensors", "parse_sensors"]
 

@@ -5,8 +5,8 @@ import time
 
 import pytest
 
-from run_bag.errors import YamlError
-from run_bag.yaml_io import YamlLimits, parse_yaml, read_yaml
+from safe_files.errors import YamlError
+from safe_files.yaml_io import YamlLimits, parse_yaml, read_yaml
 
 
 @pytest.mark.parametrize(
