@@ -4,7 +4,7 @@ setup(
     name="run_bag",
     version="0.1.0",
     packages=find_packages(exclude=["test"]),
-    package_data={"run_bag": ["py.typed", "topics.yaml", "report/assets/*"]},
+    package_data={"run_bag": ["py.typed", "topics.yaml", "report/assets/*", "report/plotly_js/*"]},
     data_files=[
         ("share/ament_index/resource_index/packages", ["resource/run_bag"]),
         ("share/run_bag", ["package.xml"]),

@@ -62,9 +62,10 @@ def test_plotly_is_embedded_once_and_only_when_there_is_a_plot() -> None:
     report = full_report("plain")
     for _ in range(3):
         report.figure(curves([Series(name="a", x=[0, 1], y=[1, 2])], x=X, y=Y), caption="c", alt="a")
-    assert len(re.findall(r"\* plotly\.js v", report.html())) == 1
+    assert re.findall(r"\* plotly\.js \((\w+) - minified\) v", report.html()) == ["cartesian"]
+    assert report.html().count('class="library"') == 1
     without = Report("No plots").html()
-    assert "plotly.js v" not in without
+    assert "minified" not in without and 'class="library"' not in without
     assert len(without) < 40_000
 
 
@@ -87,6 +88,16 @@ def test_warnings_are_counted_and_stand_before_all_content() -> None:
     text = Elements(report.html()).text
     main = text[text.index("Plots need JavaScript.") :]
     assert main.index("2 warnings") < main.index("one") < main.index("two") < main.index("First section")
+
+
+def test_more_than_three_warnings_are_folded_and_none_is_lost() -> None:
+    report = Report("Title")
+    for word in ("one", "two", "three", "four", "five"):
+        report.warning(word)
+    page = report.html()
+    shown, folded = page[page.index('<section class="warnings"') : page.index("</section>")].split("<details>")
+    assert ["5 warnings" in shown, "three" in shown, "four" in shown] == [True, True, False]
+    assert "<summary>2 more</summary><ul><li>four</li><li>five</li></ul></details>" in folded
 
 
 def test_a_report_without_warnings_says_so() -> None:

@@ -2,12 +2,13 @@
 
 import os
 import re
-import tempfile
 from collections.abc import Mapping, Sequence
 from html import escape
 from pathlib import Path
 
 import plotly.graph_objects as go
+
+from safe_files.whole_files_io import write_whole
 
 from .blocks import Download, KeyValues, Paragraph
 from .errors import ReportError, ReportExists
@@ -16,6 +17,8 @@ from .page import Heading, render_page
 from .plots.plot import Plot
 from .table import Column, Table
 
+SHOWN = 3
+"""Warnings that are shown; the others are folded."""
 _Block = Heading | Paragraph | KeyValues | Download | Table | Figure
 
 
@@ -121,40 +124,33 @@ class Report:
             subtitle=self.subtitle,
             headings=headings,
             body="\n".join(body),
-            plots=figures > 0,
+            traces={kind for block in self._blocks if isinstance(block, Figure) for kind in block.traces},
         )
 
     def write(self, path: str | os.PathLike[str], *, replace: bool = False) -> Path:
-        """Write the report to a temporary name beside `path`, then rename it.
+        """Write the report, whole or not at all.
 
         Raises:
             ReportExists: when there is a file already and `replace` is not set.
+            NotWrittenError: the file system refuses.
         """
         target = Path(path)
         page = self.html()
         if target.exists() and not replace:
             raise ReportExists(f"report {target}: expected no file there, found one; pass replace=True to overwrite it")
-        handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=".part")
-        try:
-            with os.fdopen(handle, "w", encoding="utf-8") as stream:
-                stream.write(page)
-            umask = os.umask(0)
-            os.umask(umask)
-            os.chmod(name, 0o666 & ~umask)
-            os.replace(name, target)
-        except BaseException:
-            Path(name).unlink(missing_ok=True)
-            raise
-        return target
+        return write_whole(target, page, replace=replace)
 
     def _render_warnings(self) -> str:
         if not self._warnings:
             return '<p class="no-warnings">No warnings.</p>'
-        items = "".join(f"<li>{escape(text)}</li>" for text in self._warnings)
-        count = len(self._warnings)
+        items = [f"<li>{escape(text)}</li>" for text in self._warnings]
+        count, more = len(items), items[SHOWN:]
+        folded = ""
+        if more:
+            folded = f"<details><summary>{len(more)} more</summary><ul>{''.join(more)}</ul></details>"
         return (
             f'<section class="warnings" aria-labelledby="warnings"><h2 id="warnings">'
-            f"{count} warning{'s' if count > 1 else ''}</h2><ul>{items}</ul></section>"
+            f"{count} warning{'s' if count > 1 else ''}</h2><ul>{''.join(items[:SHOWN])}</ul>{folded}</section>"
         )
 
     def _anchor(self, title: str) -> str:

@@ -27,6 +27,11 @@ class Figure:
                 f"{len(self.plots)} plots, caption {self.caption!r}, alt {self.alt!r}"
             )
 
+    @property
+    def traces(self) -> set[str]:
+        """Types of plotly's traces in it."""
+        return {trace.type or "scatter" for plot in self.plots for trace in plot.figure.data}
+
     def render(self, number: int) -> str:
         """Return the figure as HTML; the plots' data are embedded as JSON that the page draws when needed."""
         described = [plot.figure.to_dict() for plot in self.plots]

@@ -1,15 +1,13 @@
-"""The HTML page around the content: head, contents list, style, script, plotly.js once."""
+"""The HTML page around the content: head, contents list, style, scripts, plotly.js once."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.resources import files
 from json import dumps
 
-from plotly.offline import get_plotlyjs
-
-from .errors import ReportError
 from .figure import script_safe
+from .library import libraries_for
 from .theme import dark_partners, template
 
 # The browser itself refuses every request: the report stays readable, and private, wherever it is opened.
@@ -32,7 +30,7 @@ class Heading:
         return f'<h{self.level} id="{self.anchor}">{escape(self.text)}</h{self.level}>'
 
 
-def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body: str, plots: bool) -> str:
+def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body: str, traces: Collection[str]) -> str:
     """Return the whole page.
 
     Args:
@@ -40,11 +38,9 @@ def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body:
         subtitle: below it.
         headings: all headings in order, for the contents list.
         body: content as HTML, its texts already escaped.
-        plots: whether plotly.js is needed.
+        traces: types of plotly's traces in it, which decide what of plotly.js is needed.
     """
-    library = get_plotlyjs() if plots else ""
-    if "</script" in library.lower():
-        raise ReportError("plotly.js: expected no closing script tag inside the library, found one")
+    libraries = "".join(f"{each.render()}\n" for each in libraries_for(traces))
     setup = dumps({"light": template(dark=False), "dark": template(dark=True), "partners": dark_partners()})
     contents = "".join(f'<li class="level-{h.level}"><a href="#{h.anchor}">{escape(h.text)}</a></li>' for h in headings)
     below = f'<p class="subtitle">{escape(subtitle)}</p>' if subtitle else ""
@@ -61,7 +57,7 @@ def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body:
         f"<ol>{contents}</ol></details></nav>\n"
         '<main id="content">\n<noscript><p class="warnings">Plots need JavaScript.</p></noscript>\n'
         f"{body}\n</main>\n</div>\n"
-        f"<script>{library}</script>\n"
+        f"{libraries}<script>\n{_asset('library.js')}</script>\n"
         f'<script type="application/json" id="setup">{script_safe(setup)}</script>\n'
         f"<script>\n{_asset('report.js')}</script>\n</body>\n</html>\n"
     )

@@ -10,6 +10,7 @@
   const NARROW = 560;
   const PRINT_WIDTH = 670; // A4 minus margins, in CSS pixels
   let printing = false;
+  let libraries = null; // of plotly.js by name, once they are unpacked
 
   const isDark = () => darkQuery.matches && !printing;
   const columnsOf = (box) => Number(box.parentElement.style.getPropertyValue("--columns")) || 1;
@@ -52,12 +53,23 @@
     return layout;
   }
 
+  // In space by the bundle for it; everything else by the flat one where there is one.
+  const plotly = (figure) =>
+    (figure.layout.scene ? libraries.gl3d : libraries.cartesian) || libraries.full || libraries.gl3d;
+
   function hidden(box) {
     const keys = box.closest("figure").querySelectorAll('.key[aria-pressed="false"]');
     return new Set([...keys].map((key) => key.dataset.group));
   }
 
+  function failed(box, error) {
+    window.reportErrors.push(`${box.id}: ${error.message}`);
+    box.dataset.drawn = "failed";
+    box.textContent = `This plot could not be drawn: ${error.message}.`;
+  }
+
   function draw(box) {
+    if (!libraries) return unpacked.then(() => draw(box), (error) => failed(box, error));
     try {
       const figure = described(box);
       const off = hidden(box);
@@ -65,7 +77,7 @@
       figure.layout.shapes = (figure.layout.shapes || []).filter((shape) => !off.has(shape.name));
       fitted(figure.layout, box, figure.data);
       box.dataset.width = String(figure.layout.width);
-      return Promise.resolve(Plotly.react(box, figure.data, figure.layout, {
+      return Promise.resolve(plotly(figure).react(box, figure.data, figure.layout, {
         displaylogo: false, responsive: false, scrollZoom: false, doubleClick: "reset+autosize",
         displayModeBar: hovers && !coarse ? "hover" : false,
         // Named one by one: plotly's own choice includes a button that uploads the chart.
@@ -75,9 +87,7 @@
         toImageButtonOptions: { format: "svg", filename: box.id },
       })).then(() => { box.dataset.drawn = "yes"; });
     } catch (error) {
-      window.reportErrors.push(`${box.id}: ${error.message}`);
-      box.dataset.drawn = "failed";
-      box.textContent = "This plot could not be drawn.";
+      failed(box, error);
       return Promise.resolve();
     }
   }
@@ -87,6 +97,8 @@
     box.dataset.json = source.textContent;
     source.remove();
   }
+
+  const unpacked = window.plotlyLibraries.then((found) => { libraries = found; });
 
   // Near the screen: draw. A box that changed its width: draw again.
   const near = new IntersectionObserver((entries) => {
@@ -117,7 +129,7 @@
   darkQuery.addEventListener("change", redrawAll);
   addEventListener("beforeprint", () => {
     printing = true;
-    document.querySelectorAll(".download details").forEach((details) => { details.open = true; });
+    document.querySelectorAll(".download details, .warnings details").forEach((details) => { details.open = true; });
     boxes.forEach(draw);
   });
   addEventListener("afterprint", () => { printing = false; redrawAll(); });
@@ -156,5 +168,6 @@
   }, { passive: true });
   mark();
 
-  requestAnimationFrame(() => setTimeout(() => { window.reportReady = true; }, 0));
+  const ready = () => requestAnimationFrame(() => setTimeout(() => { window.reportReady = true; }, 0));
+  unpacked.then(ready, ready);
 })();
