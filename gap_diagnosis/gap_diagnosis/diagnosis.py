@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, held_out, shrink_of, step_of
+from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
@@ -258,7 +258,7 @@ def _complete(
     chain = _chain(found)
     for each in chain:
         name = each.keys[-1] if each.keys else "retuned"
-        predicted, unknowns = held_out(each)
+        predicted, unknowns = found.held_out(each)
         waterfall.append(step_of(name, problem, noise, predicted, unknowns, waterfall[-1], seed))
         predictions.setdefault("retuned", predicted)
         last = predicted
