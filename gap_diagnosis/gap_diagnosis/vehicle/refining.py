@@ -6,7 +6,8 @@ With x all unknowns in their deviations and r the whitened innovations,
 
 W is 1 but for sizes whose neutral value is infinite, where it is 0. Columns are not those of where the search began:
 what a nuisance took over before an effect was there (a thrust smaller by 15 of its deviations) it gives back only along
-columns that know of the effect.
+columns that know of the effect. What the data tell is the product of both: a whole step along that curved valley ends
+uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed.
 """
 
 from collections.abc import Mapping, Sequence
@@ -25,7 +26,7 @@ __all__ = ["Fit", "Problem", "Refined"]
 
 Array = NDArray[np.float64]
 _GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturation": (4.0, 3.0, 2.5, 2.0, 1.5, 1.0)}
-_SHARES = (1.0, 0.5, 0.2, 0.05)
+_SHARES = (0.5, 0.2, 0.05)
 _ENOUGH = 0.1
 """Gain in log likelihood below which a step is the last one along its columns."""
 
@@ -90,21 +91,40 @@ class Problem:
         x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
         x = self._held(x)
         r, score = self._scored(x)
-        J, gained = [], 0.0
+        best, uphill = (score, x, r), False
+        here: Array = np.zeros(len(x))
+        made: Array | None = None
+        J: list[NDArray[np.float32]] = []
         for _ in range(rules.FIT_STEPS):
-            J = self._columns(x, r, columns)
+            J, made = self._columns(x, r, columns), x
             H, slope = self._normal(J, r, x)
-            step = np.linalg.solve(H + np.diag(self._weight), -slope)
-            gained = 0.0
-            for share in _SHARES:
-                there = self._held(x + share * step)
-                r_new, new = self._scored(there)
-                if new > score:
-                    x, r, gained, score = there, r_new, new - score, new
-                    break
-            if gained < _ENOUGH:
+            step: Array = np.linalg.solve(H + np.diag(self._weight), -slope).astype(np.float64)
+            if not uphill and -0.5 * float(slope @ step) < _ENOUGH:
                 break
-        if gained > 0.0:
+            if not uphill:
+                here = step
+            x = self._held(x + step)
+            r, score = self._scored(x)
+            if score > best[0]:
+                gained, best, uphill = score - best[0], (score, x, r), False
+                if gained < _ENOUGH:
+                    break
+                continue
+            if not uphill and not columns:
+                uphill = True
+                continue
+            # neither the step nor a second one from its end: go back, and less far
+            uphill, before = False, best
+            for share in _SHARES:
+                x = self._held(before[1] + share * here)
+                r, score = self._scored(x)
+                if score > before[0]:
+                    best = (score, x, r)
+                    break
+            if best[0] - before[0] < _ENOUGH:
+                break
+        score, x, r = best
+        if x is not made:
             J = self._columns(x, r, columns)
         H, _ = self._normal(J, r, x)
         H += np.eye(len(x))

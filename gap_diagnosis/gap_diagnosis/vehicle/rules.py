@@ -61,7 +61,7 @@ TURNS = 4
 """At most, of fitting numbers and learning noises in turn: they settle in two or three unless something is wrong."""
 SETTLED = 2.0
 """Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
-FIT_STEPS = 6
+FIT_STEPS = 8
 """Of Gauss and Newton, at most; they end where a step gains nothing."""
 FITTED_ANEW, FAR_BEHIND = 4, 20.0
 """Candidates that are fitted along columns made anew at each step, and log evidence behind the best one of a quick fit
