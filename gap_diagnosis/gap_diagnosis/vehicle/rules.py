@@ -62,7 +62,7 @@ TURNS = 4
 SETTLED = 2.0
 """Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
 FIT_STEPS = 8
-"""Of Gauss and Newton, at most; they end where a step gains nothing. The bilinear problem of the tests takes fewer."""
+"""Of Gauss and Newton, at most; they end where a step gains nothing. Set by reason."""
 FITTED_ANEW, FAR_BEHIND = 4, 20.0
 """Candidates that are fitted along columns made anew at each step, and log evidence behind the best one of a quick fit
 from which on that cannot change the answer: odds of 1 to 5e8. Set by reason; no seeds were run for it."""
