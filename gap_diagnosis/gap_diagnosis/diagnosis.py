@@ -89,6 +89,12 @@ class Diagnosis:
     waterfall: tuple[Step, ...] = ()
     straight: bool | None = None
 
+    @property
+    def improves(self) -> bool:
+        """Whether a set that comes out of it is better on new runs: effects are claimed, or re-tuning helps."""
+        found = self.investigation
+        return bool(self.verdict.claims) or (found is not None and found.retuning_helps >= RULES.helps)
+
 
 def diagnose(
     recordings: Sequence[Recording],
@@ -250,9 +256,7 @@ def _complete(
 ) -> Diagnosis:
     problem: Problem = found.none.system
     noise = found.noise
-    stated = found.none.fitted.x.copy()
-    stated[: len(problem.names)] = 0.0
-    as_is = problem.predicted(stated)
+    as_is = found.as_stated
     predictions = {"as_is": as_is}
     waterfall = [step_of("as_is", problem, noise, as_is, np.empty((0, 0)), None, seed)]
     chain = _chain(found)

@@ -75,6 +75,19 @@ class Investigation:
         return self._held[found.keys]
 
     @cached_property
+    def as_stated(self) -> Array:
+        """Predictions with the parameters as they are stated, and the situations of the runs as fitted, (R,)."""
+        stated = self.none.fitted.x.copy()
+        stated[: len(self.none.system.names)] = 0.0
+        return np.asarray(self.none.system.predicted(stated))
+
+    @cached_property
+    def retuning_helps(self) -> float:
+        """Probability that re-tuned parameters make a new run more probable than those as stated."""
+        retuned = foreseen(self.noise, self.held_out(self.none)[0])
+        return helps_by(retuned - foreseen(self.noise, self.as_stated))
+
+    @cached_property
     def helps(self) -> dict[str, float]:
         """Probability that each effect of the best set makes a new run more probable, beside the others."""
         whole = foreseen(self.noise, self.held_out(self.best)[0])
