@@ -61,6 +61,9 @@ def package_version() -> str:
         return "unknown"
 
 
+_BEYOND = 2.0
+
+
 def with_effect(found: Diagnosis) -> ParameterSet:
     """Return the parameter set, re-tuned, with the diagnosed effects switched on: ready for simulator and fit."""
     base = found.parameter_set
@@ -71,7 +74,10 @@ def with_effect(found: Diagnosis) -> ParameterSet:
     values = {name: fitted.problem.values(fitted.x)[name] for name in found.problem.names}
     deviations = np.sqrt(np.diag(fitted.covariance))
     stated = {name: float(deviations[k]) * found.problem.deviations[name] for k, name in enumerate(found.problem.names)}
-    source = f"{base.name}, re-tuned within its stated deviations by a diagnosis"
+    source = f"{base.name}, re-tuned by a diagnosis"
+    beyond = [f"{n} by {fitted.x[k]:+.1f}" for k, n in enumerate(found.problem.names) if abs(fitted.x[k]) > _BEYOND]
+    if beyond:
+        source += f"; more than {_BEYOND:g} stated deviations away: {', '.join(beyond)}"
     retuned = base.with_values(values, source=source, standard_deviations=stated)
     sizes = {name: dict(s) for name, s in base.effects.sizes.items()}
     for claim in found.verdict.claims:
@@ -81,14 +87,15 @@ def with_effect(found: Diagnosis) -> ParameterSet:
 
 
 def write_diagnosis(found: Diagnosis, content: dict[str, Any], folder: Path) -> list[Path]:
-    """Write with_effect.yaml and diagnosis.json to a new or empty folder; return their paths.
+    """Write diagnosis.json and, where it improves the set, with_effect.yaml to a new or empty folder; return the paths.
 
     Raises:
         FileExistsError: there are files in the folder already.
     """
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / "with_effect.yaml"
-    write_parameter_set(with_effect(found), parameters)
+    if found.improves:
+        write_parameter_set(with_effect(found), parameters)
     result = folder / "diagnosis.json"
     write_whole(result, json.dumps(content, indent=1, allow_nan=False) + "\n")
-    return [result, parameters]
+    return [result, *([parameters] if found.improves else [])]

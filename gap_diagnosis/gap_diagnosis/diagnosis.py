@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, held_out, shrink_of, step_of
+from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
@@ -88,6 +88,12 @@ class Diagnosis:
     budget: Budget | None = None
     waterfall: tuple[Step, ...] = ()
     straight: bool | None = None
+
+    @property
+    def improves(self) -> bool:
+        """Whether a set that comes out of it is better on new runs: effects are claimed, or re-tuning helps."""
+        found = self.investigation
+        return bool(self.verdict.claims) or (found is not None and found.retuning_helps >= RULES.helps)
 
 
 def diagnose(
@@ -250,15 +256,13 @@ def _complete(
 ) -> Diagnosis:
     problem: Problem = found.none.system
     noise = found.noise
-    stated = found.none.fitted.x.copy()
-    stated[: len(problem.names)] = 0.0
-    as_is = problem.predicted(stated)
+    as_is = found.as_stated
     predictions = {"as_is": as_is}
     waterfall = [step_of("as_is", problem, noise, as_is, np.empty((0, 0)), None, seed)]
     chain = _chain(found)
     for each in chain:
         name = each.keys[-1] if each.keys else "retuned"
-        predicted, unknowns = held_out(each)
+        predicted, unknowns = found.held_out(each)
         waterfall.append(step_of(name, problem, noise, predicted, unknowns, waterfall[-1], seed))
         predictions.setdefault("retuned", predicted)
         last = predicted

@@ -86,17 +86,16 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if budget is None or found is None:
         return None
     levels = found.noise.levels
-    steps = {step.name: step for step in diagnosis.waterfall}
     claims = {claim.key: claim for claim in (*diagnosis.verdict.claims, *diagnosis.verdict.resembles)}
     causes = []
     for suspect in found.best.suspects:
-        share, step, claim = budget.shares[suspect.key], steps.get(suspect.key), claims.get(suspect.key)
+        share, claim = budget.shares[suspect.key], claims.get(suspect.key)
         causes.append(
             {
                 "id": suspect.effect,
                 "channel": suspect.channel or None,
                 "probability": diagnosis.verdict.probabilities.get(suspect.key, 0.0),
-                "helps": None if step is None else step.helps,
+                "helps": found.helps[suspect.key],
                 "share": share.value,
                 "interval": [share.low, share.high],
                 "class": None if claim is None else claim.kind,

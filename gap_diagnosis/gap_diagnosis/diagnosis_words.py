@@ -105,6 +105,8 @@ def _errors_in_words(diagnosis: Diagnosis) -> str:
     if total.with_effect is not None:
         text += f", {total.with_effect:.2f} with the effect"
     text += "; noise alone gives 1."
+    if not diagnosis.improves:
+        text += " Re-tuning does not help on runs that were left out: the set is no worse as it is stated."
     if diagnosis.shrink is not None and diagnosis.shrink.value is not None:
         text += f" The effect closes {100 * min(diagnosis.shrink.value, 1.0):.0f} % of what re-tuning leaves."
     if diagnosis.where:

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.problem import Problem
 from system_identification.hypothesis import Hypothesis
-from system_identification.left_out import folds_of, left_out
+from system_identification.left_out import folds_of, foreseen, left_out
 from system_identification.noise import Whitener
 
-__all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "errors_of", "held_out", "shrink_of", "step_of"]
+__all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "errors_of", "held_out", "helps_by", "shrink_of", "step_of"]
 
 Array = NDArray[np.float64]
 _BLOCK = 2.0  # [s], of the bootstrap
@@ -54,13 +54,15 @@ class Step:
         name: "as_is", "retuned" or the key of the effect that is added.
         rms: of all errors over the noise, channels alike.
         by_fold: the same for each run, or part, that was left out.
-        helps: probability that this step makes a new run better; None for the first.
+        foreseen: logarithm of the probability of each of these, nats up to a constant, (F,).
+        helps: probability that this step makes a new run more probable; None for the first.
         unknowns: of the fits without each of these, (F, K).
     """
 
     name: str
     rms: float
     by_fold: tuple[float, ...]
+    foreseen: Array
     helps: float | None
     unknowns: Array
 
@@ -89,13 +91,17 @@ def step_of(
                 errors = (problem.measured[rows] - predicted[rows]) / noise.level(signal)
                 squares[k, s] = float(np.mean(np.minimum(errors**2, 1e6)))
     by_fold = np.sqrt(np.nanmean(squares, axis=1))
-    helps = None
-    if before is not None:
-        gained = np.array(before.by_fold) ** 2 - by_fold**2
-        weights = np.random.default_rng(seed).dirichlet(np.ones(gained.size), _HELPS)
-        helps = float(np.mean(weights @ gained > 0.0))
-    rms = float(np.sqrt(np.nanmean(squares)))
-    return Step(name=name, rms=rms, by_fold=tuple(by_fold.tolist()), helps=helps, unknowns=unknowns)
+    rms, own = float(np.sqrt(np.nanmean(squares))), foreseen(noise, predicted)
+    helps = None if before is None else helps_by(own - before.foreseen, seed)
+    return Step(
+        name=name, rms=rms, by_fold=tuple(by_fold.tolist()), foreseen=own, helps=helps, unknowns=unknowns
+    )  # fmt: skip
+
+
+def helps_by(gained: Array, seed: int = 0) -> float:
+    """Return the probability that what made these runs more probable by so many nats, (F,), does so to a new one."""
+    weights = np.random.default_rng(seed).dirichlet(np.ones(gained.size), _HELPS)
+    return float(np.mean(weights @ gained > 0.0))
 
 
 def errors_of(

@@ -1,7 +1,7 @@
 """From a problem to weighed sets of effects: the search, their probabilities, and what the best one leaves."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
+from gap_diagnosis.how_far import held_out, helps_by
 from gap_diagnosis.offers import offers_of
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis, traces_of
+from system_identification.left_out import foreseen
 from system_identification.loose import columns_of, learned_levels, unsteady
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
@@ -53,6 +55,7 @@ class Investigation:
         search: the sets.
         left: what the best one leaves, and `unexplained`: which functions of states and inputs that is.
         left_by_none: what re-tuning alone leaves, under the same noise.
+        gained: evidence, nats, by which the best set exceeds the one without each of its effects.
         ahead: by effect of the best set, how much better it explains, in nats, what is left without it than functions
             of states and inputs, which have no name.
     """
@@ -61,7 +64,35 @@ class Investigation:
     left: Left
     left_by_none: Left
     unexplained: Discrepancy
+    gained: dict[str, float]
     ahead: dict[str, float]
+    _held: dict[tuple[str, ...], tuple[Array, Array]] = field(default_factory=dict, repr=False)
+
+    def held_out(self, found: Hypothesis) -> tuple[Array, Array]:
+        """Return predictions (R,) of every row by fits of a set that have not seen it, and their unknowns (F, K)."""
+        if found.keys not in self._held:
+            self._held[found.keys] = held_out(found)
+        return self._held[found.keys]
+
+    @cached_property
+    def as_stated(self) -> Array:
+        """Predictions with the parameters as they are stated, and the situations of the runs as fitted, (R,)."""
+        stated = self.none.fitted.x.copy()
+        stated[: len(self.none.system.names)] = 0.0
+        return np.asarray(self.none.system.predicted(stated))
+
+    @cached_property
+    def retuning_helps(self) -> float:
+        """Probability that re-tuned parameters make a new run more probable than those as stated."""
+        retuned = foreseen(self.noise, self.held_out(self.none)[0])
+        return helps_by(retuned - foreseen(self.noise, self.as_stated))
+
+    @cached_property
+    def helps(self) -> dict[str, float]:
+        """Probability that each effect of the best set makes a new run more probable, beside the others."""
+        whole = foreseen(self.noise, self.held_out(self.best)[0])
+        less = {key: self.search.weighed[frozenset(self.best.keys) - {key}] for key in self.best.keys}
+        return {key: helps_by(whole - foreseen(self.noise, self.held_out(h)[0])) for key, h in less.items()}
 
     @property
     def none(self) -> Hypothesis:
@@ -122,23 +153,19 @@ class Investigation:
         return taken / (taken + self.left.of(self.unexplained.explained)) if taken > 0.0 else 0.0
 
     @cached_property
-    def traces(self) -> dict[str, Array]:
-        """What each effect of the best set does to the rows (R,)."""
-        return traces_of(self.best.fitted, self.best.suspects)
-
-    @cached_property
     def resembling(self) -> dict[str, float]:
-        """Which share of what the effects of the best set do each of those does that only resembles what is at work.
+        """Which share of the evidence for the best set each of those effects has that only resembles what is at work.
 
-        Its size is not one size, or functions without a name would explain as much in its place.
+        Its size is not one size, functions without a name would explain as much in its place, or it does not help on
+        runs that were left out.
         """
         best = self.best
-        found = unsteady(best.fitted, best.noise, best.loose, self.traces) if best.suspects else {}
-        power = {key: self.left.of(trace) for key, trace in self.traces.items()}
+        found = unsteady(best.fitted, best.noise, best.loose, traces_of(best.fitted, best.suspects))
+        whole = sum(max(gained, 0.0) for gained in self.gained.values())
         return {
-            key: power[key] / sum(power.values())
+            key: max(self.gained[key], 0.0) / max(whole, 1e-9)
             for key, value in found.items()
-            if value > RULES.unsteady or self.ahead[key] < RULES.ahead
+            if value > RULES.unsteady or self.ahead[key] < RULES.ahead or self.helps[key] < RULES.helps
         }
 
     @property
@@ -162,12 +189,15 @@ def investigate(
     left = _left(best, healthy)
     none = left if not best.suspects else _left(search.none, healthy)
     unexplained = discrepancy(left.fitted, left.noise)
-    ahead, whole = {}, left.fitted.evidence + unexplained.evidence
+    gained, ahead = {}, {}
     for key, trace in traces_of(best.fitted, best.suspects).items():
         keys = frozenset(best.keys) - {key}
         less = none if not keys else _left(search.weighed[keys], healthy)
-        ahead[key] = whole - less.fitted.evidence - discrepancy(less.fitted, less.noise, trace).evidence
-    return Investigation(search=search, left=left, left_by_none=none, unexplained=unexplained, ahead=ahead)
+        gained[key] = left.fitted.evidence - less.fitted.evidence
+        ahead[key] = gained[key] + unexplained.evidence - discrepancy(less.fitted, less.noise, trace).evidence
+    return Investigation(
+        search=search, left=left, left_by_none=none, unexplained=unexplained, gained=gained, ahead=ahead
+    )
 
 
 def _healthy(found: Hypothesis) -> Whitener:

@@ -87,7 +87,7 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     if foreign or unknown > 0.5:
         verdict = "unknown"
     elif nothing:
-        verdict = "parameters" if _strained(found) else "no_gap"
+        verdict = "parameters" if _strained(found) and found.retuning_helps >= RULES.helps else "no_gap"
         if power(found.screened) < RULES.power and not logged:
             verdict, reason = "cannot_tell", "power"
     elif sure:

@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 PARAMETERS = "parameters"
 """All parameters together as one cause."""
 _DRAWS = 400
+_NONE = 0.02
+"""Share of the squared error as stated below which there is no gap to be shared."""
 
 
 class Share(NamedTuple):
@@ -59,6 +61,7 @@ def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 
     for each in system.series:
         weight[each.rows] = 1.0 / found.noise.level(each.signal)
     weight *= known
+    count = max(float(np.sum(weight > 0.0)), 1.0)
     if found.noise.wild is not None:
         weight /= found.noise.wild
     full = system.predicted(fitted.x)
@@ -85,6 +88,13 @@ def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 
         own = np.concatenate([everything[each.rows] for each in system.series if each.recording == run])
         grams.append(own.T @ own)
     n = len(names)
+    whole = np.sum(grams, axis=0)
+    total = whole[n, n] - whole[n + 1, n + 1] + whole[n + 2, n + 2]
+    if total < _NONE * whole[n, n]:
+        # Free runs of the best fit come no nearer than those as stated: nothing of the gap is explained.
+        worse = float(whole[n + 1, n + 1] > (1.0 + _NONE) * whole[n, n])
+        nothing = dict.fromkeys(names, Share(0.0, 0.0, 0.0))
+        return Budget(float(np.sqrt(max(total, 0.0) / count)), nothing, Share(worse, 0.0, worse))
     of = np.concatenate([np.full(p.size, k) for k, p in enumerate(places)])
     at = np.concatenate(places)
 
@@ -113,10 +123,7 @@ def budget_of(found: Hypothesis, as_stated: Array, nameless: Array, seed: int = 
     rest = 1.0 - draws.sum(axis=1)
     unexplained = Share(float(1.0 - central.sum()), float(np.percentile(rest, 5.0)), float(np.percentile(rest, 95.0)))
     made = {name: Share(float(central[k]), float(low[k]), float(high[k])) for k, name in enumerate(names)}
-    count = max(float(np.sum(weight > 0.0)), 1.0)
-    whole = np.sum(grams, axis=0)
-    total = whole[n, n] - whole[n + 1, n + 1] + whole[n + 2, n + 2]
-    return Budget(float(np.sqrt(max(total, 0.0) / count)), made, unexplained)
+    return Budget(float(np.sqrt(total / count)), made, unexplained)
 
 
 def _without_effects(fitted: Fitted, found: Hypothesis) -> Array:

@@ -4,16 +4,17 @@ A hypothesis is fitted to the rest and simulated freely over the whole run; what
 rest values, state at the start) is taken from a fit to all, for every hypothesis alike.
 """
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.fitting import Fitted, fit
-from system_identification.noise import Whitener
+from system_identification.noise import Whitener, tamed_squares
 from system_identification.system import System
 
-__all__ = ["FEWEST_RUNS", "LeftOut", "folds_of", "left_out"]
+__all__ = ["FEWEST_RUNS", "LeftOut", "folds_of", "foreseen", "left_out"]
 
 Array = NDArray[np.float64]
 FEWEST_RUNS = 3
@@ -58,3 +59,17 @@ def left_out(fitted: Fitted, noise: Whitener, local: NDArray[np.bool_]) -> LeftO
         predicted[~kept] = system.predicted(x)[~kept]
         unknowns.append(x)
     return LeftOut(predicted, np.array(unknowns).reshape(len(unknowns), fitted.x.size))
+
+
+def foreseen(noise: Whitener, predicted: Array) -> Array:
+    """Return the logarithm of the probability, nats up to a constant, of each run or part that was left out, (F,).
+
+    By innovations: what pushes a system in one run is no failing of a model. `predicted`: by fits that have not seen
+    the rows, (R,).
+    """
+    system = noise.system
+    folds = folds_of(system)
+    bare = replace(noise, loose=None)
+    white = bare.whiten(np.where(system.known, np.nan_to_num(system.measured - predicted), 0.0))
+    costs = tamed_squares(white)
+    return np.array([-0.5 * float(np.sum(costs[folds == k])) for k in range(int(folds.max()) + 1)])

@@ -135,6 +135,8 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str,
     By more than an equation may be off, up to as much as the effect itself: then another one is at work, which this one
     resembles.
     """
+    if not traces:
+        return {}
     groups = columns_of(fitted, {})
     runs, count = _runs(fitted)
     shapes = {key: _modulated(fitted, trace, runs, count) for key, trace in traces.items()}

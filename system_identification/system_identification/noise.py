@@ -15,7 +15,7 @@ from scipy.signal import lfilter
 from system_identification.kalman import driven_by, gains_of, innovations_of
 from system_identification.system import Linear, System
 
-__all__ = ["Caps", "Levels", "Whitener", "learned", "white_noise", "whitener"]
+__all__ = ["Caps", "Levels", "Whitener", "learned", "tamed_squares", "white_noise", "whitener"]
 
 Array = NDArray[np.float64]
 _MEMORIES = (0.3, 6.0)  # [s], of disturbances
@@ -231,6 +231,11 @@ def _moved(run: Linear, keep: float) -> Array:
     return out
 
 
+def tamed_squares(white: Array) -> Array:
+    """Return squares of white rows; beyond four deviations what grows as the logarithm of how far out they are."""
+    return np.minimum(white**2, _OUTLYING + 2.0 * np.log1p(np.maximum(white**2 - _OUTLYING, 0.0)))
+
+
 def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, taken: float = 0.0) -> Whitener:
     """Return the map with levels under which residuals (R,) are most likely, within caps, by Fisher scoring.
 
@@ -266,8 +271,7 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
     pulled = np.concatenate((np.zeros(s), np.full(2 * s + pushes + 1, _PULL)))
 
     def deviance(white: Array, logs: Array, z: Array) -> float:
-        square = np.minimum(white**2, _OUTLYING + 2.0 * np.log1p(np.maximum(white**2 - _OUTLYING, 0.0)))
-        return float(np.sum(square)) / share + float(np.sum(logs)) + float(pulled @ (z - centre) ** 2)
+        return float(np.sum(tamed_squares(white))) / share + float(np.sum(logs)) + float(pulled @ (z - centre) ** 2)
 
     low = np.log([caps.sensors[0]] * s + [_LEAST] * s + [_COLOURS[0]] * s + [_LEAST] * pushes + [_MEMORIES[0]])
     high = np.log(

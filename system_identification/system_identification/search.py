@@ -143,14 +143,22 @@ class _Searching:
     def score(self, found: Hypothesis) -> float:
         return _score(found, self.offered)
 
+    def trials_beside(self, current: Hypothesis) -> list[Trial]:
+        """Return what all other suspects do beside a set."""
+        keys = frozenset(current.keys)
+        if keys not in self.trials:
+            named = {each.effect for each in current.suspects}
+            suspects = [each for each in self.offer(current) if each.effect not in named or each.channel]
+            suspects = [self.thinned(each) for each in suspects if each.key not in keys]
+            self.offered = max(self.offered, len(suspects) + len(keys))
+            self.trials = {
+                keys: tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
+            }
+        return self.trials[keys]
+
     def look(self, current: Hypothesis) -> tuple[list[Rated], list[Rated]]:
         """Return all suspects beside a set, the likeliest first, and those that are worth a fit."""
-        named = {each.effect for each in current.suspects}
-        suspects = [each for each in self.offer(current) if each.effect not in named or each.channel]
-        suspects = [self.thinned(each) for each in suspects if each.key not in current.keys]
-        self.offered = max(self.offered, len(suspects) + len(current.suspects))
-        trials = tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
-        self.trials = {frozenset(current.keys): trials}
+        trials = self.trials_beside(current)
         ranked = rated(current.fitted, current.noise, trials)
         plain = rated(current.fitted, whitener(current.system, current.fitted.x), trials)
         ranked = [self.refined(current, each) for each in ranked]
@@ -232,7 +240,7 @@ class _Searching:
                 sensitivities=current.fitted.sensitivities[:, :nuisances],
             )
             fitted = fit(posed, current.noise, start, iterations=6, near=near, polish=False)
-        if np.max(np.abs(current.fitted.x[:nuisances])) > _FAR:
+        if np.max(np.abs(start[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             again = fit(posed, current.noise, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
             fitted = again if again.cost < fitted.cost else fitted
@@ -289,10 +297,8 @@ class _Searching:
             current = max(near, key=self.score)
             seen.add(frozenset(current.keys))
             self.progress(f"others than {', '.join(current.keys)}")
-            if frozenset(current.keys) not in self.trials:
-                self.look(current)
             tries = []
-            for suspects, start, _ in exchanges(current, self.trials[frozenset(current.keys)], _OTHERS):
+            for suspects, start, _ in exchanges(current, self.trials_beside(current), _OTHERS):
                 if frozenset(each.key for each in suspects) not in self.found:
                     tries.append(self.begun(current, suspects, start))
             self.weighed(current, tries)

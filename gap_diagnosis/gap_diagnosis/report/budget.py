@@ -49,8 +49,8 @@ def add_budget(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> 
         caption="What each cause takes of the squared gap between recordings and the simulator as stated.",
         notes=[
             "Share: Shapley value, noise and random disturbances set aside. Helps a new run: in how many re-drawn sets "
-            "of the runs left out the step makes the error smaller. Parameters and effects that they imitate "
-            "compensate each other: their intervals are wide."
+            "of the runs left out the cause makes these more probable, beside the others. Parameters and effects that "
+            "they imitate compensate each other: their intervals are wide."
         ],
     )
 

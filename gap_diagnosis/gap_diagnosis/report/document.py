@@ -65,7 +65,7 @@ def _add_notes(report: Report, found: Diagnosis) -> None:
 
 def _add_files(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> None:
     report.section("Take it with you")
-    if found.investigation is not None:
+    if found.improves:
         switched = [effect["id"] for effect in content["effects"]]
         what = f"with {', '.join(switched)} switched on" if switched else "without any effect"
         text = f"The parameter set, re-tuned within its stated deviations, {what}; simulator and fit read it."

@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from gap_diagnosis.vehicle.filtering import learned_from
+from gap_diagnosis.vehicle.filtering import learned_from, prepared
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.search import started
+from gap_diagnosis.vehicle.search import settled
 
 __all__ = ["baseline"]
 
 
 def baseline(model: Model, logs: Sequence[VehicleLog]) -> tuple[dict[Key, float], Noises]:
     """Return values of the nuisances, biases of single runs left out, and noises."""
-    runs, values = started(model, logs, nuisances(model, logs))
-    return {k: v for k, v in values.items() if k[0] not in ("gyro", "force")}, learned_from(runs)
+    runs, fit = settled(model, logs, nuisances(model, logs), prepared(model, logs, {}, rounds=0), (), {})
+    return {k: v for k, v in fit.values.items() if k[0] not in ("gyro", "force")}, learned_from(runs)

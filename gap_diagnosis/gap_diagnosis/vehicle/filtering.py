@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -84,9 +85,20 @@ def filtered(
     extra: Array | None = None,
 ) -> Filtered:
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
-    log = prepared.log
+    log = _shifted(prepared.log, values)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra)
+
+
+def _shifted(log: VehicleLog, values: Mapping[Key, float]) -> VehicleLog:
+    """Return a log whose commands act later by what the values say: a mean over a shifted period, exact where held."""
+    late = values.get(("late",), 0.0) / log.period
+    if late == 0.0:
+        return log
+    u = log.throttles
+    other = np.concatenate((u[:1], u[:-1])) if late > 0.0 else np.concatenate((u[1:], u[-1:]))
+    share = min(abs(late), 1.0)
+    return replace(log, throttles=(1.0 - share) * u + share * other)
 
 
 def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
@@ -142,13 +154,14 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
+    given, log = log, _shifted(log, values)
     A, H = _slopes_of(model, log, states, built)
     there = log.telling
     gains = filter_gains(A, H, there, noises, log.period)
     speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
     return Prepared(
-        log=log, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
+        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
     )  # fmt: skip
 
 
@@ -175,14 +188,18 @@ def prepared(
     first = start or _first_noises(model, logs)
     times = CORRELATION_TIMES if start is None and rounds > 0 else (first.time,)
     best: tuple[float, list[Prepared]] | None = None
-    for time in times:
+    for time, patient in product(times, (False, True) if start is None and rounds > 0 else (False,)):
         states: list[Array | None] = [None] * len(logs)
         noises = first._replace(time=time)
-        for _ in range(rounds):
+        for turn in range(rounds):
             found = _all_prepared(model, logs, noises, values, effects, states)
             states = [p.base.states if p.base.done else None for p in found]
-            lost = [p for p in found if not p.base.done]
-            noises = _looser(noises) if lost else _learned(model, found)
+            if all(p.base.done for p in found):
+                learned = _learned(model, found)
+                # sensors are believed at first: else a filter may learn to do without one of them, and stay there
+                noises = learned._replace(channels=noises.channels) if patient and turn < rounds - 1 else learned
+            else:
+                noises = _looser(noises)
         found = _all_prepared(model, logs, noises, values, effects, states)
         lost = [p for p in found if not p.base.done]
         score = -np.inf if lost else sum(log_likelihood(p) for p in found)

@@ -6,6 +6,7 @@ Unknowns are named by keys:
     ("own", group, i)            the same of one thruster, beside
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
+    ("late",)                    by which commands act later than they are stamped [s]
     ("power", name)              share by which voltage, idle or full current of the battery is larger
     ("nameless", axis, feature)  wrench on an axis in proportion to a feature of the motion [N, N m]
 """

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import GROUPS, Key, Model
-from gap_diagnosis.vehicle.rules import OWN, SHARED
+from gap_diagnosis.vehicle.rules import OWN, SHARED, TIMING
 
 __all__ = ["nuisances"]
 
@@ -43,6 +43,7 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
+    found["late",] = TIMING
     if any(log.there["battery"] for log in logs):
         found |= {("power", name): share for name, share in _POWER.items()}
     return found

@@ -1,41 +1,43 @@
-"""A hypothesis fitted without linearisation: its sizes anew at each step, nuisances by the columns that are known."""
+r"""Nuisances and effects fitted together without linearisation, by Gauss and Newton from columns made where the fit is.
 
-from collections.abc import Sequence
+With x all unknowns in their deviations and r the whitened innovations,
+
+    x <- x - (J^T J + W)^-1 (J^T r + W x),     log p = -1/2 r^T r - 1/2 x^T W x - 1/2 log |J^T J + 1|
+
+W is 1 but for sizes whose neutral value is infinite, where it is 0. Columns are not those of where the search began:
+what a nuisance took over before an effect was there (a thrust smaller by 15 of its deviations) it gives back only along
+columns that know of the effect. What the data tell is the product of both: a whole step along that curved valley ends
+uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed.
+"""
+
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.gram import Gram
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.screening import Screen
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
-__all__ = ["Refined", "refined"]
+__all__ = ["Fit", "Problem", "Refined"]
 
 Array = NDArray[np.float64]
-_STEPS = 4
 _GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturation": (4.0, 3.0, 2.5, 2.0, 1.5, 1.0)}
+_SHARES = (0.5, 0.2, 0.05)
+_ENOUGH = 0.1
+"""Gain in log likelihood below which a step is the last one along its columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Refined:
-    """A hypothesis at its most likely point.
-
-    Attributes:
-        hypothesis: which.
-        sizes: of its parameters; deviations: of them.
-        shifts: of the nuisances, in their deviations, beside the screen's point.
-        log_evidence: as `gram.evidence` has it.
-    """
+    """A hypothesis with its most likely sizes and their deviations, one for each of its parameters."""
 
     hypothesis: Hypothesis
     sizes: tuple[float, ...]
     deviations: tuple[float, ...]
-    shifts: Array
-    log_evidence: float
 
     @property
     def active(self) -> ActiveVehicleEffect:
@@ -43,93 +45,220 @@ class Refined:
         return self.hypothesis.active(self.sizes)
 
 
-def refined(
-    screen: Screen, gram: Gram, nuisances: dict[Key, float], h: Hypothesis, start: Sequence[float], moved: Array
-) -> Refined:
-    """Return a hypothesis fitted from these sizes.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Fit:
+    """The most likely point of a set of effects.
 
-    Args:
-        screen: the point around which is fitted.
-        gram: with the nuisances as its first, kept columns.
-        nuisances: deviations by key, in the order of these columns.
-        h, start: what is fitted, and from where.
-        moved: where the screen's own point lies in the nuisances' deviations, (m,).
+    Attributes:
+        effects: in order.
+        values: of the nuisances; moved: the same in their deviations, (m,).
+        log_evidence: as `gram.evidence` has it, with priors about the model's own numbers.
+        scatter: by how much more than expected the scores of the last effect vary from block to block, 1 or more.
+        columns: (rows, n) of each run at this point: nuisances, then sizes.
     """
-    m = len(nuisances)
-    sizes, shifts = _start(screen, h, start), np.zeros(m)
-    scale = np.array(h.scale)
-    off = np.array([0.0] * len(sizes))
-    r, score = _scored(screen, nuisances, h, sizes, shifts, moved)
-    H = np.eye(m + len(sizes))
-    for _ in range(_STEPS):
-        J = _columns(screen, nuisances, h, sizes, shifts, r)
-        A, b = np.zeros((m + len(sizes),) * 2), np.zeros(m + len(sizes))
-        for k, each in enumerate(r):
-            full = np.concatenate((gram.kept[k], J[k]), axis=1)
-            A += np.asarray(full.T @ full, dtype=np.float64)
-            b -= np.asarray(full.T @ each.astype(np.float32), dtype=np.float64)
-        H = A + np.eye(len(A))
-        b[:m] -= moved + shifts
-        if len(sizes):
-            b[m:] -= (np.array(sizes) - off) / scale
-        step = np.linalg.solve(H, b)
-        better = False
-        for share in (1.0, 0.5, 0.2):
-            tried = tuple(np.clip(np.array(sizes) + share * step[m:] * scale, h.lower, h.upper)) if sizes else ()
-            there = shifts + share * step[:m]
-            r_new, new = _scored(screen, nuisances, h, tried, there, moved)
-            if new > score + 1e-3:
-                better = new > score + 0.1
-                sizes, shifts, r, score = tried, there, r_new, new
+
+    effects: tuple[Refined, ...]
+    values: dict[Key, float]
+    moved: Array
+    log_evidence: float
+    scatter: float
+    columns: tuple[NDArray[np.float32], ...]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Problem:
+    """What is fitted to which recordings.
+
+    Attributes:
+        screen: model and recordings; its own point does not matter here.
+        nuisances: deviations by key.
+        effects: those that are on.
+    """
+
+    screen: Screen
+    nuisances: Mapping[Key, float]
+    effects: tuple[Hypothesis, ...]
+
+    def fit(self, moved: Array, sizes: Sequence[tuple[float, ...]], columns: Sequence[NDArray[np.float32]] = ()) -> Fit:
+        """Return the fit from a point.
+
+        Args:
+            moved: nuisances in their deviations, (m,).
+            sizes: of each effect.
+            columns: of the nuisances and of all effects but the last one, made nearby, (rows, m + ...) of each run: a
+                quick fit along these, to see which deserves a whole one. None: made anew at each step.
+        """
+        x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
+        x = self._held(x)
+        r, score = self._scored(x)
+        best, uphill = (score, x, r), False
+        here: Array = np.zeros(len(x))
+        made: Array | None = None
+        J: list[NDArray[np.float32]] = []
+        for _ in range(rules.FIT_STEPS):
+            J, made = self._columns(x, r, columns), x
+            H, slope = self._normal(J, r, x)
+            step: Array = np.linalg.solve(H + np.diag(self._weight), -slope).astype(np.float64)
+            if not uphill and -0.5 * float(slope @ step) < _ENOUGH:
                 break
-        if not better:
-            break
-    _, log_det = np.linalg.slogdet(H)
-    spread = np.sqrt(np.diag(np.linalg.inv(H))[m:]) * scale if sizes else np.zeros(0)
-    return Refined(
-        hypothesis=h, sizes=tuple(map(float, sizes)), deviations=tuple(map(float, spread)), shifts=shifts,
-        log_evidence=score - 0.5 * float(log_det),
-    )  # fmt: skip
+            if not uphill:
+                here = step
+            x = self._held(x + step)
+            r, score = self._scored(x)
+            if score > best[0]:
+                gained, best, uphill = score - best[0], (score, x, r), False
+                if gained < _ENOUGH:
+                    break
+                continue
+            if not uphill and not columns:
+                uphill = True
+                continue
+            # neither the step nor a second one from its end: go back, and less far
+            uphill, before = False, best
+            for share in _SHARES:
+                x = self._held(before[1] + share * here)
+                r, score = self._scored(x)
+                if score > before[0]:
+                    best = (score, x, r)
+                    break
+            if best[0] - before[0] < _ENOUGH:
+                break
+        score, x, r = best
+        if x is not made:
+            J = self._columns(x, r, columns)
+        H, _ = self._normal(J, r, x)
+        H += np.eye(len(x))
+        _, log_det = np.linalg.slogdet(H)
+        spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
+        return Fit(
+            effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
+            log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
+        )  # fmt: skip
+
+    def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
+        """Return the log likelihood at a point, priors included."""
+        x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
+        return self._scored(self._held(x))[1]
+
+    def grid_start(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
+        """Return where the last effect's size begins that has no finite neutral value; the others' sizes are given."""
+        grid = _GRIDS[self.effects[-1].effect]
+        return max(((s,) for s in grid), key=lambda s: self.score(moved, [*sizes, s]))
+
+    @property
+    def _scale(self) -> list[float]:
+        return [d for h in self.effects for d in h.scale]
+
+    @property
+    def _weight(self) -> Array:
+        own = [0.0 if h.effect in _GRIDS else 1.0 for h in self.effects for _ in h.scale]
+        return np.concatenate((np.ones(len(self.nuisances)), own))
+
+    def _held(self, x: Array) -> Array:
+        """Return a point whose sizes are within their ranges."""
+        m, x = len(self.nuisances), x.copy()
+        lower = [v for h in self.effects for v in h.lower]
+        upper = [v for h in self.effects for v in h.upper]
+        scale = np.array(self._scale)
+        x[m:] = np.clip(x[m:] * scale, lower, upper) / scale
+        return x
+
+    def _values(self, x: Array) -> dict[Key, float]:
+        return {k: float(s) * d for (k, d), s in zip(self.nuisances.items(), x, strict=False)}
+
+    def _sizes(self, x: Array) -> list[tuple[float, ...]]:
+        at, out = len(self.nuisances), []
+        for h in self.effects:
+            out.append(tuple(float(v) * d for v, d in zip(x[at:], h.scale, strict=False)))
+            at += len(h.scale)
+        return out
+
+    def _refined(self, x: Array, spread: Array) -> tuple[Refined, ...]:
+        at, out = 0, []
+        for h, sizes in zip(self.effects, self._sizes(x), strict=True):
+            own = tuple(float(v) * d for v, d in zip(spread[at:], h.scale, strict=False))
+            out.append(Refined(hypothesis=h, sizes=sizes, deviations=own))
+            at += len(h.scale)
+        return tuple(out)
+
+    def _residual(self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None) -> Array:
+        on = self.effects if effects is None else effects
+        active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
+        return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
+
+    def _scored(self, x: Array) -> tuple[list[Array], float]:
+        r = [self._residual(k, x) for k in range(len(self.screen.runs))]
+        return r, -0.5 * sum(float(each @ each) for each in r) - 0.5 * float(self._weight @ x**2)
+
+    def _columns(self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+        """Return the columns of all unknowns at a point; `known`: those of the first ones, taken as they are."""
+        steps = np.concatenate(
+            (
+                np.full(len(self.nuisances), 0.2),
+                [0.5 * p / s for h in self.effects for p, s in zip(h.probe, h.scale, strict=True)],
+            )
+        )
+        keys = list(self.nuisances)
+        first = known[0].shape[1] if known else 0
+        out = []
+        for k, each in enumerate(r):
+            J = np.zeros((each.size, len(x)), dtype=np.float32)
+            if known:
+                J[:, :first] = known[k]
+            for j in range(first, len(x)):
+                if j < len(keys) and keys[j][0] in ("gyro", "force") and keys[j][1] != k:
+                    continue
+                for step in (steps[j], -steps[j]):
+                    there = x.copy()
+                    there[j] += step
+                    there = self._held(there)
+                    if abs(there[j] - x[j]) > 0.5 * abs(step):
+                        J[:, j] = (self._residual(k, there) - each) / (there[j] - x[j])
+                        break
+            out.append(J)
+        return out
+
+    def _normal(self, J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array) -> tuple[Array, Array]:
+        """Return J^T J and the slope J^T r + W x."""
+        H, slope = np.zeros((len(x), len(x))), self._weight * x
+        for each, residual in zip(J, r, strict=True):
+            full = each.astype(np.float64)
+            H += full.T @ full
+            slope += full.T @ residual
+        return H, slope
+
+    def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]]) -> float:
+        """Return the variance of block scores of the last effect's columns over the expected one; see `Gram.scatter`.
+
+        The numbers r are those with the effect on: where it explains them, its scores scatter by chance alone.
+        """
+        if not self.effects:
+            return 1.0
+        count = len(self.effects[-1].scale)
+        rest = len(x) - count
+        if count:
+            own = [each[:, rest:] for each in J]
+        else:
+            off = [self._residual(k, x, self.effects[:-1]) for k in range(len(r))]
+            own = [(a - b)[:, None].astype(np.float32) for a, b in zip(r, off, strict=True)]
+        A = sum((each[:, :rest].T @ each[:, :rest] for each in J), np.zeros((rest, rest))) + np.eye(rest)
+        B = sum((a[:, :rest].T @ b for a, b in zip(J, own, strict=True)), np.zeros((rest, own[0].shape[1])))
+        shadow = np.linalg.solve(A, B)
+        width = round(rules.BLOCK / self.screen.runs[0].log.period) * self.screen.residual(0).shape[1]
+        scores, squares = [], []
+        for a, b, residual in zip(J, own, r, strict=True):
+            v = b - a[:, :rest] @ shadow
+            edges = np.arange(0, len(v), width)
+            scores.append(np.add.reduceat(v * residual[:, None], edges))
+            squares.append(np.add.reduceat(v * v, edges))
+        s, q = np.concatenate(scores), np.concatenate(squares)
+        total = q.sum(axis=0)
+        seen = total > 1e-6
+        if not seen.any():
+            return 1.0
+        around = ((s - s.sum(axis=0) / np.maximum(total, 1e-9) * q) ** 2).sum(axis=0)
+        return max(float(np.mean(around[seen] / total[seen])), 1.0)
 
 
-def _start(screen: Screen, h: Hypothesis, start: Sequence[float]) -> tuple[float, ...]:
-    if h.effect in _GRIDS:
-
-        def cost(size: float) -> float:
-            at = [screen.at(k, screen.values, (*screen.effects, h.active((size,)))) for k in range(len(screen.runs))]
-            return sum(float(np.sum(r**2)) for r in at)
-
-        return (min(_GRIDS[h.effect], key=cost),)
-    return tuple(float(np.clip(s, a, b)) for s, a, b in zip(start, h.lower, h.upper, strict=True))
-
-
-def _values(screen: Screen, nuisances: dict[Key, float], shifts: Array) -> dict[Key, float]:
-    return {k: screen.values.get(k, 0.0) + float(s) * d for (k, d), s in zip(nuisances.items(), shifts, strict=True)}
-
-
-def _scored(
-    screen: Screen, nuisances: dict[Key, float], h: Hypothesis, sizes: Any, shifts: Array, moved: Array
-) -> tuple[list[Array], float]:  # fmt: skip
-    values = _values(screen, nuisances, shifts)
-    effects = (*screen.effects, h.active(tuple(sizes)))
-    r = [np.clip(np.nan_to_num(screen.at(k, values, effects)), -50.0, 50.0).ravel() for k in range(len(screen.runs))]
-    prior = float(np.sum((moved + shifts) ** 2))
-    if h.effect not in _GRIDS:
-        prior += float(np.sum((np.array(sizes) / np.array(h.scale)) ** 2)) if sizes else 0.0
-    return r, -0.5 * sum(float(x @ x) for x in r) - 0.5 * prior
-
-
-def _columns(
-    screen: Screen, nuisances: dict[Key, float], h: Hypothesis, sizes: tuple[float, ...], shifts: Array, r: list[Array]
-) -> list[NDArray[np.float32]]:  # fmt: skip
-    values = _values(screen, nuisances, shifts)
-    out = [np.zeros((x.size, len(sizes)), dtype=np.float32) for x in r]
-    for j in range(len(sizes)):
-        step = 0.5 * h.probe[j]
-        if sizes[j] + step > h.upper[j]:
-            step = -step
-        there = tuple(s + step if i == j else s for i, s in enumerate(sizes))
-        for k in range(len(r)):
-            new = np.nan_to_num(screen.at(k, values, (*screen.effects, h.active(there)))).ravel()
-            out[k][:, j] = (np.clip(new, -50.0, 50.0) - r[k]) * (h.scale[j] / step)
-    return out
+def _flat(sizes: Sequence[tuple[float, ...]]) -> list[float]:
+    return [s for each in sizes for s in each]

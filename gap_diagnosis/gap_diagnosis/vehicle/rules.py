@@ -57,3 +57,14 @@ WATCH_FORGET = 0.5
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
 model of it many small things differ, and none of them is what anybody would repair."""
+TURNS = 4
+"""At most, of fitting numbers and learning noises in turn: they settle in two or three unless something is wrong."""
+SETTLED = 2.0
+"""Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
+FIT_STEPS = 8
+"""Of Gauss and Newton, at most; they end where a step gains nothing. Set by reason."""
+FITTED_ANEW, FAR_BEHIND = 4, 20.0
+"""Candidates that are fitted along columns made anew at each step, and log evidence behind the best one of a quick fit
+from which on that cannot change the answer: odds of 1 to 5e8. Set by reason; no seeds were run for it."""
+TIMING = 0.003
+"""[s] Deviation of the instant at which commands act from their stamps: a driver's loop, a bus, half a sample."""

@@ -1,6 +1,6 @@
 """Which effects, and how sure: from screening over fits to a posterior over sets of effects, none and the nameless."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,10 +13,10 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.refining import Refined, refined
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
 
-__all__ = ["Found", "Stage", "search", "started"]
+__all__ = ["Found", "Stage", "search", "settled"]
 
 Array = NDArray[np.float64]
 _NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
@@ -27,28 +27,29 @@ class Stage:
     """What is known with a number of effects accepted.
 
     Attributes:
-        screen, gram: at their point; moved: of its nuisances, in deviations.
+        fit: of what is on; screen, gram: at its point; moved: of the nuisances there, in deviations.
         accepted: effects that are on, in order.
-        offered: hypotheses by their log posterior odds against nothing more, best first.
+        offered: hypotheses by their log posterior odds against nothing more, to first order, best first.
         nameless: nameless dependences by their gain in log evidence, best first.
-        log_evidence: of the recordings with what is on, comparable between stages.
     """
 
+    fit: Fit
     screen: Screen
     gram: Gram
     moved: Array
     accepted: tuple[Refined, ...]
     offered: tuple[tuple[float, Hypothesis], ...]
     nameless: tuple[tuple[float, Key], ...]
-    log_evidence: float
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
-    """All stages, the last one first to be believed; rivals of each accepted effect with log odds against it."""
+    """All stages, the last one to be believed; rivals of each accepted effect with log odds against it; left: what was
+    fitted in the last stage and not accepted, with log odds against nothing more, best first."""
 
     stages: tuple[Stage, ...]
     rivals: tuple[tuple[tuple[float, Refined], ...], ...]
+    left: tuple[tuple[float, Refined], ...]
     nuisances: dict[Key, float]
     tried: tuple[Hypothesis, ...]
 
@@ -76,109 +77,107 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    runs, values = started(model, logs, free)
-    accepted: tuple[Refined, ...] = ()
+    runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
     stages: list[Stage] = []
     rivals: list[tuple[tuple[float, Refined], ...]] = []
+    left: tuple[tuple[float, Refined], ...] = ()
     for depth in range(rules.MOST_EFFECTS + 1):
-        stage = _stage(model, runs, values, accepted, free, tried)
+        stage = _stage(model, runs, fit, free, tried)
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
-        if best[0] < np.log(rules.CLAIM) - 3.0 or depth == rules.MOST_EFFECTS:
+        left = ()
+        if best[0] < 0.0 or depth == rules.MOST_EFFECTS:
             break
         candidates = _refined(stage, free, tried)
+        left = tuple((odds, each.effects[-1]) for odds, each in candidates)
+        told(f"{depth} effects: fitted {left[0][0]:.1f} {left[0][1].hypothesis.words} {left[0][1].sizes}")
         if candidates[0][0] < np.log(rules.CLAIM):
             break
-        first = candidates[0][1]
-        rivals.append(tuple((odds - candidates[0][0], each) for odds, each in candidates[1:]))
-        accepted = (*accepted, first)
-        values = {k: values.get(k, 0.0) + float(s) * d for (k, d), s in zip(free.items(), first.shifts, strict=True)}
+        rivals.append(tuple((odds - left[0][0], each) for odds, each in left[1:]))
+        accepted, values = candidates[0][1].effects, candidates[0][1].values
         runs = prepared(model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=3)
-    return Found(stages=tuple(stages), rivals=tuple(rivals), nuisances=free, tried=tuple(tried))
+        runs, fit = settled(model, logs, free, runs, accepted, values)
+    return Found(stages=tuple(stages), rivals=tuple(rivals), left=left, nuisances=free, tried=tuple(tried))
 
 
-def started(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float]
-) -> tuple[list[Prepared], dict[Key, float]]:
-    """Return the recordings with gains whose noises were learned once parameters and biases had been fitted."""
-    runs = prepared(model, logs, {}, start=None, rounds=0)
-    values: dict[Key, float] = {}
-    for turn in range(2):
-        screen = Screen(model=model, runs=runs, values=values)
-        gram = gathered(screen.residuals(), [screen.of_nuisance(k, d) for k, d in free.items()])
-        centre = {j: -values.get(k, 0.0) / d for j, (k, d) in enumerate(free.items())}
-        shifts, _ = solution(gram, range(len(free)), centre=centre)
-        tried = {k: values.get(k, 0.0) + float(s) * d for (k, d), s in zip(free.items(), shifts, strict=True)}
-        before, after = (_size(Screen(model=model, runs=runs, values=v)) for v in (values, tried))
-        values = tried if after < before else values
-        runs = prepared(model, logs, values, rounds=4 if turn == 0 else 2)
-    return runs, values
+def settled(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    accepted: Sequence[Refined], values: Mapping[Key, float],
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
+
+    Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
+    too near to what was believed, and noises learned there too large.
+    """
+    problem = tuple(a.hypothesis for a in accepted)
+    moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
+    sizes = [a.sizes for a in accepted]
+    for turn in range(rules.TURNS):
+        screen = Screen(model=model, runs=runs, values={})
+        before = Problem(screen=screen, nuisances=free, effects=problem).score(moved, sizes)
+        fit = Problem(screen=screen, nuisances=free, effects=problem).fit(moved, sizes)
+        after = Problem(screen=screen, nuisances=free, effects=problem).score(fit.moved, [e.sizes for e in fit.effects])
+        moved, sizes = fit.moved, [e.sizes for e in fit.effects]
+        if turn > 0 and after - before < rules.SETTLED:
+            break
+        afresh = turn == 0 and not accepted
+        start = None if afresh else learned_from(runs)
+        runs = prepared(
+            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else 2
+        )
+    else:
+        fit = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=problem).fit(
+            moved, sizes
+        )
+    return runs, fit
 
 
-def _size(screen: Screen) -> float:
-    r = [np.clip(np.nan_to_num(x), -50.0, 50.0) for x in screen.residuals()]
-    return sum(float(x @ x) for x in r)
-
-
-def _log_det(runs: Sequence[Prepared]) -> float:
-    """Return the sum of log deviations of all readings, by which likelihoods under different noises compare."""
-    total = 0.0
-    for p in runs:
-        total += 0.5 * p.gains.log_determinant
-        total += float(np.sum(np.log(p.spread)[np.isfinite(p.log.speeds)]))
-        total += float(np.sum(np.isfinite(p.log.battery) * np.log(p.noises.battery)))
-    return total
-
-
-def _stage(
-    model: Model, runs: list[Prepared], values: dict[Key, float], accepted: tuple[Refined, ...], free: dict[Key, float],
-    tried: Sequence[Hypothesis],
-) -> Stage:  # fmt: skip
-    screen = Screen(model=model, runs=runs, values=values, effects=tuple(a.active for a in accepted))
-    columns = [screen.of_nuisance(k, d) for k, d in free.items()]
-    m = len(columns)
-    own: list[int] = []
+def _stage(model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]) -> Stage:
+    screen = Screen(model=model, runs=runs, values=fit.values, effects=tuple(a.active for a in fit.effects))
+    m, known = len(free), fit.columns[0].shape[1]
+    names: list[object] = [
+        *free,
+        *(("accepted", a.hypothesis, p) for a in fit.effects for p in a.hypothesis.parameters),
+    ]
+    columns = [Column(name, 1.0, _known(screen, fit, j)) for j, name in enumerate(names)]
     places: dict[Hypothesis, list[int]] = {}
-    for each in accepted:
-        for j, name in enumerate(each.hypothesis.parameters):
-            own.append(len(columns))
-            columns.append(_derivative(screen, accepted, each, j, name))
-    used = {a.hypothesis.place for a in accepted}
+    used = {a.hypothesis.place for a in fit.effects}
     for h in tried:
         if h.place in used:
             continue
         new = screen.of_hypothesis(h)
         places[h] = list(range(len(columns), len(columns) + len(new)))
         columns += new
-    names = nameless_names(model)
+    nameless_of = nameless_names(model)
     first = len(columns)
-    columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in names]
+    columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in nameless_of]
     width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
-    gram = gathered(screen.residuals(), columns, keep=m, base=m + len(own), block=width)
-    moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
-    gram = _centred(gram, m, moved)
-    base = [*range(m), *own]
+    gram = gathered(screen.residuals(), columns, base=known, block=width)
+    sizes = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
+    gram = _centred(gram, np.concatenate((fit.moved, sizes)))
+    base = list(range(known))
     nothing = evidence(gram, base)
     offered = []
     for h, at in places.items():
         gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
         if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
             continue
-        offered.append((tempered(gain, gram, at) + log_prior(h, tried), h))
+        offered.append((gain + log_prior(h, tried), h))
     nameless = [
         (tempered(evidence(gram, [*base, first + j]) - nothing, gram, [first + j]), name)
-        for j, name in enumerate(names)
+        for j, name in enumerate(nameless_of)
     ]
     offered.sort(key=lambda each: -each[0])
     nameless.sort(key=lambda each: -each[0])
-    # the prior of accepted sizes is about zero, not about where they are
-    gone = sum(float(np.sum((np.array(a.sizes) / np.array(a.hypothesis.scale)) ** 2)) for a in accepted if a.sizes)
-    total = nothing - 0.5 * float(moved @ moved) - 0.5 * gone - _log_det(runs)
     return Stage(
-        screen=screen, gram=gram, moved=moved, accepted=accepted, offered=tuple(offered), nameless=tuple(nameless),
-        log_evidence=total,
+        fit=fit, screen=screen, gram=gram, moved=fit.moved[:m], accepted=fit.effects, offered=tuple(offered),
+        nameless=tuple(nameless),
     )  # fmt: skip
+
+
+def _known(screen: Screen, fit: Fit, j: int) -> Callable[[int], Array]:
+    return lambda k: fit.columns[k][:, j].astype(np.float64)
 
 
 def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
@@ -186,49 +185,52 @@ def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
     return gain / float(np.mean(gram.scatter[list(at)])) if gain > 0.0 else gain
 
 
-def _centred(gram: Gram, m: int, moved: Array) -> Gram:
-    """Return products whose nuisances have priors about the model's own numbers, not about the screen's point."""
+def _centred(gram: Gram, moved: Array) -> Gram:
+    """Return products whose first columns have priors about the model's own numbers, not about the screen's point."""
     b = gram.b.copy()
-    b[:m] -= moved
+    b[: moved.size] -= moved
     return replace(gram, b=b)
 
 
-def _derivative(screen: Screen, accepted: Sequence[Refined], each: Refined, j: int, name: str) -> Column:
-    h = each.hypothesis
-    others = tuple(a.active for a in accepted if a is not each)
-    step = 0.5 * h.probe[j]
-    if each.sizes[j] + step > h.upper[j]:
-        step = -step
-    there = tuple(s + step if i == j else s for i, s in enumerate(each.sizes))
-
-    def change(k: int) -> Array:
-        moved = screen.at(k, screen.values, (*others, h.active(there)))
-        return (moved - screen.residual(k)) * (h.scale[j] / step)
-
-    return Column(("accepted", h, name), 1.0, change)
-
-
-def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Refined]]:
-    """Return the best hypotheses, fitted, with log odds against nothing more, best first."""
-    m = len(free)
-    base = [
-        j for j, name in enumerate(stage.gram.names) if j < m or (isinstance(name, tuple) and name[0] == "accepted")
-    ]
-    nothing = evidence(stage.gram, base)
-    found = []
+def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Fit]]:
+    """Return the best hypotheses, fitted with all that is on, with log odds against nothing more, best first."""
+    names, on = stage.gram.names, stage.fit.effects
+    known = range(stage.fit.columns[0].shape[1])
+    nothing = stage.fit.log_evidence
+    quick = []
     for _, h in stage.offered[: rules.REFINED]:
-        at = [j for j, name in enumerate(stage.gram.names) if isinstance(name, tuple) and name[0] == h]
-        start: tuple[float, ...] = ()
-        if not h.switch:
-            x, _ = solution(stage.gram, [*base, *at])
-            own = x[len(base) :] * np.array(h.scale)
-            if h.carrier and abs(own[0]) > 1e-9:
-                own[1:] = own[1:] * h.scale[0] / own[0]
-            start = tuple(own)
-        fit = refined(stage.screen, stage.gram, free, h, start, stage.moved)
-        gain = fit.log_evidence + 0.5 * float(stage.moved @ stage.moved) - nothing
-        found.append((tempered(gain, stage.gram, at) + log_prior(h, tried), fit))
+        problem = Problem(screen=stage.screen, nuisances=free, effects=(*(a.hypothesis for a in on), h))
+        at = [j for j, name in enumerate(names) if isinstance(name, tuple) and name[0] == h]
+        x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
+        starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
+        start = max(starts, key=lambda there: problem.score(*there))
+        quick.append((problem.fit(*start, stage.fit.columns), problem))
+    quick.sort(key=lambda each: -each[0].log_evidence)
+    found = []
+    for place, (fit, problem) in enumerate(quick):
+        if place < rules.FITTED_ANEW and fit.log_evidence > quick[0][0].log_evidence - rules.FAR_BEHIND:
+            fit = problem.fit(fit.moved, [e.sizes for e in fit.effects])
+        gain = fit.log_evidence - nothing
+        found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + log_prior(problem.effects[-1], tried), fit))
     return sorted(found, key=lambda each: -each[0])
+
+
+def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> tuple[Array, list[tuple[float, ...]]]:
+    """Return (nuisances, sizes) to fit from: the stage's point, moved by x in deviations."""
+    m = len(stage.moved)
+    moved, at, sizes = stage.moved + x[:m], m, []
+    for a in stage.fit.effects:
+        own = zip(a.sizes, x[at:], a.hypothesis.scale, strict=False)
+        sizes.append(tuple(s + float(v) * d for s, v, d in own))
+        at += len(a.sizes)
+    if h.switch:
+        return moved, [*sizes, ()]
+    if h.effect in ("throttle_rate_limit", "throttle_saturation"):
+        return stage.moved, [*sizes, problem.grid_start(stage.moved, sizes)]
+    own_sizes = x[at:] * np.array(h.scale)
+    if h.carrier and abs(own_sizes[0]) > 1e-9:
+        own_sizes[1:] = own_sizes[1:] * h.scale[0] / own_sizes[0]
+    return moved, [*sizes, tuple(map(float, own_sizes))]
 
 
 def residual_correlation(runs: Sequence[Prepared]) -> Array:

@@ -63,7 +63,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     accepted = [(a, r) for a, r in zip(last.accepted, found.rivals, strict=True) if worth_claiming(a)]
     claims = tuple(_claim(a, r) for a, r in accepted)
     small = tuple(a for a in last.accepted if not worth_claiming(a))
-    best = last.offered[0][0] if last.offered else -np.inf
+    best = found.left[0][0] if found.left else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
     nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
     total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
@@ -91,9 +91,9 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     else:
         name = "no_gap"
     return Verdict(
-        name=name, claims=claims, candidates=tuple(last.offered[:15]), p_none=p_none, p_unknown=p_unknown,
-        shifted=shifted, left=tuple(nameless[:5]), hidden=_hidden(found), wrench=wrench,
-        summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
+        name=name, claims=claims, candidates=tuple((o, r.hypothesis) for o, r in found.left),
+        p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]), hidden=_hidden(found),
+        wrench=wrench, summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
     )  # fmt: skip
 
 
@@ -122,8 +122,8 @@ def _nameless_is_better(found: Found) -> bool:
 def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
     last = found.stages[-1]
     m = len(found.nuisances)
-    x, covariance = solution(last.gram, range(m))
-    moved = last.moved + x
+    x, covariance = solution(last.gram, range(last.fit.columns[0].shape[1]))
+    moved = last.moved + x[:m]
     rows = [
         (key, float(moved[j]), float(np.sqrt(covariance[j, j])))
         for j, key in enumerate(found.nuisances)
@@ -178,7 +178,7 @@ def _summary(
         named = ", ".join(f"{'.'.join(map(str, k[1:]))} by {s:+.1f} deviations" for k, s, _ in shifted[:3])
         says.append(f"Parameters beyond their stated deviations explain the gap: {named}.")
     if name == "cannot_tell" and not claims:
-        says.append(f"Something may be there, but not surely: {found.stages[-1].offered[0][1].words} is the nearest.")
+        says.append(f"Something may be there, but not surely: {found.left[0][1].hypothesis.words} is the nearest.")
     if nameless:
         _, axis, feature = nameless[0][1]
         says.append(f"What is left acts on {axis} and goes with {feature}: no effect of the library does that.")

@@ -40,10 +40,14 @@ def test_a_loss_of_thrust_is_named_on_its_thruster(lossy: Diagnosed) -> None:
     assert (first["id"], first["thruster"]) == ("thrust_loss", 2)
 
 
-@pytest.mark.xfail(strict=True, reason="the size comes out as 0.30 with a deviation of 0.019; the cause is not known")
 def test_the_size_of_a_loss_of_thrust_lies_within_its_deviations(lossy: Diagnosed) -> None:
     size = lossy.content["effects"][0]["parameters"]["share"]
-    assert abs(size["value"] - 0.4) < max(4.0 * size["std"], 0.05)
+    assert abs(size["value"] - 0.4) < 3.0 * size["std"] < 0.12
+
+
+def test_what_a_nuisance_took_over_before_the_effect_was_there_it_gives_back(lossy: Diagnosed) -> None:
+    thrust = [p for name, p in lossy.content["retuned_parameters"].items() if name.startswith("thrust")]
+    assert all(abs(p["deviations"]) < 4.0 for p in thrust)
 
 
 def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed, tmp_path: Path) -> None:

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gap_diagnosis.vehicle.blind.draws import drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import scored, table
@@ -66,12 +68,18 @@ def _case(seed: int, kind: str | None) -> dict[str, Any]:
         logs = []
         for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
             logs.append(read_log(write_run(Path(folder) / f"run_{k}", topics), model.thrusters))
-    content = diagnosed(model, logs, {}, how_far=False).content
+    found = diagnosed(model, logs, {}, how_far=False)
+    content, least = found.content, {(h.effect, h.thruster, h.other, h.axis): s for h, s in found.verdict.hidden}
     hidden = [{"id": e, **place, "sizes": dict(sizes)} for e, place, sizes in draw.effects]
+    shown = []
+    for e, place, sizes in draw.effects:
+        size = max((abs(s) for s in sizes.values()), default=np.inf)
+        shown.append(bool(size > least.get((e, place.get("thruster"), place.get("other"), place.get("axis")), 0.0)))
     return {
         "seed": seed, "vehicle": draw.vehicle, "hidden": hidden, "outside": draw.outside, "missing": draw.missing,
-        "wrench": draw.wrench, "noise": draw.noise, "kinds": draw.kinds, "wiring": content["wiring"]["verdict"],
-        "marks": scored(hidden, draw.outside, content), "summary": content["summary"],
+        "wrench": draw.wrench, "noise": draw.noise, "kinds": draw.kinds, "shown": shown,
+        "wiring": content["wiring"]["verdict"], "marks": scored(hidden, draw.outside, content),
+        "summary": content["summary"],
     }  # fmt: skip
 
 

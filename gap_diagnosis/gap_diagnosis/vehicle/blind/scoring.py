@@ -76,6 +76,7 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
 
     one, none, pair, outside = of("one"), of("none"), of("pair"), of("outside")
     every = [c["marks"] for c in cases]
+    shown = [c["marks"] for c in cases if c["marks"]["kind"] == "one" and all(c.get("shown", ()))]
     poor = [c["marks"] for c in cases if "tachometer" in c["missing"] and c["marks"]["kind"] == "one"]
     places = [m["thruster"] for m in every if m["thruster"] is not None]
     sizes = np.array([s for m in every for s in m["sizes"]]).reshape(-1, 3)
@@ -83,6 +84,10 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     covered = int(np.sum(np.abs(sizes[:, 1] - sizes[:, 0]) <= 1.645 * sizes[:, 2])) if len(sizes) else 0
     return [
         ("one effect hidden: it alone is named, in its place", _share(sum(m["right"] for m in one), len(one))),
+        (
+            "the same, of those large enough to be claimed beside what is uncertain",
+            _share(sum(m["right"] for m in shown), len(shown)),
+        ),
         (
             "one effect hidden: it is among what is named or what that cannot be told from",
             _share(sum(m["within"] for m in one), len(one)),

@@ -1,0 +1,67 @@
+"""Fits of nuisances and effects together, on innovations whose answer is known without a vehicle."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.refining import Problem
+
+RNG = np.random.default_rng(3)
+BASIS, NOISE = RNG.normal(size=(4000, 1)), RNG.normal(size=(4000, 1))
+LOSS = Hypothesis(
+    effect="thrust_loss", thruster=0, parameters=("share",), scale=(0.3,), probe=(0.05,), lower=(-0.3,), upper=(1.0,)
+)
+THRUST = ("own", "thrust", 0)
+
+
+class Bilinear:
+    """In place of a `Screen`: thrust (1 + own) (1 - loss) against what a loss of 0.4 left, in 20ths of the noise."""
+
+    runs = (SimpleNamespace(log=SimpleNamespace(period=0.04)),)
+
+    def residual(self, k: int) -> Any:
+        return NOISE
+
+    def at(self, k: int, values: Any, effects: Any) -> Any:
+        left = 1.0 + values[THRUST]
+        for effect in effects:
+            left *= 1.0 - effect.sizes["share"]
+        return NOISE + 20.0 * (0.6 - left) * BASIS
+
+
+def problem() -> Problem:
+    return Problem(screen=Bilinear(), nuisances={THRUST: 0.02}, effects=(LOSS,))  # type: ignore[arg-type]
+
+
+def test_a_nuisance_gives_back_what_it_took_over_before_the_effect_was_there() -> None:
+    fit = problem().fit(np.array([-20.0]), [(0.0,)])
+    # by hand: of 0.4 lost, with deviations of 0.6 * 0.02 and 0.3, all but 1 part in 600 is the effect's
+    assert fit.effects[0].sizes[0] == pytest.approx(0.4, abs=2e-3)
+    assert abs(fit.moved[0]) < 0.2
+    assert fit.effects[0].deviations[0] == pytest.approx(0.6 * 0.02, rel=0.05)
+
+
+def test_the_evidence_is_that_of_where_the_fit_ends_wherever_it_began() -> None:
+    ends = [problem().fit(np.array([m]), [(s,)]).log_evidence for m, s in ((-20.0, 0.0), (0.0, 0.4), (5.0, 0.8))]
+    assert max(ends) - min(ends) < 0.05
+
+
+def test_a_size_does_not_leave_its_range() -> None:
+    narrow = Hypothesis(
+        effect="thrust_loss",
+        thruster=0,
+        parameters=("share",),
+        scale=(0.3,),
+        probe=(0.05,),
+        lower=(0.0,),
+        upper=(0.25,),
+    )
+    one = Problem(screen=Bilinear(), nuisances={THRUST: 0.02}, effects=(narrow,))  # type: ignore[arg-type]
+    assert one.fit(np.zeros(1), [(0.1,)]).effects[0].sizes[0] <= 0.25
+
+
+def test_scores_of_a_true_effect_scatter_by_chance_once_it_is_on() -> None:
+    assert problem().fit(np.zeros(1), [(0.3,)]).scatter < 1.6
