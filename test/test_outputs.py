@@ -85,7 +85,8 @@ def given(tmp_path_factory: pytest.TempPathFactory) -> Path:
     (folder / "log.csv").write_text(f"t,u,n\n{rows}")
     channels = "thruster_0/throttle.commanded: {column: u, unit: V}\nthruster_0/state.n: {column: n, unit: rad/s}\n"
     (folder / "map.yaml").write_text("time: {column: t}\n" + channels)
-    (folder / "programme.csv").write_text("time_s,throttle_V\n0,0\n1,2\n3,0\n")
+    steps = "".join(f"{0.04 * k:.2f},{2.0 * (k > 5):g}\n" for k in range(50))
+    (folder / "programme.csv").write_text("time_s,throttle_V\n" + steps)
     return folder
 
 

@@ -16,6 +16,7 @@ from rov_sim.bench_campaign import altered, run_campaign, run_programme
 from rov_sim.campaign_io import read_programme, write_bench_run
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
+from safe_files.whole_files_io import new_folder
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
@@ -53,16 +54,16 @@ def main(arguments: Sequence[str] | None = None, program: str = "bench_campaign"
             runs = run_campaign(truth, rng)
         else:
             runs = run_programme(truth, *read_programme(given.programme), rng)
-        given.out.mkdir(parents=True, exist_ok=True)
-        for run in runs:
-            metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
-            print(write_bench_run(run, given.out, metadata))
-        write_parameter_set(truth, given.out / "truth.yaml")
+        metadata = {"generator": "rov_sim bench_campaign", "seed": given.seed, "parameter_set": truth.source}
+        with new_folder(given.out) as folder:
+            names = [write_bench_run(run, folder, metadata).name for run in runs]
+            write_parameter_set(truth, folder / "truth.yaml")
+        print("\n".join(str(given.out / name) for name in names))
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("interrupted: the runs written so far are complete", file=sys.stderr)
+        print("interrupted: nothing was written", file=sys.stderr)
         return 130
     return 0
 

@@ -7,13 +7,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from rov_sim.experiment_scores import Experiment, Recorded, experiment_of
 from run_bag import MissingTopicError, Run, read_run
 from run_bag.report import Axis, Column, Panel, Report, Series, time_series
 from thruster_control.scores import Scores
+from thruster_model.identification.speed_sign import signed_speed
 
-__all__ = ["build_report", "dump_scores", "read_experiment"]
+__all__ = ["build_report", "dump_scores", "read_experiment", "verdict"]
 
 _LOADS = ("daq/{}/load.wrench.force.x", "{}/load.wrench.force.x")
 _TOPICS = (
@@ -78,6 +80,9 @@ def build_report(run: Run, found: Experiment, about: Mapping[str, Any], *, thrus
         report.warning(sentence)
     if not found.scores.samples:
         report.warning("No load cell was recorded: there is no measured score.")
+    report.section("Verdict")
+    report.paragraph(verdict(found))
+    _signals(report, run, found, thruster)
     report.section("Scores")
     columns: list[Column | str] = [
         "Thrust",
@@ -97,6 +102,23 @@ def build_report(run: Run, found: Experiment, about: Mapping[str, Any], *, thrus
         report.table(
             columns, rows, caption="Tracking error over the published windows; thrust as a mean over each period."
         )
+    return report
+
+
+def verdict(found: Experiment) -> str:
+    """Return how well the thrust followed its set point, and what to do, in a sentence or two."""
+    for scores, judge in ((found.scores, "the load cell"), (found.true_scores, "the simulator's truth")):
+        if scores.samples:
+            share = f" ({100.0 * scores.of_reference:.0f} % of its size)" if isfinite(scores.of_reference) else ""
+            return (
+                f"By {judge}, thrust missed its set point by {scores.rmse:.2g} N{share}, "
+                f"at most by {scores.largest:.2g} N. "
+                "Score another strategy on the same set point to see which follows better."
+            )
+    return "Nothing can be said about tracking: record a load cell, or the simulator's truth, beside the set point."
+
+
+def _signals(report: Report, run: Run, found: Experiment, thruster: int) -> None:
     report.section("Signals")
     thrust = [Series(name="set point", x=found.time, y=found.T_d, role="reference")]
     for name, values in (("load cell", found.load), ("truth", found.true)):
@@ -114,10 +136,9 @@ def build_report(run: Run, found: Experiment, about: Mapping[str, Any], *, thrus
             panels.append(Panel(axis=Axis(name=words, unit=unit, symbol=symbol), series=series))
     report.figure(
         time_series(panels),
-        caption="The run of 10 s: thrust, throttle, speed and flows. The measured speed is a magnitude.",
+        caption="The run of 10 s: thrust, throttle, speed, flows. A speed measured without sign has the throttle's.",
         alt="Wanted and measured thrust, throttle, rotor speed, axial and ambient flow over time; scores in the table.",
     )
-    return report
 
 
 def _series(run: Run, found: Experiment, name: str, channels: tuple[tuple[str, str], ...]) -> list[Series]:
@@ -130,5 +151,15 @@ def _series(run: Run, found: Experiment, name: str, channels: tuple[tuple[str, s
         inside = (time >= 0.0) & (time <= found.time[-1])
         role = {"measured": "data", "truth": "reference"}.get(label)
         options: dict[str, Any] = {} if role is None else {"role": role}
-        series.append(Series(name=label, x=time[inside], y=run[channel].values[inside], **options))
+        values = run[channel].values[inside]
+        if field == "state.n":
+            values = _with_sign(time[inside], values, found)
+        series.append(Series(name=label, x=time[inside], y=values, **options))
     return series
+
+
+def _with_sign(time: NDArray[np.float64], speed: NDArray[np.float64], found: Experiment) -> NDArray[np.float64]:
+    """Return a speed [rad/s] with the sign that the throttle gives it, where the tachometer knows none."""
+    if np.any(speed < 0.0) or not np.any(found.u < 0.0):
+        return speed
+    return signed_speed(time, speed, (found.time, found.u))

@@ -93,7 +93,9 @@ def _panel(run: Run, title: str, unit: str, names: list[str]) -> Panel:
         values = np.where(np.isinf(run[name].values), np.nan, run[name].values)
         label = part[1].strip(".") if part and len(names) > 1 else "recorded"
         lines.append(Series(name=label, x=run.time(name), y=values, role="fit" if len(names) > 1 else "data"))
-    return Panel(axis=Axis(name=title, unit={"1": "–", "": "unit unknown"}.get(unit, unit)), series=lines)
+    told = {"1": "–", "": "unit unknown"}.get(unit, unit)
+    last = title.rpartition(".")[2]  # the whole name, which stands above the panel, is longer than a panel is high
+    return Panel(axis=Axis(name=title, unit=told, symbol=last), series=lines)
 
 
 def _row(channel: Channel) -> list[object]:

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import os
 import secrets
-import shutil
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from mcap.writer import CompressionType, Writer
+
+from safe_files.whole_files_io import new_folder
 
 from .bag_folder import bag_files, losses
 from .errors import CannotWriteError, RunError
@@ -110,20 +111,14 @@ def recover(path: Path, target: Path, alter: Alter | None = None, about: Mapping
     scans = tuple(scan(file, lambda topic: False) for file in files)
     warnings += [f"{s.path.name}: {problem}" for s in scans for problem in s.problems] + losses(description, scans)
     messages = sum(s.message_count for s in scans)
-    temporary = target.parent / f".{target.name}.{secrets.token_hex(8)}.part"
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        temporary.mkdir()
-        name = f"{target.name}_0.mcap"
-        bag = _copy(scans, description, temporary / name, name, alter, about)
-        write_metadata_yaml(temporary, bag)
-        refuse_existing(target)
-        temporary.rename(target)
+        with new_folder(target) as folder:
+            name = f"{target.name}_0.mcap"
+            bag = _copy(scans, description, folder / name, name, alter, about)
+            write_metadata_yaml(folder, bag)
+            refuse_existing(target)
     except OSError as error:
-        text = f"{target}: cannot be written: {error.strerror or error}"
-        raise CannotWriteError(text, path=target, found=error.errno) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        raise CannotWriteError(str(error), path=target, found=error.errno) from error
     return Finished(directory=target, messages=messages, warnings=tuple(warnings))
 
 

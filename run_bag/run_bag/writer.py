@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import secrets
-import shutil
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -13,6 +11,8 @@ from typing import Any
 
 import numpy as np
 from mcap.writer import CompressionType, Writer
+
+from safe_files.whole_files_io import new_folder
 
 from .errors import CannotWriteError, InvalidRunError, RunError, RunExistsError
 from .rosbag2 import (
@@ -55,19 +55,12 @@ def write_run(directory: Path | str, topics: Iterable[Topic], metadata: Mapping[
     target = Path(directory)
     refuse_existing(target)
     columns = _check(list(topics), metadata or {}, target)
-    # named before it is made, so that an interrupt at any time finds what to remove
-    temporary = target.parent / f".{target.name}.{secrets.token_hex(8)}.part"
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        temporary.mkdir()
-        _write_bag(temporary, f"{target.name}_0.mcap", columns, metadata or {})
-        refuse_existing(target)
-        temporary.rename(target)
+        with new_folder(target) as folder:
+            _write_bag(folder, f"{target.name}_0.mcap", columns, metadata or {})
+            refuse_existing(target)
     except OSError as error:
-        text = f"{target}: cannot be written: {error.strerror or error}"
-        raise CannotWriteError(text, path=target) from error
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)  # gone already where all went well
+        raise CannotWriteError(str(error), path=target) from error
     return target
 
 

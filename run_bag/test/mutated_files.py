@@ -20,6 +20,7 @@ from run_bag import RunError, Topic, read_run, write_run
 from run_bag.importers.cli_recording import import_recording, open_source
 from run_bag.importers.guess import guess
 from run_bag.importers.recording_map import read_map
+from safe_files.errors import YamlError
 from safe_files.yaml_io import read_yaml
 
 SLOW = 20.0
@@ -135,7 +136,7 @@ def mutate_all(folder: Path, names: list[str], *, seconds: float, seed: int) -> 
             begin = time.process_time()
             try:
                 READERS[name][1](path)
-            except RunError as error:
+            except (RunError, YamlError) as error:
                 if not str(error).strip():
                     wrong.append(f"{name}, {count}: no sentence")
             except Exception:  # noqa: BLE001 (faults are what is looked for)

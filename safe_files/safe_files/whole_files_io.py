@@ -67,11 +67,11 @@ def new_folder(path: Path) -> Iterator[Path]:
         FileExistsError: there is something already that is no empty folder.
         NotWrittenError: the file system refuses.
     """
-    path = Path(os.path.abspath(path))
+    given, path = path, Path(os.path.abspath(path))
     if os.path.lexists(path) and not (path.is_dir() and not any(path.iterdir())):
-        raise FileExistsError(f"{path}: expected a new or empty folder; found something there")
+        raise FileExistsError(f"{given}: expected a new or empty folder; found something there")
     partial = _hidden(path)
-    with _removed_where_not_finished(path, partial):
+    with _removed_where_not_finished(given, partial):
         path.parent.mkdir(parents=True, exist_ok=True)
         partial.mkdir()
         yield partial
@@ -124,10 +124,10 @@ def _removed_where_not_finished(path: Path, partial: Path) -> Iterator[None]:
     with _signals_end_the_program(path):
         try:
             yield
-        except FileExistsError:
-            raise
         except OSError as error:
-            raise (error if isinstance(error, NotWrittenError) else NotWrittenError(path, error)) from error
+            if error.errno is None or isinstance(error, NotWrittenError):  # told in a sentence of its own
+                raise
+            raise NotWrittenError(path, error) from error
         finally:
             if partial.is_dir():
                 shutil.rmtree(partial, ignore_errors=True)

@@ -6,8 +6,9 @@ import numpy as np
 
 from run_bag.report import Axis, Column, Panel, Report, Series, time_series
 from thruster_estimation.replay import UNITS, Outcome, Signals
+from thruster_model.identification.speed_sign import signed_speed
 
-__all__ = ["build_report", "label"]
+__all__ = ["build_report", "label", "verdict"]
 
 _WORDS = {"n": "Rotor speed", "v": "Axial flow", "U": "Ambient flow"}
 
@@ -23,6 +24,12 @@ def build_report(outcomes: Sequence[Outcome], provenance: Mapping[str, object]) 
     report = Report("Observers on recorded runs", ", ".join(runs), provenance)
     for sentence in _warnings(outcomes):
         report.warning(sentence)
+    report.section("Verdict")
+    report.paragraph(verdict(outcomes))
+    for name in runs:
+        of_run = [o for o in outcomes if o.signals.name == name]
+        report.subsection(name)
+        _figure(report, of_run[0].signals, of_run)
     report.section("Scores")
     report.paragraph(
         "One step ahead: measured less predicted, before the measurement was taken in. NIS: squared innovation over "
@@ -47,13 +54,38 @@ def build_report(outcomes: Sequence[Outcome], provenance: Mapping[str, object]) 
             [o.signals.name, label(o), o.nis, low, high, _percent(o.gated_n), _percent(o.gated_U), 100 * o.valid]
         )
     report.table(consistency, rows, caption="Consistency: NIS, measurements refused, usable estimates.")
-    for name in runs:
-        of_run = [o for o in outcomes if o.signals.name == name]
-        report.section(name)
-        _figure(report, of_run[0].signals, of_run)
     report.section("What was done to the recordings")
     report.key_values({o.signals.name: list(o.signals.notes) for o in outcomes})
     return report
+
+
+_AGAINST = ("truth", "measured, one step ahead", "logged")
+"""What observers are judged by, the best judge first."""
+
+
+def verdict(outcomes: Sequence[Outcome]) -> str:
+    """Return which observer comes closest, by root mean squares over the runs, and what to do, in a sentence or two."""
+    for against in _AGAINST:
+        found: dict[tuple[str, str], dict[str, list[float]]] = {}
+        for o in outcomes:
+            for s in o.scores:
+                if s.against == against and np.isfinite(s.rmse):
+                    found.setdefault((s.state, s.unit), {}).setdefault(label(o), []).append(s.rmse)
+        if not found:
+            continue
+        told = []
+        for (state, unit), errors in found.items():
+            means = {name: float(np.sqrt(np.mean(np.square(values)))) for name, values in errors.items()}
+            best = min(means, key=means.__getitem__)
+            beside = f" of {len(means)}" if len(means) > 1 else ""
+            told.append(f"{_WORDS[state].lower()} by {best}{beside}, {means[best]:.2g} {unit}")
+        usable = min(o.valid for o in outcomes)
+        todo = "Take the one that is best in what you control" if len(outcomes) > 1 else "Compare it with another one"
+        kind = {"truth": "to the truth", "logged": "to the estimates in the run"}.get(
+            against, "to measurements, one step ahead"
+        )
+        return f"Closest {kind}: {'; '.join(told)}. At least {100 * usable:.0f} % of the estimates are usable. {todo}."
+    return "Nothing can be said: the runs hold nothing to judge an estimate by."
 
 
 def _warnings(outcomes: Sequence[Outcome]) -> list[str]:
@@ -89,6 +121,8 @@ def _figure(report: Report, signals: Signals, outcomes: Sequence[Outcome]) -> No
     for state in ("n", "v", "U"):
         measured = getattr(signals, f"y_{state}")
         series = []
+        if state == "n" and signals.unsigned:
+            measured = signed_speed(signals.time, np.abs(measured), (signals.time, signals.u_after))
         if np.any(np.isfinite(measured)):
             series.append(Series(name="measured", x=signals.time, y=measured, role="data", points=state != "n"))
         if state in signals.logged:
@@ -105,6 +139,6 @@ def _figure(report: Report, signals: Signals, outcomes: Sequence[Outcome]) -> No
     names = ", ".join(label(o) for o in outcomes)
     report.figure(
         time_series(panels),
-        caption=f"Estimates by {names}; measurements beneath. An unsigned speed is drawn as measured.",
+        caption=f"Estimates by {names}; measurements beneath. A speed measured without sign has the throttle's.",
         alt=f"Estimated rotor speed, axial and ambient flow over time by {names}; the scores are in the first table.",
     )

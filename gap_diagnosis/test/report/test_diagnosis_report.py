@@ -26,11 +26,11 @@ SUSPECTED = ("coulomb_friction", "thrust_loss", "brake_asymmetry")
 ALWAYS = ["Verdict", "What would settle it", "Take it with you", "Provenance"]
 ANALYSED = [
     "Verdict",
+    "Before and after",
     "Where the gap goes",
     "How far",
     "Where",
     "Which",
-    "Before and after",
     "What stays unexplained",
     "Re-tuned parameters",
     "What would settle it",

@@ -12,7 +12,7 @@ from rov_sim.study.results import BASELINE, Results
 from run_bag.report import Axis, Bars, Cell, Column, Panel, Report, Series, bars, time_series
 from thruster_control.strategies import STRATEGIES
 
-__all__ = ["build_report"]
+__all__ = ["build_report", "verdict"]
 
 _THRUST = Axis(name="thrust", unit="N", symbol="T")
 _SPEED = Axis(name="rotor speed", unit="rad/s", symbol="n")
@@ -27,6 +27,9 @@ def build_report(
     report = Report("Thrust control on the bench, simulated", subtitle, provenance)
     if study.seeds < 20:
         report.warning(f"Intervals rest on {study.seeds} seeds; at least 20 are needed for them to mean much.")
+    report.section("Verdict")
+    report.paragraph(verdict(study))
+    report.section("What was simulated")
     report.paragraph(
         f"Plant: {given.truth.name}, each value times a factor of {100 * given.deviation:g} % deviation unless the set "
         f"states its own. Controllers: form '{given.form}', beliefs '{given.beliefs}'. Flow: "
@@ -47,6 +50,21 @@ def build_report(
     _speeds(report, study, runs, shown)
     _flows(report, study, runs, shown)
     return report
+
+
+def verdict(study: Results) -> str:
+    """Return which strategy follows each set point best, and how many of the thesis' statements hold."""
+    told = []
+    for r in study.references:
+        means = {s: study.mean(s, r, "rmse") for s in study.strategies}
+        best = min(means, key=lambda s: means[s].value)
+        found = means[best]
+        told.append(f"{r}: {STRATEGIES[best].title}, {found.value:.2f} N ({found.low:.2f} to {found.high:.2f} N)")
+    claims = [c.verdict for c in judged(study)]
+    held = (
+        f"{claims.count('confirmed')} of the {len(claims) - claims.count('not tested')} statements that could be tested"
+    )
+    return f"Smallest error by set point: {'; '.join(told)}. Of section 5.1, {held} are confirmed."
 
 
 def _scores(report: Report, study: Results) -> None:

@@ -19,7 +19,7 @@ from rov_sim.vehicle.run_scores_io import RunScores
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM, Score
 from run_bag.report import Axis, Bars, Column, Report, bars, time_series
 
-__all__ = ["Scored", "build_report"]
+__all__ = ["Scored", "build_report", "verdict"]
 
 Scored = tuple[str, VehicleRecording, RunScores]
 """Name, recording, scores."""
@@ -36,6 +36,9 @@ def build_report(runs: Sequence[Scored], about: Mapping[str, Any]) -> Report:
             report.warning(f"{name}: no set point was recorded, so nothing can be said about tracking.")
         if recording.truth is None:
             report.warning(f"{name}: no truth was recorded; what the vehicle did is what its odometry says.")
+    report.section("Verdict")
+    for name, _, scores in runs:
+        report.paragraph(verdict(name, scores))
     if len(runs) > 1:
         report.section("Scores")
         _comparison(report, runs)
@@ -46,6 +49,21 @@ def build_report(runs: Sequence[Scored], about: Mapping[str, Any]) -> Report:
         if recording.thrusters:
             _thrusters(report, recording, scores)
     return report
+
+
+def verdict(name: str, scores: RunScores) -> str:
+    """Return how well a vehicle followed what was to move, and where to look first, in a sentence or two."""
+    found = {
+        each.words: scores.tracking[each.id]
+        for each in DEGREES_OF_FREEDOM
+        if each.id in scores.tracking and np.isfinite(scores.tracking[each.id].normalised)
+    }
+    if not found:
+        return f"{name}: nothing can be said about tracking: record set points that move beside the odometry."
+    shares = {words: 100.0 * one.normalised for words, one in found.items()}
+    best, worst = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
+    told = f"{name}: {best} follows best, RMSE {shares[best]:.2g} % of the mean set point"
+    return f"{told}; {worst} worst, {shares[worst]:.2g} %: look there first." if worst != best else f"{told}."
 
 
 def _tracking_table(report: Report, scores: RunScores) -> None:

@@ -45,9 +45,13 @@ def build_report(study: Results, plan: Plan, contents: Mapping[str, str], proven
     report = Report(plan.title, f"{len(cases)} cases, {study.seeds} vehicles drawn", provenance)
     if study.seeds < 20:
         report.warning(f"Intervals rest on {study.seeds} seeds; at least 20 are needed for them to mean much.")
+    judgements = judged(study, cases)
+    report.section("Verdict")
+    report.paragraph(verdict(judgements))
+    _claims(report, judgements, plan)
+    report.section("What was assumed")
     rows: list[list[object]] = [[k.replace("_", " "), a.value, unit_of(k), a.reason] for k, a in plan.assumed.items()]
     report.table(["Assumed", "Value", "Unit", "Why"], rows, caption="What the thesis leaves open, and what it states.")
-    _claims(report, judged(study, cases), plan)
     for group in plan.groups:
         report.section(f"{group.name}: {group.title}")
         _errors(report, study, plan, group)
@@ -56,6 +60,20 @@ def build_report(study: Results, plan: Plan, contents: Mapping[str, str], proven
             _motions(report, group, runs)
             _flows(report, group, runs)
     return report
+
+
+def verdict(judgements: list[Judgement]) -> str:
+    """Return how many of the thesis' claims hold, and which depend on what the thesis leaves open."""
+    named = {kind: [j.claim.key for j in judgements if j.verdict == kind] for kind in ("confirmed", "not confirmed")}
+    parts = [
+        f"{len(keys)} of {len(judgements)} claims are {kind} ({', '.join(keys)})"
+        for kind, keys in named.items()
+        if keys
+    ]
+    rest = [j.claim.key for j in judgements if j.verdict not in named]
+    if rest:
+        parts.append(f"{len(rest)} hold in part or depend on what is assumed ({', '.join(rest)})")
+    return f"{'; '.join(parts)}. Fix what they depend on before you rely on one."
 
 
 def _claims(report: Report, judgements: list[Judgement], plan: Plan) -> None:

@@ -1,4 +1,4 @@
-"""The report of a study: warnings, errors, data against fits, steady states, parameters, residuals."""
+"""The report of a study: warnings, verdict, data against fits, errors, steady states, parameters, residuals."""
 
 from collections.abc import Mapping
 
@@ -25,9 +25,11 @@ from thruster_model.identification.steady_state import predicted_steady_states, 
 from thruster_model.identification.study import FittedModel, Study
 from thruster_model.parameter_set_io import dump_parameter_set
 
-__all__ = ["build_report", "warnings_of"]
+__all__ = ["build_report", "quality", "warnings_of"]
 
 Array = NDArray[np.float64]
+_QUALITIES = ((1.5, "to within their noise"), (3.0, "fairly"))
+"""Limits of an error over the noise, and what is said of one below."""
 _NAMES = {"simplified": "simplified", "hl": "HL", "hq": "HQ"}
 
 
@@ -41,8 +43,9 @@ def build_report(study: Study, *, provenance: Mapping[str, object], reference_na
     )
     for text in warnings_of(study):
         report.warning(text)
-    _errors(report, study, reference_name)
+    _verdict(report, study, reference_name)
     _runs(report, study)
+    _errors(report, study, reference_name)
     _steady_states(report, study)
     for model in study.models:
         _parameters(report, model, reference_name)
@@ -83,6 +86,36 @@ def warnings_of(study: Study) -> list[str]:
         ):
             found += [f"{_title(model)}: {_sentence(c, where)}" for c in compared if c.worse]
     return found
+
+
+def _verdict(report: Report, study: Study, reference_name: str) -> None:
+    """Say how well each model describes the runs, and what to do."""
+    report.section("Verdict")
+    totals = {model.name: next(c for c in model.comparison if c.signal == "total") for model in study.models}
+    told = []
+    for model in study.models:
+        total = totals[model.name]
+        text = f"{_title(model)} describes these runs {quality(total.error)}: {total.error:.2g} times their noise"
+        text += f" ({reference_name}: {total.reference:.2g})"
+        left_out = next((c for c in model.held_out[1] if c.signal == "total"), None) if model.held_out else None
+        if left_out is not None:
+            text += f", {left_out.error:.2g} on runs left out of the fit"
+        told.append(f"{text}.")
+    best = min(study.models, key=lambda model: totals[model.name].error)
+    open_ = [d.name for d in best.result.determinations if d.status != "determined"]
+    todo = f"Take {best.name}.yaml"
+    if open_:
+        todo += (
+            f", and record what would determine {', '.join(open_)}: until then they are where the fit started, or near"
+        )
+    report.key_values({"answer": " ".join(told), "what to do": f"{todo}."})
+
+
+def quality(error: float) -> str:
+    """Return in words how well a model describes runs whose error is that many times the noise [1]."""
+    if not np.isfinite(error):
+        return "not at all"
+    return next((word for limit, word in _QUALITIES if error < limit), "poorly")
 
 
 def _title(model: FittedModel) -> str:
