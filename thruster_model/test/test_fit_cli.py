@@ -10,6 +10,7 @@ import pytest
 from run_bag import write_run
 from run_bag.report.browser_check import check_report, missing_browser
 from thruster_model import cli_fit
+from thruster_model.identification.fit_report import quality
 from thruster_model.parameter_set_io import load_parameter_set
 
 
@@ -51,6 +52,24 @@ def test_all_results_are_there_and_nothing_else(outcome):
     status, out = outcome
     assert status == 0
     assert sorted(p.name for p in out.iterdir()) == ["fit.json", "hl.yaml", "report.html", "simplified.yaml"]
+
+
+def test_the_page_begins_with_a_verdict_in_words_of_its_own_numbers(outcome):
+    page = (outcome[1] / "report.html").read_text("utf-8").partition("</main>")[0]
+    models = json.loads((outcome[1] / "fit.json").read_text())["models"]
+    verdict = page[page.index(">Verdict</h2>") : page.index(">Data against fits</h2>")]
+    for model, name in zip(models, ("simplified", "HL"), strict=True):
+        error = next(c["error"] for c in model["errors"] if c["signal"] == "total")
+        assert f"{name} describes these runs {quality(error)}: {error:.2g} times their noise" in verdict
+    assert "hl.yaml" in verdict
+
+
+@pytest.mark.parametrize(
+    ("error", "words"),
+    [(1.0, "to within their noise"), (1.5, "fairly"), (2.99, "fairly"), (3.0, "poorly"), (np.nan, "not at all")],
+)
+def test_a_fit_is_called_poor_from_three_times_the_noise(error, words):
+    assert quality(error) == words
 
 
 def test_the_fitted_set_finds_the_gains(outcome):
@@ -206,6 +225,7 @@ def test_an_interrupted_fit_says_so_in_one_sentence_and_leaves_nothing(runs, tmp
     code = f"""
 import os, signal, threading
 from thruster_model import cli_fit
+from thruster_model.identification.fit_report import quality
 threading.Timer(4.0, os.kill, (os.getpid(), signal.SIGINT)).start()
 import sys
 sys.argv = ["fit", *{runs!r}, "--model", "hq", "airfoil", "table", "--hold-out", "--out", {str(tmp_path / "out")!r}]

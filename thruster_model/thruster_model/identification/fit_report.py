@@ -30,6 +30,7 @@ __all__ = ["build_report", "quality", "warnings_of"]
 Array = NDArray[np.float64]
 _QUALITIES = ((1.5, "to within their noise"), (3.0, "fairly"))
 """Limits of an error over the noise, and what is said of one below."""
+_POOR = "poorly"
 _NAMES = {"simplified": "simplified", "hl": "HL", "hq": "HQ"}
 
 
@@ -104,10 +105,10 @@ def _verdict(report: Report, study: Study, reference_name: str) -> None:
     best = min(study.models, key=lambda model: totals[model.name].error)
     open_ = [d.name for d in best.result.determinations if d.status != "determined"]
     todo = f"Take {best.name}.yaml"
+    if quality(totals[best.name].error) == _POOR:
+        todo = f"Let `diagnose` say what is missing before you rely on {best.name}.yaml"
     if open_:
-        todo += (
-            f", and record what would determine {', '.join(open_)}: until then they are where the fit started, or near"
-        )
+        todo += f"; record what would determine {', '.join(open_)}, which these runs leave open"
     report.key_values({"answer": " ".join(told), "what to do": f"{todo}."})
 
 
@@ -115,7 +116,7 @@ def quality(error: float) -> str:
     """Return in words how well a model describes runs whose error is that many times the noise [1]."""
     if not np.isfinite(error):
         return "not at all"
-    return next((word for limit, word in _QUALITIES if error < limit), "poorly")
+    return next((word for limit, word in _QUALITIES if error < limit), _POOR)
 
 
 def _title(model: FittedModel) -> str:
