@@ -10,11 +10,11 @@ from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
-from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
-from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.plausibility import checked, problem_of, unit_problems
+from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
-from gap_diagnosis.scatter import Scatter, found_in_logs, masks_of
+from gap_diagnosis.scatter import Scatter, found_in_logs
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
@@ -119,17 +119,7 @@ def diagnose(
     progress("log")
     usable, warnings, reasons = checked(recordings)
     if not reasons:
-        problem = Problem(
-            recordings=tuple(usable),
-            parameter_set=parameter_set,
-            deviations=deviations_of(parameter_set),
-            fixed=parameter_set.effects.sizes,
-            masks=masks_of(usable),
-        )
-        if not problem.series:
-            reasons = [f"model {parameter_set.model_name} predicts none of the channels in the recordings"]
-        else:
-            reasons = excitation_problems(problem)
+        problem, reasons = problem_of(usable, parameter_set)
     if reasons:
         nothing = Verdict(verdict="not_enough_data", claims=(), chosen=None, probabilities={}, none=0.0, unknown=0.0)
         return Diagnosis(verdict=nothing, parameter_set=parameter_set, warnings=tuple(warnings), reasons=tuple(reasons))

@@ -7,12 +7,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.problem import Problem
+from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.scatter import masks_of
 from gap_diagnosis.unit_check import unit_problems
 from thruster_model.identification.experiment import SIGNALS, Measurement
+from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["Checked", "checked", "excitation_problems", "unit_problems"]
+__all__ = ["Checked", "checked", "problem_of", "unit_problems"]
 
 Array = NDArray[np.float64]
 SHORTEST = 5.0  # [s] altogether
@@ -98,7 +100,21 @@ def _clipped(values: Array, least_share: float = 0.03, least_run: int = 8) -> ND
     return mask
 
 
-def excitation_problems(problem: Problem) -> list[str]:
+def problem_of(usable: Sequence[Recording], parameter_set: ParameterSet) -> tuple[Problem, list[str]]:
+    """Return checked recordings and a parameter set as a problem, and why nothing can be said of it (empty: it can)."""
+    problem = Problem(
+        recordings=tuple(usable),
+        parameter_set=parameter_set,
+        deviations=deviations_of(parameter_set),
+        fixed=parameter_set.effects.sizes,
+        masks=masks_of(usable),
+    )
+    if not problem.series:
+        return problem, [f"model {parameter_set.model_name} predicts none of the channels in the recordings"]
+    return problem, _excitation_problems(problem)
+
+
+def _excitation_problems(problem: Problem) -> list[str]:
     """Return why the throttle tells nothing: it never leaves the dead zone, or is not there."""
     values = problem.parameter_set.values
     upper, lower = values.get("delta_u2", 0.0), values.get("delta_u1", 0.0)

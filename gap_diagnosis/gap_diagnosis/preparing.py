@@ -183,6 +183,7 @@ def with_log_findings(
     """Return an experiment as a recording, with what its log shows and the state at its start."""
     start, deviations = initial_state(experiment)
     repeated, standing_out, lone, lattice = {}, {}, {}, {}
+    log = LogFindings(scatter=dict(scatter or {}), period=dict(period or {}))
     for name, m in experiment.measurements.items():
         if m.width == 0.0:
             repeated[name] = repeated_samples(m.values)
@@ -190,18 +191,10 @@ def with_log_findings(
         if name in ("axial", "ambient"):
             standing_out[name] = spikes(m.values, m.noise)
         else:
-            together = max(round(m.width / (period or {}).get(name, np.inf)), 1)  # one of them moves their mean
-            lone[name] = lone_samples(m.values, m.noise, largest_share=together * LARGEST_SHARE)
+            share = LARGEST_SHARE * log.together(name, m.width)
+            lone[name] = lone_samples(m.values, m.noise, largest_share=share)
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)
-    log = LogFindings(
-        hole=hole,
-        repeated=repeated,
-        spikes=standing_out,
-        lone=lone,
-        lattice=lattice,
-        scatter=dict(scatter or {}),
-        period=dict(period or {}),
-    )
+    log = replace(log, hole=hole, repeated=repeated, spikes=standing_out, lone=lone, lattice=lattice)
     return Recording(experiment=experiment, start=start, start_std=deviations, log=log, thruster=thruster)

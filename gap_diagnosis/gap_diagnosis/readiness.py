@@ -6,10 +6,9 @@ from typing import Literal
 
 import numpy as np
 
-from gap_diagnosis.plausibility import checked, excitation_problems, unit_problems
-from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.plausibility import checked, problem_of, unit_problems
+from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.scatter import masks_of
 from gap_diagnosis.suspects import SCATTERING, suspects
 from gap_diagnosis.unit_check import gains_and_likenesses
 from system_identification.fitting import fit
@@ -70,17 +69,8 @@ def readiness(recordings: Sequence[Recording], parameter_set: ParameterSet) -> l
     found += [excitation(each, parameter_set) for each in recordings]
     problem = None
     if not reasons:
-        problem = Problem(
-            recordings=tuple(usable),
-            parameter_set=parameter_set,
-            deviations=deviations_of(parameter_set),
-            fixed=parameter_set.effects.sizes,
-            masks=masks_of(usable),
-        )
-        if not problem.series:
-            reasons = [f"model {parameter_set.model_name} predicts none of the channels in the recordings"]
-        else:
-            reasons = [*excitation_problems(problem), *unit_problems(problem)]
+        problem, reasons = problem_of(usable, parameter_set)
+        reasons = reasons if not problem.series else [*reasons, *unit_problems(problem)]
     found += [Finding(kind="refused", about="diagnose would refuse", sentence=sentence) for sentence in reasons]
     if problem is None or reasons:
         return found

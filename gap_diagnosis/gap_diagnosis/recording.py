@@ -37,6 +37,10 @@ class LogFindings:
     scatter: Mapping[str, float] = field(default_factory=dict)
     period: Mapping[str, float] = field(default_factory=dict)
 
+    def together(self, signal: str, width: float) -> int:
+        """Return how many readings a sample is the mean of, taken over `width` [s]; one of them moves that mean."""
+        return max(round(width / self.period.get(signal, np.inf)), 1)
+
     def of(self, signals: Collection[str]) -> "LogFindings":
         """Return what the log shows of these signals alone; about stamps nothing is left out."""
 

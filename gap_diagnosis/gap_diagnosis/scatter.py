@@ -152,9 +152,8 @@ def _shares(recordings: Sequence[Recording], name: str) -> dict[str, tuple[int, 
     for recording in recordings:
         for signal, mask in getattr(recording.log, name).items():
             width = recording.experiment.measurements[signal].width
-            together = max(round(width / recording.log.period.get(signal, np.inf)), 1)
             hit, of = counts.get(signal, (0, 0))
-            counts[signal] = (hit + int(np.sum(mask)), of + together * mask.size)
+            counts[signal] = (hit + int(np.sum(mask)), of + recording.log.together(signal, width) * mask.size)
     return counts
 
 

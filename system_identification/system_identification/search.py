@@ -208,13 +208,10 @@ class _Searching:
             for each in tries
         ]
         self.weighed(current, quick)
-
-        def more() -> list[Hypothesis]:
-            size = len(current.keys) + 1
-            return [h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == size]
-
+        size, least = len(current.keys) + 1, self.score(current) - _NEAR
+        more = [h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == size]
         # Such a set is where its first fit ended; which is the best one shows once they have settled.
-        likely = [h for h in more() if self.score(h) > self.score(current) - _NEAR]
+        likely = [h for h in more if self.score(h) > least]
         best = max(map(self.settled, likely), key=self.score, default=None)
         if best is None or self.score(best) <= self.score(current) + _WORTH:
             return None
@@ -290,7 +287,7 @@ class _Searching:
         for _ in range(_ROUNDS):
             least = max(map(self.score, known())) - _NEAR
             near = [
-                h for h in known() if len(h.suspects) > 1 and self.score(h) > least and not seen & {frozenset(h.keys)}
+                h for h in known() if len(h.suspects) > 1 and self.score(h) > least and frozenset(h.keys) not in seen
             ]
             if not near:
                 break
