@@ -98,9 +98,9 @@ def _best(
 
     `deviation`: of the signal's noise; `traces`: of codes (C,), over that deviation.
     """
-    nuisances = anchor.problem.nuisances
-    basis = projector(anchor.sensitivities[rows] / deviation, nuisances)
-    left = np.concatenate((anchor.residuals[rows] / deviation, -anchor.x[:nuisances]))
+    prior = anchor.prior
+    basis = projector(anchor.sensitivities[rows] / deviation, prior)
+    left = np.concatenate((anchor.residuals[rows] / deviation, -np.sqrt(prior) * anchor.x[: prior.size]))
     along = (left - basis @ (basis.T @ left))[: rows.size]
     score = np.empty(codes.size)
     for first in range(0, codes.size, _CHUNK):

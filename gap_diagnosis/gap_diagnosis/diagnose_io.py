@@ -66,11 +66,9 @@ _BEYOND = 2.0
 
 def with_effect(found: Diagnosis) -> ParameterSet:
     """Return the parameter set, re-tuned, with the diagnosed effects switched on: ready for simulator and fit."""
-    base = found.parameter_set
-    if found.investigation is None or found.problem is None:
+    base, fitted = found.parameter_set, found.retuned
+    if fitted is None or found.problem is None:
         return base
-    chosen = found.verdict.chosen or found.investigation.none
-    fitted = chosen.fitted
     values = {name: fitted.problem.values(fitted.x)[name] for name in found.problem.names}
     deviations = np.sqrt(np.diag(fitted.covariance))
     stated = {name: float(deviations[k]) * found.problem.deviations[name] for k, name in enumerate(found.problem.names)}

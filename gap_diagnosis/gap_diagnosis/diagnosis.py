@@ -2,12 +2,13 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.disturbances import block_evidence
-from gap_diagnosis.how_far import Errors, Shrink, Step, errors_of, shrink_of, step_of
+from gap_diagnosis.how_far import Errors, Shrink, Step, budget_of_steps, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
@@ -19,8 +20,10 @@ from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_s
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
 from system_identification.budget import Budget, budget_of
-from system_identification.fitting import fit
+from system_identification.earning import Earned
+from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
+from system_identification.left_out import fit_to_free_runs
 from system_identification.noise import whitener
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
@@ -67,6 +70,7 @@ class Diagnosis:
         scatters: what the logs show.
         budget: where the gap goes; None where there is not enough data.
         waterfall: errors on runs left out, one cause after the other.
+        nearest: where nothing is claimed: sets that bring free runs of runs left out nearer, one effect after the other.
         straight: whether commands were found to act as straight lines between their samples; None: that was stated.
     """
 
@@ -87,7 +91,17 @@ class Diagnosis:
     scatters: tuple[Scatter, ...] = ()
     budget: Budget | None = None
     waterfall: tuple[Step, ...] = ()
+    nearest: tuple[Earned, ...] = ()
     straight: bool | None = None
+
+    @cached_property
+    def retuned(self) -> Fitted | None:
+        """What comes out: the claimed set; without one, parameters as they predict free runs best."""
+        if self.investigation is None:
+            return None
+        none = self.investigation.none
+        chosen = self.verdict.chosen
+        return chosen.fitted if chosen is not None else fit_to_free_runs(none.fitted, none.noise)[0]
 
     @property
     def improves(self) -> bool:
@@ -248,25 +262,26 @@ def _complete(
     noise = found.noise
     as_is = found.as_stated
     predictions = {"as_is": as_is}
-    waterfall = [step_of("as_is", problem, noise, as_is, np.empty((0, 0)), None, seed)]
-    chain = _chain(found)
-    for each in chain:
-        name = each.keys[-1] if each.keys else "retuned"
-        predicted, unknowns = found.held_out(each)
-        waterfall.append(step_of(name, problem, noise, predicted, unknowns, waterfall[-1], seed))
-        predictions.setdefault("retuned", predicted)
-        last = predicted
+    floor = found.left.noise
+    waterfall = [step_of("as_is", problem, floor, noise, as_is, None, seed)]
+    nearest = tuple(found.earned) if verdict.verdict == "unknown" else ()
+    for each in nearest or [Earned(found=h, out=found.held_out(h)) for h in _chain(found)]:
+        name = each.found.keys[-1] if each.found.keys else "retuned"
+        step = step_of(name, problem, floor, noise, each.out.predicted, waterfall[-1], seed)
+        waterfall.append(step if each.helps is None else replace(step, helps=each.helps))
+        predictions.setdefault("retuned", each.out.predicted)
+        last = each.out.predicted
     whole: Shrink | None = None
     shrinks = [Shrink(value=None, interval=None) for _ in verdict.claims]
     if verdict.chosen is not None:
         predictions["with_effect"] = last
         physical = [c for c in verdict.claims if not c.scatters]
         if all(claim.kind != "parametric" for claim in physical):  # parameters would do that by themselves
-            whole = shrink_of(problem, noise, predictions["retuned"], predictions["with_effect"], seed)
+            whole = shrink_of(problem, floor, predictions["retuned"], predictions["with_effect"], seed)
             if len(physical) == 1:
                 shrinks[verdict.claims.index(physical[0])] = whole
     units = {name: signal.unit for name, signal in SIGNALS.items()}
-    errors = errors_of(problem, noise, as_is, predictions["retuned"], predictions.get("with_effect"), units)
+    errors = errors_of(problem, floor, as_is, predictions["retuned"], predictions.get("with_effect"), units)
     none = found.none.fitted
     by_regime = excess_by_regime(problem, noise, none)
     lost = found.left_by_none
@@ -294,8 +309,13 @@ def _complete(
         checks=tuple(block_checks(none, noise)),
         predictions=predictions,
         scatters=scatters,
-        budget=budget_of(found.best, as_is, nameless, seed, RULES.tempered),
+        budget=(
+            budget_of_steps(waterfall, seed)
+            if nearest
+            else budget_of(found.best, as_is, nameless, seed, RULES.tempered)
+        ),
         waterfall=tuple(waterfall),
+        nearest=nearest[1:],
         straight=straight,
     )
 

@@ -87,17 +87,30 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
         return None
     levels = found.noise.levels
     claims = {claim.key: claim for claim in (*diagnosis.verdict.claims, *diagnosis.verdict.resembles)}
+    if diagnosis.nearest:
+        last = diagnosis.nearest[-1]
+        whole, unknowns = last.found, last.out.unknowns
+        helps = {each.found.keys[-1]: each.helps for each in diagnosis.nearest}
+        chosen = {each.found.keys[-1]: each.chosen for each in diagnosis.nearest}
+    else:
+        whole, unknowns = found.best, found.held_out(found.best).unknowns
+        helps, chosen = dict(found.helps), {}
     causes = []
-    for suspect in found.best.suspects:
+    for suspect in whole.suspects:
         share, claim = budget.shares[suspect.key], claims.get(suspect.key)
+        by_fold = unknowns[:, whole.sizes_of(suspect)] * [slot.width for slot in suspect.slots]
         causes.append(
             {
                 "id": suspect.effect,
                 "channel": suspect.channel or None,
                 "probability": diagnosis.verdict.probabilities.get(suspect.key, 0.0),
-                "helps": found.helps[suspect.key],
+                "helps": helps[suspect.key],
+                "best_without_each_run": chosen.get(suspect.key),
                 "share": share.value,
                 "interval": [share.low, share.high],
+                "sizes_by_run_left_out": {
+                    slot.parameter: by_fold[:, k].tolist() for k, slot in enumerate(suspect.slots)
+                },
                 "class": None if claim is None else claim.kind,
                 "could_as_well_be": [] if claim is None else list(claim.alike),
             }
@@ -131,10 +144,9 @@ def _errors(errors: ChannelErrors) -> dict[str, float | None]:
 
 
 def _retuned(diagnosis: Diagnosis) -> dict[str, dict[str, float]]:
-    if diagnosis.investigation is None or diagnosis.problem is None:
+    fitted, problem = diagnosis.retuned, diagnosis.problem
+    if fitted is None or problem is None:
         return {}
-    chosen = diagnosis.verdict.chosen or diagnosis.investigation.none
-    fitted, problem = chosen.fitted, diagnosis.problem
     values = fitted.problem.values(fitted.x)
     deviations = np.sqrt(np.diag(fitted.covariance))
     return {

@@ -52,8 +52,8 @@ def _claim_in_words(claim: Claim) -> str:
 
 def _parameters_in_words(diagnosis: Diagnosis) -> str:
     moved = []
-    if diagnosis.investigation is not None and diagnosis.problem is not None:
-        fitted = diagnosis.investigation.none.fitted
+    fitted = diagnosis.retuned
+    if fitted is not None and diagnosis.problem is not None:
         deviations = np.sqrt(np.diag(fitted.covariance))
         for k, name in enumerate(diagnosis.problem.names):
             if abs(fitted.x[k]) > 2.0 * deviations[k] and abs(fitted.x[k]) > 0.5:
@@ -61,9 +61,15 @@ def _parameters_in_words(diagnosis: Diagnosis) -> str:
                 value = fitted.problem.values(fitted.x)[name]
                 moved.append(f"{name} {nominal:.4g} → {value:.4g}")
     names = f" ({'; '.join(moved)})" if moved else ""
-    return (
-        f"Re-tuned parameters suffice: within their stated deviations they close the gap{names}. No effect is needed."
-    )
+    return f"Re-tuned parameters suffice: {_how_far_off(diagnosis)} they close the gap{names}. No effect is needed."
+
+
+def _how_far_off(diagnosis: Diagnosis) -> str:
+    found = diagnosis.investigation
+    wider = 1.0 if found is None else found.none.loose.wider
+    if wider == 1.0:
+        return "within their stated deviations"
+    return f"if they scatter {wider:.2g} times as widely as stated,"
 
 
 def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
@@ -86,7 +92,18 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     depends = "; ".join(f"{each.signal} on {each.name}" for each in found.unexplained.features[:3])
     text = "The known effects do not explain the gap: residuals still depend on states and inputs"
     text += f" ({depends})." if depends else "."
-    if found.best.suspects:
+    if diagnosis.nearest and diagnosis.budget is not None:
+        last = diagnosis.nearest[-1].found
+        sizes = last.system.sizes(last.fitted.x)
+        named = ", ".join(
+            f"{each.key} ({', '.join(f'{slot.parameter} {sizes[each.effect][slot.parameter]:.3g}' for slot in each.slots)})"
+            for each in last.suspects
+        )
+        text += (
+            f" On runs left out these bring it nearer, one after the other: {named}; "
+            f"{100.0 * diagnosis.budget.unexplained.value:.0f} % of the squared gap has no name."
+        )
+    elif found.best.suspects:
         named = " with ".join(
             f"{c.key} ({', '.join(f'{n} {s.value:.3g}' for n, s in c.sizes.items())})"
             for c in diagnosis.verdict.resembles

@@ -179,14 +179,14 @@ def _distance_now(first: Rival, second: Rival, noise: Whitener) -> float:
     found = []
     for imitator, truth, difference in ((second, first, white[0] - white[1]), (first, second, white[1] - white[0])):
         if imitator.imitates(truth):
-            nuisances = imitator.fitted.problem.nuisances
+            prior = imitator.fitted.prior
             jacobian = noise.whiten(np.nan_to_num(imitator.fitted.sensitivities))
             weight = np.full(jacobian.shape[1], 12.0)  # a size is as uncertain as its range
-            weight[:nuisances] = 1.0
+            weight[: prior.size] = prior
             pull = jacobian.T @ difference
-            pull[:nuisances] -= imitator.x[:nuisances]
+            pull[: prior.size] -= prior * imitator.x[: prior.size]
             gained = pull @ np.linalg.solve(jacobian.T @ jacobian + np.diag(weight), pull)
-            own, other = (float(r.x[:nuisances] @ r.x[:nuisances]) for r in (imitator, truth))
+            own, other = (float(prior @ r.x[: prior.size] ** 2) for r in (imitator, truth))
             found.append(np.sqrt(max(float(difference @ difference + own - gained - other), 0.0)))
     return float(max(found))  # the one that the recordings speak for is the truth
 

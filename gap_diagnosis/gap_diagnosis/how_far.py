@@ -1,22 +1,21 @@
 """How far the gap shrinks, on runs left out: as stated, re-tuned, with one effect after the other, and the noise."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.problem import Problem
-from system_identification.hypothesis import Hypothesis
-from system_identification.left_out import folds_of, foreseen, left_out
+from system_identification.budget import PARAMETERS, Budget, Share
+from system_identification.left_out import folds_of, foreseen, helps_by
 from system_identification.noise import Whitener
 
-__all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "errors_of", "held_out", "helps_by", "shrink_of", "step_of"]
+__all__ = ["ChannelErrors", "Errors", "Shrink", "Step", "budget_of_steps", "errors_of", "shrink_of", "step_of"]
 
 Array = NDArray[np.float64]
 _BLOCK = 2.0  # [s], of the bootstrap
 _DRAWS = 400
-_HELPS = 4000
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +55,6 @@ class Step:
         by_fold: the same for each run, or part, that was left out.
         foreseen: logarithm of the probability of each of these, nats up to a constant, (F,).
         helps: probability that this step makes a new run more probable; None for the first.
-        unknowns: of the fits without each of these, (F, K).
     """
 
     name: str
@@ -64,23 +62,22 @@ class Step:
     by_fold: tuple[float, ...]
     foreseen: Array
     helps: float | None
-    unknowns: Array
-
-
-def held_out(found: Hypothesis) -> tuple[Array, Array]:
-    """Return predictions (R,) of every row by fits that have not seen it, and the unknowns of these fits (F, K)."""
-    problem: Problem = found.system
-    local = np.zeros(found.fitted.x.size, dtype=np.bool_)
-    for k, slot in enumerate(problem.situations):
-        local[len(problem.names) + k] = slot.recording is not None
-    result = left_out(found.fitted, found.noise, local)
-    return result.predicted, result.unknowns
 
 
 def step_of(
-    name: str, problem: Problem, noise: Whitener, predicted: Array, unknowns: Array, before: Step | None, seed: int
+    name: str, problem: Problem, floor: Whitener, noise: Whitener, predicted: Array, before: Step | None, seed: int
 ) -> Step:
-    """Return a step of the waterfall from left-out predictions (R,)."""
+    """Return a step of the waterfall.
+
+    Args:
+        name: of what is added.
+        problem: whose rows.
+        floor: noise of the sensors, by which errors are measured.
+        noise: under which runs are more or less probable.
+        predicted: left out, (R,).
+        before: the step before; None for the first.
+        seed: of the bootstrap.
+    """
     folds = folds_of(problem)
     squares = np.full((int(folds.max()) + 1, len(problem.signal_names)), np.nan)
     for k in range(squares.shape[0]):
@@ -88,20 +85,32 @@ def step_of(
             rows = problem.signal_rows[signal]
             rows = rows[problem.known[rows] & (folds[rows] == k) & np.isfinite(predicted[rows])]
             if rows.size:
-                errors = (problem.measured[rows] - predicted[rows]) / noise.level(signal)
+                errors = (problem.measured[rows] - predicted[rows]) / floor.level(signal)
                 squares[k, s] = float(np.mean(np.minimum(errors**2, 1e6)))
     by_fold = np.sqrt(np.nanmean(squares, axis=1))
     rms, own = float(np.sqrt(np.nanmean(squares))), foreseen(noise, predicted)
     helps = None if before is None else helps_by(own - before.foreseen, seed)
-    return Step(
-        name=name, rms=rms, by_fold=tuple(by_fold.tolist()), foreseen=own, helps=helps, unknowns=unknowns
-    )  # fmt: skip
+    return Step(name=name, rms=rms, by_fold=tuple(by_fold.tolist()), foreseen=own, helps=helps)
 
 
-def helps_by(gained: Array, seed: int = 0) -> float:
-    """Return the probability that what made these runs more probable by so many nats, (F,), does so to a new one."""
-    weights = np.random.default_rng(seed).dirichlet(np.ones(gained.size), _HELPS)
-    return float(np.mean(weights @ gained > 0.0))
+def budget_of_steps(steps: Sequence[Step], seed: int) -> Budget:
+    """Return the budget that a waterfall shows: what each step takes off the squared error beyond the noise.
+
+    Intervals (90 %) by the Bayesian bootstrap over the runs that were left out.
+    """
+    squares = np.array([np.square(step.by_fold) for step in steps])
+    weights = np.random.default_rng(seed).dirichlet(np.ones(squares.shape[1]), _DRAWS)
+    names = [PARAMETERS, *(step.name for step in steps[2:])]
+
+    def shares(weight: Array) -> Array:
+        errors = squares @ weight - 1.0
+        return np.append(errors[:-1] - errors[1:], errors[-1]) / max(float(errors[0]), 1e-9)
+
+    central = shares(np.full(squares.shape[1], 1.0 / squares.shape[1]))
+    low, high = np.percentile([shares(weight) for weight in weights], [5.0, 95.0], axis=0)
+    made = [Share(float(c), float(a), float(b)) for c, a, b in zip(central, low, high, strict=True)]
+    gap = float(np.sqrt(max(float(np.mean(squares[0])) - 1.0, 0.0)))
+    return Budget(gap, dict(zip(names, made[:-1], strict=True)), made[-1])
 
 
 def errors_of(

@@ -9,17 +9,26 @@ from numpy.typing import NDArray
 from scipy.special import logsumexp
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
-from gap_diagnosis.how_far import held_out, helps_by
 from gap_diagnosis.offers import offers_of
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
+from system_identification.earning import Earned, earned
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis, traces_of
-from system_identification.left_out import foreseen
+from system_identification.left_out import (
+    FEWEST_RUNS,
+    LeftOut,
+    fit_to_free_runs,
+    folds_of,
+    foreseen,
+    helps_by,
+    left_out,
+)
 from system_identification.loose import columns_of, learned_levels, unsteady
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched
+from system_identification.suspects import Suspect
 
 __all__ = ["Investigation", "Left", "investigate"]
 
@@ -58,6 +67,7 @@ class Investigation:
         gained: evidence, nats, by which the best set exceeds the one without each of its effects.
         ahead: by effect of the best set, how much better it explains, in nats, what is left without it than functions
             of states and inputs, which have no name.
+        offer: which effects are tried beside a set.
     """
 
     search: Search
@@ -66,13 +76,29 @@ class Investigation:
     unexplained: Discrepancy
     gained: dict[str, float]
     ahead: dict[str, float]
-    _held: dict[tuple[str, ...], tuple[Array, Array]] = field(default_factory=dict, repr=False)
+    offer: Callable[[Hypothesis], list[Suspect]]
+    _held: dict[tuple[str, ...], LeftOut] = field(default_factory=dict, repr=False)
 
-    def held_out(self, found: Hypothesis) -> tuple[Array, Array]:
-        """Return predictions (R,) of every row by fits of a set that have not seen it, and their unknowns (F, K)."""
+    def held_out(self, found: Hypothesis) -> LeftOut:
+        """Return predictions (R,) of every row by fits of a set that have not seen it, and their unknowns (F, K).
+
+        All sets have parameters that scatter as the best one's do: what they could do beyond is no rival of an effect.
+        """
         if found.keys not in self._held:
-            self._held[found.keys] = held_out(found)
+            noise = found.noise.scattering(self.best.loose.wider)
+            self._held[found.keys] = left_out(*fit_to_free_runs(found.fitted, noise))
         return self._held[found.keys]
+
+    @cached_property
+    def earned(self) -> list[Earned]:
+        """Re-tuned parameters and what earns its place beside them on runs left out; nothing where free runs are good.
+
+        Free runs are good where they are off by no more than what pushes a healthy thruster.
+        """
+        free = fit_to_free_runs(self.none.fitted, self.none.noise)[1]
+        off = max(free.level(signal) / self.left.noise.level(signal) for signal in self.none.system.signal_names)
+        few = np.unique(folds_of(self.none.system)).size < FEWEST_RUNS
+        return [] if few or off < RULES.off else earned(self.none, self.offer)
 
     @cached_property
     def as_stated(self) -> Array:
@@ -84,15 +110,15 @@ class Investigation:
     @cached_property
     def retuning_helps(self) -> float:
         """Probability that re-tuned parameters make a new run more probable than those as stated."""
-        retuned = foreseen(self.noise, self.held_out(self.none)[0])
+        retuned = foreseen(self.noise, self.held_out(self.none).predicted)
         return helps_by(retuned - foreseen(self.noise, self.as_stated))
 
     @cached_property
     def helps(self) -> dict[str, float]:
         """Probability that each effect of the best set makes a new run more probable, beside the others."""
-        whole = foreseen(self.noise, self.held_out(self.best)[0])
+        whole = foreseen(self.noise, self.held_out(self.best).predicted)
         less = {key: self.search.weighed[frozenset(self.best.keys) - {key}] for key in self.best.keys}
-        return {key: helps_by(whole - foreseen(self.noise, self.held_out(h)[0])) for key, h in less.items()}
+        return {key: helps_by(whole - foreseen(self.noise, self.held_out(h).predicted)) for key, h in less.items()}
 
     @property
     def none(self) -> Hypothesis:
@@ -182,7 +208,8 @@ def investigate(
     progress: Callable[[str], None] = lambda _: None,
 ) -> Investigation:
     """Return the weighed sets for a problem without effects."""
-    search = searched(problem, offers_of(signals, excluded), progress=progress)
+    offer = offers_of(signals, excluded)
+    search = searched(problem, offer, progress=progress)
     progress("what is left")
     best = search.best
     healthy = _healthy(best)
@@ -196,7 +223,7 @@ def investigate(
         gained[key] = left.fitted.evidence - less.fitted.evidence
         ahead[key] = gained[key] + unexplained.evidence - discrepancy(less.fitted, less.noise, trace).evidence
     return Investigation(
-        search=search, left=left, left_by_none=none, unexplained=unexplained, gained=gained, ahead=ahead
+        search=search, left=left, left_by_none=none, unexplained=unexplained, gained=gained, ahead=ahead, offer=offer
     )
 
 
@@ -213,7 +240,8 @@ def _healthy(found: Hypothesis) -> Whitener:
 
 def _left(found: Hypothesis, healthy: Whitener) -> Left:
     system = found.system
-    noise = whitener(system, found.fitted.x, healthy.levels).tamed(found.fitted.residuals - found.loose.explained)
+    noise = whitener(system, found.fitted.x, healthy.levels).scattering(found.loose.wider)
+    noise = noise.tamed(found.fitted.residuals - found.loose.explained)
     groups = columns_of(found.fitted, traces_of(found.fitted, found.suspects))
     noise = noise.loosened(learned_levels(found.fitted, noise, groups).columns)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)

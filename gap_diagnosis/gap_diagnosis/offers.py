@@ -2,11 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from gap_diagnosis.converter_steps import SPACING, TURN, likely_speed_steps, likely_steps
-from gap_diagnosis.suspects import JAGGED, LIMIT, ROUNDED, SEARCHED, suspects
+from gap_diagnosis.suspects import JAGGED, LIMIT, RINGING, ROUNDED, SEARCHED, suspects
 from gap_diagnosis.ventilation import air_beside
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect
@@ -25,14 +26,13 @@ _BELOW = np.array([0.99, 0.975, 0.95, 0.9, 0.83, 0.75, 0.65, 0.55, 0.45, 0.36, 0
 
 def offers_of(signals: set[str], excluded: Sequence[str] = ()) -> Callable[[Hypothesis], list[Suspect]]:
     """Return what is offered beside a hypothesis, for recordings of these signals."""
-    listed = suspects(signals, tuple(excluded))
+    return partial(_offered, suspects(signals, tuple(excluded)), "ventilation" not in excluded)
 
-    def offered(beside: Hypothesis) -> list[Suspect]:
-        found = [_with_likely_sizes(each, beside) for each in listed]
-        air = None if "ventilation" in excluded or "ventilation" in beside.keys else air_beside(beside)
-        return found if air is None else [*found, air]
 
-    return offered
+def _offered(listed: Sequence[Suspect], air: bool, beside: Hypothesis) -> list[Suspect]:
+    found = [_with_likely_sizes(each, beside) for each in listed]
+    drawn = air_beside(beside) if air and "ventilation" not in beside.keys else None
+    return found if drawn is None else [*found, drawn]
 
 
 def _with_likely_sizes(suspect: Suspect, beside: Hypothesis) -> Suspect:
@@ -47,6 +47,6 @@ def _with_likely_sizes(suspect: Suspect, beside: Hypothesis) -> Suspect:
         grid = steps[:, None] / slot.width if steps.size else suspect.grid[:1]
         spacing = SPACING * float(grid[0, 0]) * slot.width if suspect.effect == SEARCHED else TURN * 0.02
         return replace(suspect, grid=grid, price=_SEARCHED, spacing=spacing)
-    if suspect.effect in JAGGED:
+    if suspect.effect in (*JAGGED, RINGING):
         return replace(suspect, spacing=_COARSE)
     return suspect

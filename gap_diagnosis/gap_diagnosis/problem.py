@@ -31,7 +31,7 @@ from system_identification.system import Linear, Series, SizeSlot
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["CONVENTION", "DEFAULT_DEVIATION", "Problem", "Slot", "deviations_of"]
+__all__ = ["CONVENTION", "DEFAULT_DEVIATION", "FARTHEST", "Problem", "Slot", "deviations_of"]
 
 Array = NDArray[np.float64]
 DEFAULT_DEVIATION = 0.05
@@ -39,6 +39,8 @@ DEFAULT_DEVIATION = 0.05
 CONVENTION = 1.5e-3
 """Standard deviation [s] of what simulators and loggers disagree about within a step: whether a command holds from its
 stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
+FARTHEST = 16.0
+"""Deviations within which nuisances are held."""
 _DIVERGED = 1e6
 
 
@@ -122,6 +124,12 @@ class Problem:
     def nuisances(self) -> int:
         """How many unknowns have a prior."""
         return len(self.names) + len(self.situations)
+
+    @property
+    def local(self) -> NDArray[np.bool_]:
+        """Which unknowns are particular to a single recording, shape (K,)."""
+        own = [slot.recording is not None for slot in self.situations]
+        return np.array([*[False] * len(self.names), *own, *[False] * len(self.slots)])
 
     def signals(self, index: int) -> list[str]:
         """Return the signals of a recording that the model predicts."""
@@ -306,8 +314,8 @@ class Problem:
         return self.measured - self.predicted(x)
 
     def bounded(self, x: Array) -> Array:
-        """Return unknowns with sizes inside their ranges and nuisances within eight deviations."""
-        bounded = np.clip(x, -8.0, 8.0)
+        """Return unknowns with sizes inside their ranges and nuisances within `FARTHEST` deviations."""
+        bounded = np.clip(x, -FARTHEST, FARTHEST)
         for k, slot in enumerate(self.slots):
             bounded[self.nuisances + k] = np.clip(
                 x[self.nuisances + k], slot.lower / slot.width, slot.upper / slot.width

@@ -32,6 +32,8 @@ class Rules:
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
         healthy_push: times the noise of a reading that rotor and water may be pushed by.
+        off: times the noise of a healthy thruster by which free runs of the re-tuned set must be off for effects to be
+            asked which of them bring runs left out nearer.
         nameless: evidence for functions of states and inputs in what is left from which on something nameless is there.
             A search among some four hundred functions finds less by chance in 19 cases of 20.
         named: share of what re-tuning leaves that must be explained by named effects for the rest to belong to them.
@@ -47,8 +49,8 @@ class Rules:
     apart: float = 9.0
     alike: float = 4.5
     pulled: float = 0.002
-    pressed: float = 5.0
-    held: float = 7.5
+    pressed: float = 3.0
+    held: float = 15.0
     unsteady: float = 6.0
     ahead: float = 3.0
     helps: float = 0.5
@@ -56,6 +58,7 @@ class Rules:
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6
     healthy_push: float = 4.0
+    off: float = 1.5
     nameless: float = 6.0
     named: float = 0.9
     visible: float = 25.0

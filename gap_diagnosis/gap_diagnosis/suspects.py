@@ -9,7 +9,7 @@ from system_identification.suspects import Suspect
 from system_identification.system import SizeSlot
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["JAGGED", "LIMIT", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "suspects"]
+__all__ = ["JAGGED", "LIMIT", "RINGING", "ROUNDED", "SCATTERING", "SEARCHED", "Suspect", "suspects"]
 
 Array = NDArray[np.float64]
 
@@ -23,8 +23,10 @@ LIMIT = "throttle_saturation"
 """Effect that does nothing above the largest command of the recordings."""
 JAGGED = (SEARCHED, ROUNDED, "tach_dropout")
 """Effects whose predictions jump as their size grows: their sizes are searched, not fitted."""
-_DENSE = {ROUNDED: 60, "tach_dropout": 16, SEARCHED: 16, "load_cell_resonance": 24}
-_SECOND = {"load_cell_resonance": 5}
+RINGING = "load_cell_resonance"
+"""Effect whose frequency is right within a fraction of its width, or not at all: it is searched more finely."""
+_DENSE = {ROUNDED: 60, "tach_dropout": 16, SEARCHED: 16, RINGING: 24}
+_SECOND = {RINGING: 5}
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
 
 

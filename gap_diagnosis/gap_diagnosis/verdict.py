@@ -159,9 +159,11 @@ def _strained(found: Investigation) -> bool:
     count = len(none.system.names)
     x[:count] = 0.0
     white = none.noise.whiten(none.system.residuals(x))
-    cost = float(white @ white + x[: none.system.nuisances] @ x[: none.system.nuisances])
-    information = none.fitted.jacobian[:, :count].T @ none.fitted.jacobian[:, :count] + np.eye(count)
-    return cost - none.fitted.cost > float(np.linalg.slogdet(information)[1])
+    prior = none.fitted.prior
+    cost = float(white @ white + prior @ x[: prior.size] ** 2)
+    information = none.fitted.jacobian[:, :count].T @ none.fitted.jacobian[:, :count] + np.diag(prior[:count])
+    chance = float(np.linalg.slogdet(information)[1]) - float(np.sum(np.log(prior[:count])))
+    return cost - none.fitted.cost > chance
 
 
 def _claim(found: Investigation, suspect: Suspect) -> Claim:

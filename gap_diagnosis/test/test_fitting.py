@@ -7,7 +7,7 @@ import pytest
 from generated import campaign, noise_of
 from scipy.optimize import least_squares
 
-from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.problem import FARTHEST, Problem, deviations_of
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
 from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
@@ -45,11 +45,11 @@ def test_where_parameters_are_held_at_the_ends_of_their_ranges_the_others_are_at
     problem, _ = problem_of({"throttle_gain": {"share": 0.4}}, seed=13)
     narrow = replace(problem, deviations={name: 0.2 * deviation for name, deviation in problem.deviations.items()})
     found = fit(narrow, noise_of(narrow), narrow.start(), iterations=25)
-    assert np.sum(np.abs(found.x) == 8.0) >= 2
+    assert np.sum(np.abs(found.x) == FARTHEST) >= 2
     other = least_squares(
         lambda x: np.concatenate((noise_of(narrow).whiten(narrow.residuals(x)), x)),
         narrow.start(),
-        bounds=(-8.0, 8.0),
+        bounds=(-FARTHEST, FARTHEST),
         diff_step=1e-4,
         max_nfev=60,
     )

@@ -62,8 +62,8 @@ def exchanges(found: Hypothesis, trials: Sequence[Trial], most: int) -> list[Pro
     jacobian = fitted.jacobian[:, :nuisances]
     white = found.noise.whiten(np.nan_to_num(rows))
     target = fitted.white + np.sum(white[:, :count], axis=1)
-    information = jacobian.T @ jacobian + np.eye(nuisances)
-    cross, pull = jacobian.T @ white, jacobian.T @ target - fitted.x[:nuisances]
+    information = jacobian.T @ jacobian + np.diag(fitted.prior)
+    cross, pull = jacobian.T @ white, jacobian.T @ target - fitted.prior * fitted.x[:nuisances]
     retuning = np.linalg.solve(information, np.column_stack((cross, pull)))
     gram = white.T @ white - cross.T @ retuning[:, :-1]
     slope = white.T @ target - cross.T @ retuning[:, -1]

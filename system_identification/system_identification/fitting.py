@@ -16,6 +16,8 @@ Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
 _DONE_AT_JUMPS = 0.5  # the same where a reading jumps as a state passes a threshold, and each step finds a little
 _BORROWED_IS_DONE = 2.0
+_AS_PROMISED = 0.3
+"""Share of what a step promises to gain from which on sensitivities are near enough to be corrected by it alone."""
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _ROUNDS = 6
 _DRAWS = 60
@@ -34,6 +36,7 @@ class Fitted:
         white: the same whitened, shape (R,).
         sensitivities: d predicted / d unknowns in the signals' units, NaN = missing, shape (R, K).
         jacobian: the same whitened, shape (R, K).
+        prior: inverse variances of the nuisances, shape (nuisances,).
         cost: sum of squares of `white` and of the nuisances over their deviations.
         evidence: logarithm of the probability of the data, less what all hypotheses share.
     """
@@ -44,26 +47,32 @@ class Fitted:
     white: Array
     sensitivities: Array
     jacobian: Array
+    prior: Array
     cost: float
     evidence: float
 
     @property
     def covariance(self) -> Array:
         """Of the unknowns, shape (K, K)."""
-        return np.asarray(np.linalg.inv(_information(self.jacobian, self.problem.nuisances)))
+        return np.asarray(np.linalg.inv(_information(self.jacobian, self.prior)))
+
+    @property
+    def strain(self) -> float:
+        """Deviations of the nuisance that is farthest from what is stated."""
+        return float(np.max(np.abs(self.x[: self.prior.size]) * np.sqrt(self.prior), initial=0.0))
 
     def retuning(self, columns: Array) -> Array:
         """Return by how much the unknowns move, to first order, beside further columns with these products.
 
         `columns`: jacobian' times whitened columns, shape (K, C); sizes are free.
         """
-        information = _with_priors(self.jacobian, self.problem.nuisances)
+        information = _with_priors(self.jacobian, self.prior)
         return np.asarray(np.linalg.solve(information + 1e-9 * np.eye(information.shape[0]), columns))
 
     @property
     def pull(self) -> Array:
         """Half the downward slope of the cost over the unknowns, shape (K,); zero at the very minimum."""
-        return _pull(self.jacobian, self.white, self.x, self.problem.nuisances)
+        return _pull(self.jacobian, self.white, self.x, self.prior)
 
 
 def fit(
@@ -90,14 +99,14 @@ def fit(
     counts = np.ones(problem.known.size, dtype=bool) if rows is None else rows
     x = problem.bounded(x)
     residuals, white, cost = _cost(problem, noise, x, counts)
-    borrowed = near is not None
+    own = near is None
     sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
     jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
     rows_known = int(np.sum(problem.known & counts))
     damping, moved = 1e-6, problem.movable()
     for _ in range(iterations):
-        moving, gradient = _unheld(problem, x, jacobian * moved, white)
-        information = _information(moving, problem.nuisances)
+        moving, gradient = _unheld(problem, x, jacobian * moved, white, noise.prior(problem))
+        information = _information(moving, noise.prior(problem))
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE_AT_JUMPS if problem.jumps else _DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
@@ -108,24 +117,25 @@ def fit(
             factor = cho_factor(damped)
             step = cho_solve(factor, gradient)
             turn = np.zeros_like(step)
-            if not borrowed:
+            if own:
                 bend = _bend(problem, noise, x, white, step, moving, counts)
                 turn = -cho_solve(factor, moving.T @ bend)
                 turn *= min(1.0, 1.5 * float(np.linalg.norm(step)) / max(float(np.linalg.norm(turn)), 1e-300))
             tried = _cut(problem, x, step + 0.5 * turn, damped, gradient)
             at = _cost(problem, noise, tried, counts)
             if at[2] < cost:
-                gain = cost - at[2]
+                gain, moved_by, changed = cost - at[2], tried - x, residuals - at[0]
                 x, (residuals, white, cost) = tried, at
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10.0, 1e-5)
-        if gain < (_BORROWED_IS_DONE if borrowed and not polish else done) and not (borrowed and polish):
+        if gain < (done if own or polish else max(done, _BORROWED_IS_DONE)) and (own or not polish):
             break
-        if borrowed and near is not None and (gain >= max(done, _BORROWED_IS_DONE) or not polish):
-            sensitivities = _borrowed(problem, x, near)
+        if gain >= max(done, _BORROWED_IS_DONE, _AS_PROMISED * promised):
+            own = False
+            sensitivities = _updated(sensitivities, moved_by, changed)
         else:
-            borrowed = False
+            own = True
             sensitivities = problem.sensitivities(x)
         jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
     return Fitted(
@@ -135,14 +145,15 @@ def fit(
         white=white,
         sensitivities=sensitivities,
         jacobian=jacobian,
+        prior=noise.prior(problem),
         cost=cost,
         evidence=_evidence(problem, noise, cost, jacobian),
     )
 
 
-def _unheld(problem: System, x: Array, jacobian: Array, white: Array) -> tuple[Array, Array]:
+def _unheld(problem: System, x: Array, jacobian: Array, white: Array, prior: Array) -> tuple[Array, Array]:
     """Return Jacobian and pull of the unknowns that can follow it: none at an end of its range moves outwards."""
-    gradient = _pull(jacobian, white, x, problem.nuisances)
+    gradient = _pull(jacobian, white, x, prior)
     held = (gradient != 0.0) & (problem.bounded(x + 1e-9 * np.sign(gradient)) == x)
     return jacobian * ~held, np.where(held, 0.0, gradient)
 
@@ -231,6 +242,12 @@ def _bend(
     return np.asarray(2.0 / part * ((white - there) / part - jacobian @ step))
 
 
+def _updated(sensitivities: Array, step: Array, changed: Array) -> Array:
+    """Return sensitivities (R, K) that tell how predictions changed (R,) by a step (Broyden 1965), the nearest such."""
+    wrong = np.nan_to_num(changed) - np.nan_to_num(sensitivities) @ step
+    return np.asarray(sensitivities + np.outer(wrong, step) / max(float(step @ step), 1e-300))
+
+
 def _borrowed(problem: System, x: Array, near: Fitted) -> Array:
     if near.x.size == x.size:
         return near.sensitivities
@@ -241,40 +258,40 @@ def _borrowed(problem: System, x: Array, near: Fitted) -> Array:
 def _cost(problem: System, noise: Whitener, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:
     residuals = problem.residuals(x)
     white = noise.whiten(np.nan_to_num(residuals)) * counts
-    return residuals, white, float(white @ white + x[: problem.nuisances] @ x[: problem.nuisances])
+    return residuals, white, float(white @ white + noise.prior(problem) @ x[: problem.nuisances] ** 2)
 
 
-def _pull(jacobian: Array, white: Array, x: Array, nuisances: int) -> Array:
+def _pull(jacobian: Array, white: Array, x: Array, prior: Array) -> Array:
     pull = jacobian.T @ white
-    pull[:nuisances] -= x[:nuisances]
+    pull[: prior.size] -= prior * x[: prior.size]
     return np.asarray(pull)
 
 
-def _with_priors(jacobian: Array, nuisances: int) -> Array:
+def _with_priors(jacobian: Array, prior: Array) -> Array:
     information = jacobian.T @ jacobian
-    information[np.arange(nuisances), np.arange(nuisances)] += 1.0
+    information[np.arange(prior.size), np.arange(prior.size)] += prior
     return np.asarray(information)
 
 
-def _information(jacobian: Array, nuisances: int) -> Array:
-    information = _with_priors(jacobian, nuisances)
+def _information(jacobian: Array, prior: Array) -> Array:
+    information = _with_priors(jacobian, prior)
     # A size without any influence is as uncertain as its range.
-    rest = np.arange(nuisances, information.shape[0])
+    rest = np.arange(prior.size, information.shape[0])
     information[rest, rest] += 12.0
     return information
 
 
 def _evidence(problem: System, noise: Whitener, cost: float, jacobian: Array) -> float:
     """Return -(cost + logdet(noise) + logdet(information) - sizes ln(2 pi)) / 2; sizes in units of their ranges."""
-    factor = np.linalg.cholesky(_information(jacobian, problem.nuisances))
+    factor = np.linalg.cholesky(_information(jacobian, noise.prior(problem)))
     free = len(problem.slots)
     return float(-0.5 * (cost + noise.log_det) - np.sum(np.log(np.diag(factor))) + 0.5 * free * np.log(2.0 * np.pi))
 
 
-def projector(jacobian: Array, nuisances: int) -> Array:
+def projector(jacobian: Array, prior: Array) -> Array:
     """Return an orthonormal basis (R + nuisances, K) of what the unknowns can do to whitened rows and their priors."""
-    prior = np.zeros((nuisances, jacobian.shape[1]))
-    prior[np.arange(nuisances), np.arange(nuisances)] = 1.0
-    stacked = np.vstack((jacobian, prior))
+    own = np.zeros((prior.size, jacobian.shape[1]))
+    own[np.arange(prior.size), np.arange(prior.size)] = np.sqrt(prior)
+    stacked = np.vstack((jacobian, own))
     factor = np.linalg.cholesky(stacked.T @ stacked + 1e-9 * np.eye(stacked.shape[1]))
     return np.asarray(solve_triangular(factor, stacked.T, lower=True).T)

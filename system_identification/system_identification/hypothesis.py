@@ -1,6 +1,6 @@
 """One set of effects, fitted beside all that moves at random, with the evidence for it."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,6 +14,8 @@ from system_identification.suspects import Suspect
 __all__ = ["Hypothesis", "traces_of", "weighed"]
 
 Array = NDArray[np.float64]
+_SHARES = (1.0, 0.4)
+"""Of the way from the noise that was known to the one that was learned, which are tried."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -96,12 +98,23 @@ def weighed(
     caps = caps or Caps()
     first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
     groups = columns_of(first, traces_of(first, suspects))
-    bare = whitener(system, first.x, noise.levels)
-    bare = bare.tamed(first.residuals)
-    loose = learned_levels(first, bare, groups)
-    bare = learned(bare, first.residuals - loose.explained, caps, steps=steps, taken=first.x.size)
-    bare = bare.tamed(first.residuals - loose.explained)
-    loose = learned_levels(first, bare, groups)
-    whole = bare.loosened(loose.columns)
-    again = fit(system, whole, first.x, iterations=4, near=first, polish=False)
-    return Hypothesis(suspects=suspects, fitted=again, noise=whole, loose=loose)
+
+    def beside(bare: Whitener) -> Hypothesis:
+        """Return the hypothesis as it is fitted, with what is loose beside a noise."""
+        loose = learned_levels(first, bare, groups)
+        whole = bare.scattering(loose.wider).loosened(loose.columns)
+        here = fit(system, whole, first.x, iterations=0, near=first, polish=False)
+        return Hypothesis(suspects=suspects, fitted=here, noise=whole, loose=loose)
+
+    bare = whitener(system, first.x, noise.levels).tamed(first.residuals)
+    found = beside(bare)
+    rows = first.residuals - found.loose.explained
+    anew = learned(bare, rows, caps, steps=steps, taken=first.x.size)
+    # Noise was learned from what is left beside what is loose; both together are what counts.
+    for share in _SHARES:
+        tried = beside(replace(anew, levels=noise.levels.towards(anew.levels, share)).tamed(rows))
+        if tried.evidence > found.evidence:
+            found = tried
+            break
+    again = fit(system, found.noise, first.x, iterations=4, near=first, polish=False)
+    return replace(found, fitted=again)

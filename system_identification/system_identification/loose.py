@@ -23,17 +23,20 @@ CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
 """Largest level by group: of parameters from run to run in their stated deviations, of rest values in deviations of the
 sensor's noise, of an effect's trace in shares of it."""
 _STEPS = 7
+_WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
+"""By how much parameters may scatter more widely than stated: a stated deviation is often a guess."""
 _LEAST = 0.02
 _FAR = (0.35, 0.6, 1.0)
 """Shares by which an effect's size may vary that is not one size."""
 
 
 class Loose(NamedTuple):
-    """Levels by group, and what the columns most probably do to the rows (R,)."""
+    """Levels by group, what the columns most probably do to the rows (R,), and how widely parameters scatter."""
 
     levels: Mapping[str, float]
     columns: Array
     explained: Array
+    wider: float = 1.0
 
 
 def columns_of(fitted: Fitted, traces: Mapping[str, Array]) -> dict[str, Array]:
@@ -89,44 +92,49 @@ class _Beside:
     def __init__(self, fitted: Fitted, noise: Whitener, groups: Sequence[Array]) -> None:
         system = fitted.problem
         bare = replace(noise, loose=None)
-        self.raw = np.hstack(groups)
-        self.of = np.repeat(np.arange(len(groups)), [group.shape[1] for group in groups])
+        self.raw = np.hstack((np.zeros((system.known.size, 0)), *groups))
+        self.of = np.repeat(np.arange(len(groups)), [group.shape[1] for group in groups]).astype(np.int64)
         jacobian = bare.whiten(np.nan_to_num(fitted.sensitivities))
         everything = np.hstack((jacobian, bare.whiten(self.raw)))
         self.gram = everything.T @ everything
         self.slope = everything.T @ bare.whiten(np.nan_to_num(fitted.residuals))
-        self.unknowns = jacobian.shape[1]
-        self.prior = np.full(self.unknowns, 1e-6)
-        self.prior[: system.nuisances] += 1.0
-        self.pulled = np.zeros(self.gram.shape[0])
-        self.pulled[: system.nuisances] = fitted.x[: system.nuisances]
+        self.unknowns, self.parameters = jacobian.shape[1], system.parameters
+        self.nuisances = fitted.x[: system.nuisances]
 
-    def score(self, levels: Array) -> tuple[float, Array]:
-        """Return the logarithm of the rows' probability at levels, up to a constant, and how far columns are moved."""
+    def score(self, levels: Array, wider: float) -> tuple[float, Array]:
+        """Return the logarithm of the rows' probability at levels, up to a constant, and how far columns are moved.
+
+        `wider`: how many times wider than stated the parameters scatter.
+        """
         weights = np.concatenate((np.ones(self.unknowns), levels[self.of]))
+        precision = np.ones(self.nuisances.size)
+        precision[: self.parameters] /= wider**2
+        prior = np.concatenate((precision, np.zeros(self.unknowns - precision.size), np.ones(self.of.size)))
+        pull = weights * self.slope
+        pull[: precision.size] -= precision * self.nuisances
         information = self.gram * weights[:, None] * weights
-        information[np.diag_indices_from(information)] += np.concatenate((self.prior, np.ones(self.of.size)))
+        information[np.diag_indices_from(information)] += prior + 1e-6
         factor = np.linalg.cholesky(information)
-        solved = solve_triangular(factor, weights * self.slope - self.pulled, lower=True)
+        solved = solve_triangular(factor, pull, lower=True)
         moved = solve_triangular(factor.T, solved) * weights
-        return float(0.5 * solved @ solved - np.sum(np.log(np.diag(factor)))), moved[self.unknowns :]
+        cost = float(precision @ self.nuisances**2) - float(np.sum(np.log(precision)))
+        return float(0.5 * (solved @ solved - cost) - np.sum(np.log(np.diag(factor)))), moved[self.unknowns :]
 
 
 def learned_levels(fitted: Fitted, noise: Whitener, groups: Mapping[str, Array]) -> Loose:
     """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them."""
-    if not groups:
-        nothing = np.zeros(fitted.problem.known.size)
-        return Loose({}, nothing[:, None][:, :0], nothing)
     names = list(groups)
     beside = _Beside(fitted, noise, list(groups.values()))
-    levels = np.array([0.1 * CAPS[name] for name in names])
+    levels, wider = np.array([0.1 * CAPS[name] for name in names]), noise.levels.parameters
     for _ in range(2):
+        wider = max(_WIDER, key=lambda factor: beside.score(levels, factor)[0])
         for g, name in enumerate(names):
             tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
-            found = [beside.score(np.where(np.arange(len(names)) == g, level, levels))[0] for level in tried]
+            found = [beside.score(np.where(np.arange(len(names)) == g, level, levels), wider)[0] for level in tried]
             levels[g] = tried[int(np.argmax(found))]
-    moved = beside.score(levels)[1]
-    return Loose(dict(zip(names, levels.tolist(), strict=True)), beside.raw * levels[beside.of], beside.raw @ moved)
+    moved = beside.score(levels, wider)[1]
+    by_name = dict(zip(names, levels.tolist(), strict=True))
+    return Loose(by_name, beside.raw * levels[beside.of], beside.raw @ moved, wider)
 
 
 def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str, Array]) -> dict[str, float]:
@@ -147,7 +155,7 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str,
     for key in shapes:
         own = np.array([name == key for name in names])
         near, far = (
-            max(beside.score(np.where(own, level, usual))[0] for level in levels)
+            max(beside.score(np.where(own, level, usual), loose.wider)[0] for level in levels)
             for levels in (np.linspace(0.0, CAPS["shape"], 4), _FAR)
         )
         found[key] = far - near

@@ -10,12 +10,13 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
 from system_identification.kalman import driven_by, gains_of, innovations_of
 from system_identification.system import Linear, System
 
-__all__ = ["Caps", "Levels", "Whitener", "learned", "tamed_squares", "white_noise", "whitener"]
+__all__ = ["Caps", "Levels", "Whitener", "learned", "white_noise", "whitener"]
 
 Array = NDArray[np.float64]
 _MEMORIES = (0.3, 6.0)  # [s], of disturbances
@@ -40,6 +41,7 @@ class Levels:
         colour_memory: of that [s], by signal.
         pushes: level of each disturbance.
         memory: of the disturbances [s].
+        parameters: how many times wider than stated the parameters scatter.
     """
 
     sensors: Mapping[str, float]
@@ -47,6 +49,25 @@ class Levels:
     colour_memory: Mapping[str, float]
     pushes: tuple[float, ...]
     memory: float = 1.5
+    parameters: float = 1.0
+
+    def towards(self, other: "Levels", share: float) -> "Levels":
+        """Return levels a share of the way to others, in logarithms."""
+
+        def between(a: float, b: float) -> float:
+            return float(max(a, _LEAST) ** (1.0 - share) * max(b, _LEAST) ** share) if share < 1.0 else b
+
+        def each(a: Mapping[str, float], b: Mapping[str, float]) -> dict[str, float]:
+            return {name: between(a[name], b[name]) for name in a}
+
+        return Levels(
+            sensors={n: float(v ** (1.0 - share) * other.sensors[n] ** share) for n, v in self.sensors.items()},
+            colours=each(self.colours, other.colours),
+            colour_memory=each(self.colour_memory, other.colour_memory),
+            pushes=tuple(between(a, b) for a, b in zip(self.pushes, other.pushes, strict=True)),
+            memory=between(self.memory, other.memory),
+            parameters=other.parameters,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,10 +135,17 @@ class Whitener:
             out[run.rows] = np.where(self.system.known[run.rows], deviation, out[run.rows])
         return out
 
+    def prior(self, system: System) -> Array:
+        """Return the inverse variances of a system's nuisances, (nuisances,)."""
+        prior = np.ones(system.nuisances)
+        prior[: system.parameters] /= self.levels.parameters**2
+        return prior
+
     @cached_property
     def log_det(self) -> float:
-        """Logarithm of the determinant of the noise's covariance."""
+        """Logarithm of the determinant of the covariance of the noise and of the nuisances."""
         own = 2.0 * float(np.sum(np.log(self.deviations[self.system.known])))
+        own -= float(np.sum(np.log(self.prior(self.system))))
         return own + (0.0 if self.loose is None else 2.0 * float(np.sum(np.log(self.loose[1]))))
 
     def whiten(self, rows: Array) -> Array:
@@ -150,21 +178,32 @@ class Whitener:
         basis = white @ (vectors[:, kept] / np.sqrt(values[kept]))
         return replace(bare, loose=(basis, np.sqrt(1.0 + values[kept])))
 
-    def tamed(self, residuals: Array) -> "Whitener":
-        """Return the map in which rows that stand out of it by more than four deviations count by what they tell.
+    def scattering(self, parameters: float) -> "Whitener":
+        """Return the map beside parameters that scatter so many times more widely than stated."""
+        return replace(self, levels=replace(self.levels, parameters=parameters))
 
-        As if each had a deviation of its own: beyond four, a row costs the logarithm of how far out it is.
+    def tamed(self, residuals: Array) -> "Whitener":
+        """Return the map in which lone rows that stand out of it by more than four deviations count by what they tell.
+
+        As if each had a deviation of its own: beyond four, a row costs the logarithm of how far out it is. Rows that
+        stand out together with their neighbours tell of the system.
         """
-        wild = np.ones(residuals.size)
+        rows = np.nan_to_num(residuals)
+        alone, wild = replace(self, wild=None)._alone(rows), np.ones(residuals.size)
         for _ in range(2):
-            here = replace(self, wild=wild, loose=None)
-            out = np.abs(here.whiten(np.nan_to_num(residuals))) * wild
-            wild = (
-                np.maximum(1.0, out / np.sqrt(_OUTLYING))
-                if np.all(wild == 1.0)
-                else np.where(wild > 1.0, np.maximum(1.0, out / np.sqrt(_OUTLYING)), 1.0)
-            )
+            out = np.abs(replace(self, wild=wild, loose=None).whiten(rows)) * wild
+            alone &= out > np.sqrt(_OUTLYING)
+            wild = np.where(alone, out / np.sqrt(_OUTLYING), 1.0)
         return replace(self, wild=wild if np.any(wild > 1.0) else None, loose=None)
+
+    def _alone(self, rows: Array) -> NDArray[np.bool_]:
+        """Return which rows stand out of the median of the five around them by more than four deviations, (R,)."""
+        alone = np.zeros(rows.size, dtype=np.bool_)
+        for each in self.system.series:
+            places = each.first + np.flatnonzero(self.system.known[each.rows])
+            apart = np.abs(rows[places] - median_filter(rows[places], size=5, mode="nearest"))
+            alone[places] = apart > np.sqrt(_OUTLYING) * self._own[places]
+        return alone
 
     def level(self, signal: str) -> float:
         """Return the standard deviation of a signal's noise without what pushes the states, in its unit."""
@@ -231,11 +270,6 @@ def _moved(run: Linear, keep: float) -> Array:
     return out
 
 
-def tamed_squares(white: Array) -> Array:
-    """Return squares of white rows; beyond four deviations what grows as the logarithm of how far out they are."""
-    return np.minimum(white**2, _OUTLYING + 2.0 * np.log1p(np.maximum(white**2 - _OUTLYING, 0.0)))
-
-
 def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, taken: float = 0.0) -> Whitener:
     """Return the map with levels under which residuals (R,) are most likely, within caps, by Fisher scoring.
 
@@ -271,7 +305,7 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
     pulled = np.concatenate((np.zeros(s), np.full(2 * s + pushes + 1, _PULL)))
 
     def deviance(white: Array, logs: Array, z: Array) -> float:
-        return float(np.sum(tamed_squares(white))) / share + float(np.sum(logs)) + float(pulled @ (z - centre) ** 2)
+        return float(white @ white) / share + float(np.sum(logs)) + float(pulled @ (z - centre) ** 2)
 
     low = np.log([caps.sensors[0]] * s + [_LEAST] * s + [_COLOURS[0]] * s + [_LEAST] * pushes + [_MEMORIES[0]])
     high = np.log(
@@ -298,10 +332,9 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
             moved[k] += step
             there = seen(moved)
             by_white[:, k], by_logs[:, k] = (there[0] - white) / step, (there[1] - logs) / step
-        weight = np.where(white**2 > _OUTLYING, 1.0 / (1.0 + white**2 - _OUTLYING), 1.0)
-        slope = np.sum(by_logs, axis=0) + 2.0 * by_white.T @ (weight * white) / share + 2.0 * pulled * (z - centre)
+        slope = np.sum(by_logs, axis=0) + 2.0 * by_white.T @ white / share + 2.0 * pulled * (z - centre)
         innovation = by_white + 0.5 * white[:, None] * by_logs
-        curvature = 2.0 * (innovation * weight[:, None]).T @ innovation + by_logs.T @ by_logs + np.diag(2.0 * pulled)
+        curvature = 2.0 * innovation.T @ innovation + by_logs.T @ by_logs + np.diag(2.0 * pulled)
         held = ((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0))
         curvature[held] = curvature[:, held] = 0.0
         curvature[np.diag_indices(z.size)] += np.where(held, 1.0, 1e-6)

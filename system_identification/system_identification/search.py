@@ -168,7 +168,7 @@ class _Searching:
         picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
         keys = {each.suspect.key for each in picked}
         picked += [each for each in plain[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
-        if np.max(np.abs(current.fitted.x[: current.system.nuisances])) > _FAR:
+        if current.fitted.strain > _FAR:
             # What has no size is right or wrong as a whole: no first order about a fit that is far off tells.
             keys = {each.suspect.key for each in picked}
             picked += [each for each in ranked if each.suspect.exact and each.suspect.key not in keys]
@@ -237,7 +237,7 @@ class _Searching:
                 sensitivities=current.fitted.sensitivities[:, :nuisances],
             )
             fitted = fit(posed, current.noise, start, iterations=6, near=near, polish=False)
-        if np.max(np.abs(start[:nuisances])) > _FAR:
+        if current.fitted.strain > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             again = fit(posed, current.noise, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
             fitted = again if again.cost < fitted.cost else fitted

@@ -83,6 +83,10 @@ class System(Protocol):
         """How many of these, the first ones, are parameters that all runs share."""
 
     @property
+    def local(self) -> NDArray[np.bool_]:
+        """Which unknowns are particular to a single run, shape (K,)."""
+
+    @property
     def signal_names(self) -> tuple[str, ...]:
         """Of the signals."""
 

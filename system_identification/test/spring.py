@@ -62,6 +62,10 @@ class Spring:
     deviations: dict = field(default_factory=lambda: {"stiffness": 1.5, "damping": 0.075})
 
     @property
+    def local(self):
+        return np.zeros(self.nuisances + len(self.slots), dtype=bool)
+
+    @property
     def series(self):
         sizes = np.cumsum([0, *(r.size for r in self.readings)])
         return [Series(i, "position", a, b) for i, (a, b) in enumerate(pairwise(sizes))]

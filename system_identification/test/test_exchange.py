@@ -30,9 +30,10 @@ def test_an_exchange_costs_what_least_squares_says():
 
     def cost(names):
         target = fitted.white + sum(found.noise.whiten(traces[name]) for name in found.keys)
-        prior = np.eye(2, 2 + len(names))
+        scale = np.sqrt(fitted.prior)
+        prior = np.hstack((np.diag(scale), np.zeros((2, len(names)))))
         rows = np.column_stack([fitted.jacobian[:, :2], *(found.noise.whiten(traces[name]) for name in names)])
-        whole, right = np.vstack((rows, prior)), np.concatenate((target, -fitted.x[:2]))
+        whole, right = np.vstack((rows, prior)), np.concatenate((target, -scale * fitted.x[:2]))
         left = right - whole @ np.linalg.lstsq(whole, right, rcond=None)[0]
         return float(left @ left)
 

@@ -99,3 +99,12 @@ def test_a_row_that_stands_out_counts_by_what_it_tells():
 def test_the_run_is_sampled_as_the_system_says():
     run = small().linear(np.zeros(2))[0]
     assert run.dt == DT and run.places.tolist() == [0, 2, 4, 6, 8, 10]
+
+
+def test_rows_that_stand_out_together_tell_of_the_system():
+    system = recorded(5, push=0.0, stiffness=1.0, damping=1.0)
+    residuals = system.residuals(np.zeros(2))
+    residuals[100:120] += 1.0
+    tame = white_noise(system).tamed(residuals)
+    assert tame.wild is None or not np.any(tame.wild[103:117] > 1.0)
+    assert np.all(np.abs(tame.whiten(residuals)[103:117]) > 90.0)

@@ -5,8 +5,9 @@ import pytest
 from spring import recorded, suspects
 
 from system_identification.budget import PARAMETERS, budget_of
+from system_identification.earning import earned
 from system_identification.fitting import fit
-from system_identification.left_out import folds_of, left_out
+from system_identification.left_out import fit_to_free_runs, folds_of, left_out
 from system_identification.noise import whitener
 from system_identification.search import searched
 
@@ -56,6 +57,59 @@ def test_a_run_is_predicted_by_a_fit_to_the_others():
     noise = whitener(system, np.zeros(2))
     found = fit(system, noise, np.zeros(2))
     assert set(folds_of(system)) == {0, 1, 2}
-    out = left_out(found, noise, np.zeros(2, dtype=bool))
+    out = left_out(found, noise)
     assert out.unknowns.shape == (3, 2)
     assert np.std(system.measured - out.predicted) == pytest.approx(0.01, rel=0.1)
+
+
+@pytest.mark.parametrize(("stiffness", "damping", "seed"), [(1.3, 0.7, 71), (0.75, 1.3, 72)])
+def test_parameters_that_are_farther_off_than_stated_are_no_effect(stiffness, damping, seed):
+    found = searched(recorded(seed, push=0.5, stiffness=stiffness, damping=damping), suspects)
+    assert found.best.keys == ()
+    assert found.best.noise.levels.parameters > 2.0
+    values = [30.0 + 1.5 * found.best.fitted.x[0], 1.5 + 0.075 * found.best.fitted.x[1]]
+    assert values == pytest.approx([30.0 * stiffness, 1.5 * damping], rel=0.02)
+
+
+def test_parameters_as_stated_scatter_no_more_widely():
+    found = searched(recorded(73, push=0.5, friction=0.8), suspects).best
+    assert found.keys == ("friction",)
+    assert found.noise.levels.parameters == 1.0
+
+
+@pytest.mark.parametrize("seed", [81, 82, 83])
+def test_a_wrong_model_is_fitted_to_free_runs_by_what_lasts(seed):
+    system = recorded(seed, push=0.5, cubic=1.2)
+    found = searched(system, lambda _: ()).best  # what is at work has no name here
+    free, noise = fit_to_free_runs(found.fitted, found.noise)
+
+    def squares(x):
+        return float(np.sum(system.residuals(x) ** 2))
+
+    best = min(squares(free.x + np.array([a, b])) for a in (-0.3, 0.0, 0.3) for b in (-0.3, 0.0, 0.3))
+    assert squares(free.x) == pytest.approx(best, rel=0.02)
+    assert squares(free.x) < 0.98 * squares(found.fitted.x)
+    assert noise.levels.sensors["position"] == pytest.approx(np.sqrt(squares(free.x) / system.known.size), rel=0.1)
+
+
+@pytest.mark.parametrize("seed", [91, 92])
+def test_what_has_a_name_earns_its_place_beside_what_has_none(seed):
+    system = recorded(seed, push=0.5, runs=4, friction=1.6, cubic=1.0)
+
+    def offered(_):
+        return [each for each in suspects() if each.effect != "cubic"]
+
+    none = searched(system, lambda _: ()).none
+    chain = earned(none, offered)
+    assert chain[0].found.keys == () and chain[0].helps is None
+    assert "friction" in chain[-1].found.keys
+    (named,) = (each for each in chain if each.found.keys[-1:] == ("friction",))
+    assert named.helps > 0.9 and 0.0 <= named.chosen <= 1.0
+    left = [np.std(system.measured - each.out.predicted) for each in chain]
+    assert left[-1] < left[0]
+
+
+@pytest.mark.parametrize("seed", [93, 94])
+def test_nothing_earns_a_place_beside_a_model_that_is_right(seed):
+    none = searched(recorded(seed, push=1.0, runs=4), lambda _: ()).none
+    assert len(earned(none, suspects)) == 1
