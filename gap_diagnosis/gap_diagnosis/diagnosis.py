@@ -70,7 +70,7 @@ class Diagnosis:
         scatters: what the logs show.
         budget: where the gap goes; None where there is not enough data.
         waterfall: errors on runs left out, one cause after the other.
-        nearest: where nothing is claimed: sets that bring free runs of runs left out nearer, one effect after the other.
+        nearest: where nothing is claimed: sets that bring runs left out nearer, one effect after the other.
         straight: whether commands were found to act as straight lines between their samples; None: that was stated.
     """
 

@@ -96,7 +96,7 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
         last = diagnosis.nearest[-1].found
         sizes = last.system.sizes(last.fitted.x)
         named = ", ".join(
-            f"{each.key} ({', '.join(f'{slot.parameter} {sizes[each.effect][slot.parameter]:.3g}' for slot in each.slots)})"
+            f"{each.key} ({', '.join(f'{s.parameter} {sizes[each.effect][s.parameter]:.3g}' for s in each.slots)})"
             for each in last.suspects
         )
         text += (
