@@ -70,7 +70,7 @@ class Diagnosis:
         scatters: what the logs show.
         budget: where the gap goes; None where there is not enough data.
         waterfall: errors on runs left out, one cause after the other.
-        nearest: where nothing is claimed: sets that bring runs left out nearer, one effect after the other.
+        nearest: where nothing is claimed: re-tuned parameters, then sets that bring runs left out nearer and nearer.
         straight: whether commands were found to act as straight lines between their samples; None: that was stated.
     """
 
@@ -315,7 +315,7 @@ def _complete(
             else budget_of(found.best, as_is, nameless, seed, RULES.tempered)
         ),
         waterfall=tuple(waterfall),
-        nearest=nearest[1:],
+        nearest=nearest,
         straight=straight,
     )
 

@@ -90,11 +90,11 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
     if diagnosis.nearest:
         last = diagnosis.nearest[-1]
         whole, unknowns = last.found, last.out.unknowns
-        helps = {each.found.keys[-1]: each.helps for each in diagnosis.nearest}
-        chosen = {each.found.keys[-1]: each.chosen for each in diagnosis.nearest}
+        helps = {each.found.keys[-1]: each.helps for each in diagnosis.nearest[1:]}
+        chosen = {each.found.keys[-1]: each.chosen for each in diagnosis.nearest[1:]}
     else:
         whole, unknowns = found.best, found.held_out(found.best).unknowns
-        helps, chosen = dict(found.helps), {}
+        helps, chosen = {**found.helps}, {}
     causes = []
     for suspect in whole.suspects:
         share, claim = budget.shares[suspect.key], claims.get(suspect.key)

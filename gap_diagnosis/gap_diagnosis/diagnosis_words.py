@@ -92,7 +92,7 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     depends = "; ".join(f"{each.signal} on {each.name}" for each in found.unexplained.features[:3])
     text = "The known effects do not explain the gap: residuals still depend on states and inputs"
     text += f" ({depends})." if depends else "."
-    if diagnosis.nearest and diagnosis.budget is not None:
+    if diagnosis.nearest[1:] and diagnosis.budget is not None:
         last = diagnosis.nearest[-1].found
         sizes = last.system.sizes(last.fitted.x)
         named = ", ".join(

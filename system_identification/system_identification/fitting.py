@@ -56,11 +56,6 @@ class Fitted:
         """Of the unknowns, shape (K, K)."""
         return np.asarray(np.linalg.inv(_information(self.jacobian, self.prior)))
 
-    @property
-    def strain(self) -> float:
-        """Deviations of the nuisance that is farthest from what is stated."""
-        return float(np.max(np.abs(self.x[: self.prior.size]) * np.sqrt(self.prior), initial=0.0))
-
     def retuning(self, columns: Array) -> Array:
         """Return by how much the unknowns move, to first order, beside further columns with these products.
 
@@ -285,7 +280,12 @@ def _evidence(problem: System, noise: Whitener, cost: float, jacobian: Array) ->
     """Return -(cost + logdet(noise) + logdet(information) - sizes ln(2 pi)) / 2; sizes in units of their ranges."""
     factor = np.linalg.cholesky(_information(jacobian, noise.prior(problem)))
     free = len(problem.slots)
-    return float(-0.5 * (cost + noise.log_det) - np.sum(np.log(np.diag(factor))) + 0.5 * free * np.log(2.0 * np.pi))
+    return float(
+        noise.levels.log_prior
+        - 0.5 * (cost + noise.log_det)
+        - np.sum(np.log(np.diag(factor)))
+        + 0.5 * free * np.log(2.0 * np.pi)
+    )
 
 
 def projector(jacobian: Array, prior: Array) -> Array:

@@ -98,7 +98,7 @@ class _Beside:
         everything = np.hstack((jacobian, bare.whiten(self.raw)))
         self.gram = everything.T @ everything
         self.slope = everything.T @ bare.whiten(np.nan_to_num(fitted.residuals))
-        self.unknowns, self.parameters = jacobian.shape[1], system.parameters
+        self.unknowns, self.parameters, self.levels = jacobian.shape[1], system.parameters, noise.levels
         self.nuisances = fitted.x[: system.nuisances]
 
     def score(self, levels: Array, wider: float) -> tuple[float, Array]:
@@ -118,6 +118,7 @@ class _Beside:
         solved = solve_triangular(factor, pull, lower=True)
         moved = solve_triangular(factor.T, solved) * weights
         cost = float(precision @ self.nuisances**2) - float(np.sum(np.log(precision)))
+        cost -= 2.0 * replace(self.levels, parameters=wider).log_prior
         return float(0.5 * (solved @ solved - cost) - np.sum(np.log(np.diag(factor)))), moved[self.unknowns :]
 
 

@@ -27,6 +27,9 @@ _PULL = 0.02
 """Of logarithms of levels to ordinary ones: where the rows do not say."""
 _OUTLYING = 16.0
 """Square of a white row beyond which it tells of itself, not of the noise."""
+_NARROW, _HOW_FAR = 4.0, 0.5
+"""What it costs, nats, that parameters scatter more widely than stated: one set in fifty states too little. By how much
+these are wrong: the standard deviation of the logarithm."""
 _STEP = 0.02
 _DONE = 0.3  # of the deviance
 
@@ -50,6 +53,12 @@ class Levels:
     pushes: tuple[float, ...]
     memory: float = 1.5
     parameters: float = 1.0
+
+    @property
+    def log_prior(self) -> float:
+        """Logarithm of how probable it is that parameters scatter as widely."""
+        far = float(np.log(self.parameters)) / _HOW_FAR
+        return -_NARROW - 0.5 * far**2 if self.parameters > 1.0 else 0.0
 
     def towards(self, other: "Levels", share: float) -> "Levels":
         """Return levels a share of the way to others, in logarithms."""

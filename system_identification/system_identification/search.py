@@ -166,9 +166,14 @@ class _Searching:
         if not self.sizes:
             self.sizes = _worth_trying((*ranked, *plain))
         picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
-        keys = {each.suspect.key for each in picked}
-        picked += [each for each in plain[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
-        if current.fitted.strain > _FAR:
+        others = [plain]
+        if current.loose.wider > 1.0:
+            # What parameters do by scattering widely an effect may do beside parameters as stated.
+            others.append(rated(current.fitted, current.noise.scattering(1.0), trials))
+        for looks in others:
+            keys = {each.suspect.key for each in picked}
+            picked += [each for each in looks[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
+        if np.max(np.abs(current.fitted.x[: current.system.nuisances])) > _FAR:
             # What has no size is right or wrong as a whole: no first order about a fit that is far off tells.
             keys = {each.suspect.key for each in picked}
             picked += [each for each in ranked if each.suspect.exact and each.suspect.key not in keys]
@@ -237,10 +242,11 @@ class _Searching:
                 sensitivities=current.fitted.sensitivities[:, :nuisances],
             )
             fitted = fit(posed, current.noise, start, iterations=6, near=near, polish=False)
-        if current.fitted.strain > _FAR:
+        if np.max(np.abs(start[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
-            again = fit(posed, current.noise, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
-            fitted = again if again.cost < fitted.cost else fitted
+            stated = current.noise.scattering(1.0)
+            again = fit(posed, stated, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
+            fitted = again if again.evidence > fitted.evidence else fitted
         return fitted.evidence - sum(each.price for each in suspects), suspects, fitted
 
     def weighed(self, current: Hypothesis, begun: Sequence[tuple[float, tuple[Suspect, ...], Fitted]]) -> None:
