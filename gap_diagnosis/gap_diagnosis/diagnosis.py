@@ -17,6 +17,7 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter, found_in_logs
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
+from gap_diagnosis.suspects import betrayed_by
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
 from system_identification.budget import Budget, budget_of
@@ -32,6 +33,8 @@ from thruster_model.parameter_set import ParameterSet
 __all__ = ["Diagnosis", "Unfit", "diagnose"]
 
 Array = NDArray[np.float64]
+_OPAQUE = ("zeros", "lattice")
+"""Traces of a sensor whose residuals have a structure of their own."""
 
 
 class Unfit(ValueError):
@@ -140,9 +143,8 @@ def diagnose(
     in_logs = found_in_logs(usable)
     known = {s.effect for s in in_logs if s.effect not in excluded}
     # What a converter cuts off depends on the reading: so do the residuals that are left.
-    opaque = tuple({s.signal for s in in_logs if s.effect in known and s.effect.startswith("tach_")})
-    if "tach_quantization" in known:
-        known.add("tach_dropout")  # a coarse converter reads zero at low speed too
+    opaque = tuple({s.signal for s in in_logs if s.effect in known and LIBRARY[s.effect].trace in _OPAQUE})
+    known |= {other for effect in known for other in LIBRARY[effect].entails}
     given = replace(problem, opaque=opaque)
     asked = given
     given, straight = _as_commanded(given)
@@ -169,7 +171,7 @@ def diagnose(
         if better is not problem:
             problem, found = better, investigated(better)
     jitter = jitter_of_stamps(given, gain) if regular_fit_better(gain) else None
-    if "timestamp_jitter" not in excluded and _has_instants(problem):
+    if betrayed_by("stamps") not in excluded and _has_instants(problem):
         found, seen = _beside_jitter(found, investigated)
         jitter = jitter or seen
     in_logs += [jitter] if jitter is not None else []

@@ -154,7 +154,7 @@ def _rival(candidate: Hypothesis) -> Rival:
     covariance, x = fitted.covariance, fitted.x.copy()
     for place, slot in enumerate(problem.slots):
         definition = LIBRARY[slot.effect].parameters[0]
-        if slot.parameter != definition.name and slot.effect != "log_alignment":
+        if slot.parameter != definition.name and not LIBRARY[slot.effect].apart:
             continue
         neutral = next(p.neutral for p in LIBRARY[slot.effect].parameters if p.name == slot.parameter)
         k = problem.nuisances + place

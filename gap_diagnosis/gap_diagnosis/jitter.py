@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter
+from gap_diagnosis.suspects import betrayed_by
 from system_identification.fitting import Fitted
 from system_identification.system import Series
 
@@ -31,7 +32,7 @@ def jitter_in(fitted: Fitted) -> Scatter | None:
     if odds < JITTER_ODDS:
         return None
     return Scatter(
-        effect="timestamp_jitter",
+        effect=betrayed_by("stamps"),
         signal="",
         parameter="deviation",
         size=size,

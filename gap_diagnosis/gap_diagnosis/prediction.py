@@ -19,7 +19,6 @@ from thruster_model.identification.prediction import Happened, Shifts
 from thruster_model.stepper import NO_GATES, PlantState
 
 __all__ = [
-    "JUMPING",
     "LOG_CHANNELS",
     "NO_GATES",
     "Happened",
@@ -33,8 +32,6 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
-JUMPING = {"flow_reversal_loss", "ventilation"}
-"""Effects with which a reading jumps where a state passes a threshold."""
 LOG_CHANNELS = {"speed": "speed", "axial": "flow", "ambient": "flow", "thrust": "load", "torque": "load"}
 """Topic whose stamps a signal shares."""
 

@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from gap_diagnosis import sensitivities
 from gap_diagnosis.linear import linear_run
 from gap_diagnosis.prediction import (
-    JUMPING,
     LOG_CHANNELS,
     NO_GATES,
     Happened,
@@ -28,6 +27,7 @@ from gap_diagnosis.prediction import (
 from gap_diagnosis.recording import Recording
 from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 
@@ -210,7 +210,7 @@ class Problem:
     @property
     def jumps(self) -> bool:
         """Tell whether readings jump where a state passes a threshold."""
-        return any(slot.effect in JUMPING for slot in self.slots)
+        return any(LIBRARY[slot.effect].jumps for slot in self.slots)
 
     @cached_property
     def measured(self) -> Array:

@@ -9,7 +9,7 @@ import numpy as np
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.suspects import SCATTERING, suspects
+from gap_diagnosis.suspects import found_by, suspects
 from gap_diagnosis.unit_check import gains_and_likenesses
 from system_identification.fitting import fit
 from system_identification.noise import whitener
@@ -100,7 +100,7 @@ def _effects(problem: Problem) -> list[Finding]:
     shown = sorted(each.suspect.key for each in looks if each.visibility >= SHOWN)
     hidden = sorted(each.suspect.key for each in looks if each.visibility < SHOWN)
     blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
-    logged = [name for name in SCATTERING if name not in blind]
+    logged = [name for name in found_by("log") if name not in blind]
     found = [
         Finding(
             kind="good" if shown else "note",

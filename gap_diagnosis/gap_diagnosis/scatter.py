@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from scipy.stats import poisson
 
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.suspects import betrayed_by
 
 __all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "masks_of", "scattered_before_sorting"]
 
@@ -85,20 +86,20 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     hit, of = sum(h for h, _ in repeats.values()), sum(n for _, n in repeats.values())
     if of and hit >= 5 and hit / of > 0.003:
         share = hit / of
-        found.append(_share_found("dropped_samples", "", share, of, hit, "repeat the sample before them"))
+        found.append(_share_found(betrayed_by("repeats"), "", share, of, hit, "repeat the sample before them"))
     lone = _shares(recordings, "lone").values()
     others = max(_ORDINARY, sum(h for h, _ in lone) / max(sum(n for _, n in lone), 1))
     for signal, (hit, of) in _shares(recordings, "spikes").items():
         if of and hit / of > LEAST_SPIKES and poisson.sf(hit - 1, others * of) < _CHANCE:
             share = hit / of / _VISIBLE
-            found.append(_share_found("flow_spikes", signal, share, of, hit, "are spikes"))
+            found.append(_share_found(betrayed_by("spikes"), signal, share, of, hit, "are spikes"))
     hole = _hole(recordings)
     if hole > 0.0:
         readings = [m.values for r in recordings if (m := r.experiment.measurements.get("speed")) is not None]
         beyond = sum(int(np.sum((v != 0.0) & (np.abs(v) < 2.0 * hole))) for v in readings)
         found.append(
             Scatter(
-                effect="tach_dropout",
+                effect=betrayed_by("zeros"),
                 signal="speed",
                 parameter="threshold",
                 size=hole,
@@ -136,7 +137,7 @@ def _lattice_found(recordings: Sequence[Recording], step: float) -> Scatter | No
     if step < LATTICE_MATTERS * noise:
         return None
     return Scatter(
-        effect="tach_quantization",
+        effect=betrayed_by("lattice"),
         signal="speed",
         parameter="step",
         size=step,

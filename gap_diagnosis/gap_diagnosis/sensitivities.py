@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.prediction import Happened, acts_in_plant
-from gap_diagnosis.suspects import ROUNDED, SEARCHED
+from gap_diagnosis.suspects import ROUNDED, found_by
 
 if TYPE_CHECKING:
     from gap_diagnosis.problem import Problem
@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["largest_speed", "movable", "sensitivities_of"]
 
 Array = NDArray[np.float64]
+_COMMANDED, _LATTICES = found_by("command_lattice"), found_by("command_lattice", "reading_lattice")
 _CODES = 0.01
 """Codes per volt within which what a converter adds to a throttle stays the same one, for the greater part."""
 _TURN = 0.05
@@ -23,7 +24,7 @@ _TURN = 0.05
 
 def movable(problem: "Problem") -> NDArray[np.bool_]:
     """Return which unknowns a fit may move, shape (K,): those that it can improve by a slope."""
-    return np.array([True] * problem.nuisances + [slot.effect not in (SEARCHED, ROUNDED) for slot in problem.slots])
+    return np.array([True] * problem.nuisances + [slot.effect not in _LATTICES for slot in problem.slots])
 
 
 def sensitivities_of(problem: "Problem", x: Array, columns: Sequence[int] | None = None, step: float = 1e-3) -> Array:
@@ -101,7 +102,7 @@ def _inward(problem: "Problem", k: int, unit: float, step: float) -> float:
     if k < problem.nuisances:
         return 10.0 * step
     slot = problem.slots[k - problem.nuisances]
-    if slot.effect == SEARCHED:
+    if slot.effect in _COMMANDED:
         step = min(step, _CODES * unit**2 * slot.width)
     return step if _inside(problem, k, unit + step) else -step
 

@@ -5,12 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from gap_diagnosis.rules import RULES
-from gap_diagnosis.suspects import JAGGED
+from gap_diagnosis.suspects import found_by
 from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 from system_identification.suspects import Suspect
 
 __all__ = ["Size", "sizes_of"]
+
+_JAGGED = found_by("stairs", "command_lattice", "reading_lattice")
 
 IMPRECISE = 0.005
 """Share of the size that is added to its standard deviation: exact integration promises more than sizes keep."""
@@ -34,7 +36,7 @@ def sizes_of(fitted: Fitted, noise: Whitener, suspect: Suspect) -> dict[str, Siz
     for place, slot in enumerate(problem.slots):
         if slot in suspect.slots:
             value = values[slot.effect][slot.parameter]
-            jagged = slot.effect in JAGGED
+            jagged = slot.effect in _JAGGED
             std = _width(fitted, noise, place) if jagged else float(deviations[problem.nuisances + place])
             result[slot.parameter] = Size(
                 value=value,

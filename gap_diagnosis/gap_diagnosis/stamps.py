@@ -12,6 +12,7 @@ import numpy as np
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import JITTER_ODDS, Scatter, masks_of, scattered_before_sorting
+from gap_diagnosis.suspects import betrayed_by
 from system_identification.fitting import Fitted, fit
 from system_identification.noise import white_noise
 
@@ -65,7 +66,7 @@ def jitter_of_stamps(given: Problem, gain: float) -> Scatter:
     size = float(np.sqrt(np.mean(np.square(found))))
     count = sum(m.values.size for r in given.recordings for m in r.experiment.measurements.values())
     return Scatter(
-        effect="timestamp_jitter",
+        effect=betrayed_by("stamps"),
         signal="",
         parameter="deviation",
         size=size,

@@ -33,8 +33,6 @@ STAIR = 20.0
 """Length of a stair [s]."""
 _EQUAL = 5.0  # difference of evidence (logarithm) below which explanations are equals: deviations are guesses
 _SURE = 0.99  # of the chi-squared distribution: costs beyond it are no chance
-_OF_TIME = ("load_cell_resonance", "load_cell_drift", "thermal_fade", "tank_recirculation")
-"""Effects of which a reading shows how long one has waited."""
 FEWEST = 10
 """Readings below which no effect is claimed: re-tuning and a size bend any curve through a handful."""
 _TRIED = 8
@@ -127,7 +125,7 @@ def diagnose_steady_states(
     noise = white_noise(problem, dict(deviations))
     progress("re-tuning")
     base = fit(problem, noise, problem.start(), iterations=25)
-    listed = [s for s in suspects(set(measured)) if LIBRARY[s.effect].block != "log" and s.effect not in _OF_TIME]
+    listed = [s for s in suspects(set(measured)) if LIBRARY[s.effect].block != "log" and LIBRARY[s.effect].steady]
     progress(f"{len(listed)} suspects")
     explanations = []
     for each in rated(base, noise, tried(base, listed, lambda s: problem.tried(base.x, s)))[:_TRIED]:

@@ -17,6 +17,7 @@ from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
 
 from gap_diagnosis.problem import Problem
+from gap_diagnosis.suspects import found_by
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect
@@ -24,9 +25,10 @@ from system_identification.system import Series, SizeSlot
 from thruster_model.compilation import compiled
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["RATE", "air_beside"]
+__all__ = ["AIR", "RATE", "air_beside"]
 
 Array = NDArray[np.float64]
+(AIR,) = found_by("gates")
 RATE = 1.0
 """Of changes between water and air [1/s], where one is needed."""
 LEAST_GAIN = 8.0
@@ -59,7 +61,7 @@ def air_beside(beside: Hypothesis) -> Suspect | None:
     speeds = {each.recording: each for each in problem.series if each.signal == "speed"}
     if not series or any(each.recording not in speeds for each in series):
         return None
-    slots = tuple(SizeSlot("ventilation", p.name, p.lower, p.upper, p.unit) for p in LIBRARY["ventilation"].parameters)
+    slots = tuple(SizeSlot(AIR, p.name, p.lower, p.upper, p.unit) for p in LIBRARY[AIR].parameters)
     deviation = beside.noise.level("thrust")
     base, unknowns, found, sizes = beside.fitted, beside.fitted.x, None, np.empty(0)
     shares: tuple[float, ...] = _SHARES
@@ -84,9 +86,7 @@ def air_beside(beside: Hypothesis) -> Suspect | None:
     gained = _decoded(problem, series, speeds, in_water, -falls, deviation, _SHARES, _ONSETS)
     chance = found.changes * np.log(_period(problem) / found.seconds) + float(gammaln(max(found.changes, 1))) - _RATES
     price = -float(chance) + (gained.gain if gained is not None else 0.0)
-    return Suspect(
-        effect="ventilation", channel="", slots=slots, grid=sizes[None, :].copy(), price=price, gates=found.gates
-    )
+    return Suspect(effect=AIR, channel="", slots=slots, grid=sizes[None, :].copy(), price=price, gates=found.gates)
 
 
 def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:

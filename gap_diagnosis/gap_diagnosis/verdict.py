@@ -176,7 +176,8 @@ def _claim(found: Investigation, suspect: Suspect) -> Claim:
             continue
         if best.evidence - other.evidence < RULES.alike and _distance(best, other) < RULES.apart:
             alike.append(new)
-    alike += [t for t in LIBRARY[suspect.effect].twins if t not in alike and suspect.channel in ("", _TWIN.get(t))]
+    twins = [*LIBRARY[suspect.effect].twins, *(t for t, each in LIBRARY.items() if suspect.key in each.twins)]
+    alike += [twin for twin in twins if twin not in alike]
     group = {suspect.key, *alike}
     probability = sum(p for keys, p in found.probabilities.items() if group & set(keys))
     return Claim(
@@ -188,9 +189,6 @@ def _claim(found: Investigation, suspect: Suspect) -> Claim:
         kind=class_of(best, suspect),
         alike=tuple(dict.fromkeys(alike)),
     )
-
-
-_TWIN = {"command_delay": "throttle", "flow_delay": "flow"}
 
 
 def _distance(first: Hypothesis, second: Hypothesis) -> float:
@@ -208,7 +206,7 @@ def class_of(found: Hypothesis, suspect: Suspect) -> str:
     x = fitted.x[[*range(problem.nuisances), *places]]
     target = np.where(problem.known, problem.predicted(fitted.x), np.nan)
     wide = {name: 10.0 * deviation for name, deviation in problem.deviations.items()}
-    gates = problem.gates if suspect.effect != "ventilation" else ()
+    gates = () if suspect.gates else problem.gates
     bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=gates)
     x = x.copy()
     x[: len(problem.names)] /= 10.0

@@ -8,7 +8,7 @@ import pytest
 
 from thruster_model.effects import library
 from thruster_model.effects.active import problems_of
-from thruster_model.effects.effect import STAGES, Block
+from thruster_model.effects.effect import STAGES, Block, Search, Trace
 from thruster_model.effects.stages import LIBRARY, NEUTRAL, NO_EFFECTS, EffectValues, effect_values
 from thruster_model.flow_tank import PlantState, simulate
 from thruster_model.models import MODELS
@@ -35,7 +35,9 @@ def test_each_file_is_the_effect_of_its_name():
 def test_a_definition_is_complete(effect):
     assert effect.title and effect.equation
     assert effect.block in get_args(Block)
-    assert set(effect.twins) <= set(LIBRARY)
+    assert {twin.partition(":")[0] for twin in effect.twins} | set(effect.entails) <= set(LIBRARY)
+    assert effect.search in get_args(Search) and effect.trace in get_args(Trace)
+    assert (effect.search == "log") <= bool(effect.trace) and len(effect.tries) <= len(effect.parameters)
     for d in effect.parameters:
         assert d.name.isidentifier() and d.unit and d.meaning
         assert d.lower <= d.upper and (d.lower >= 0.0 or not d.both_signs)

@@ -8,9 +8,33 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["ON_COMMAND", "ON_SENSOR", "STAGES", "Block", "Effect", "EffectParameter", "size_problems"]
+__all__ = [
+    "ON_COMMAND",
+    "ON_SENSOR",
+    "STAGES",
+    "Block",
+    "Effect",
+    "EffectParameter",
+    "Search",
+    "Trace",
+    "size_problems",
+]
 
 Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
+Search = Literal["slope", "fine", "stairs", "command_lattice", "reading_lattice", "limit", "gates", "log"]
+"""How the sizes of an effect are found in recordings.
+
+slope            by its slope, from the best of a few
+fine             its predictions change within a fraction of the distance between these: searched more finely first
+stairs           its predictions jump as its size grows: searched, no slope leads there
+command_lattice  the step of the command's converter: searched among all that the commands make likely
+reading_lattice  the step of a sensor's converter: likewise
+limit            one of the command: shares of the largest one recorded
+gates            it comes and goes by a state that nothing predicts: when, is read from the recordings
+log              it has no trace in predictions: the log betrays it, see `Trace`
+"""
+Trace = Literal["", "repeats", "spikes", "zeros", "lattice", "stamps"]
+"""What an effect does to a log: samples repeated, spikes, readings of exactly zero, of one step's multiples, stamps."""
 
 STAGES: dict[str, tuple[str, ...]] = {
     "ramp": ("u_dot_max", "e"),
@@ -89,7 +113,14 @@ class Effect:
             log that do not scatter.
         channel: the signals whose sensor or log it concerns, separated by spaces; "" where it concerns none or any.
         order: place in the chain of its block or stage; the lower first, by identifier where equal.
-        twins: effects that no data can tell from this one.
+        twins: effects that no data can tell from this one; "id:channel" where they concern several channels.
+        search: how its sizes are found.
+        tries: how many sizes of each parameter are tried first; where it is empty, a few.
+        jumps: whether predictions jump as a state passes a threshold.
+        apart: whether each parameter is an effect of its own, on the channel of its name.
+        steady: whether it shows in steady states, and is not one of time.
+        trace: what it does to a log.
+        entails: effects that its log shows as well.
     """
 
     id: str
@@ -107,6 +138,13 @@ class Effect:
     channel: str = ""
     order: int = 0
     twins: tuple[str, ...] = ()
+    search: Search = "slope"
+    tries: tuple[int, ...] = ()
+    jumps: bool = False
+    apart: bool = False
+    steady: bool = True
+    trace: Trace = ""
+    entails: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(STAGES)

@@ -45,5 +45,5 @@ EFFECT = Effect(
     floats=floats,
     begin=begin,
     order=5,
-    twins=("log_alignment",),
+    twins=("log_alignment:throttle",),
 )

@@ -21,4 +21,6 @@ EFFECT = Effect(
     parameters=(EffectParameter(name="step", unit="V", meaning="of the converter", lower=0.0, upper=0.5),),
     sample=sample,
     order=2,
+    search="command_lattice",
+    tries=(16,),
 )

@@ -23,4 +23,6 @@ EFFECT = Effect(
     logged=logged,
     channel="speed axial ambient thrust torque",
     order=4,
+    search="log",
+    trace="repeats",
 )

@@ -35,5 +35,5 @@ EFFECT = Effect(
     floats=floats,
     channel="axial ambient",
     order=1,
-    twins=("log_alignment",),
+    twins=("log_alignment:flow",),
 )

@@ -34,4 +34,5 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of the thrust lost against the flow", lower=0.0, upper=0.9),
     ),
     hooks={"loads": loads, "step": step},
+    jumps=True,
 )

@@ -34,4 +34,6 @@ EFFECT = Effect(
     draws=True,
     channel="axial ambient",
     order=5,
+    search="log",
+    trace="spikes",
 )

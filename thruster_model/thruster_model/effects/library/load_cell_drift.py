@@ -30,4 +30,5 @@ EFFECT = Effect(
     floats=floats,
     channel="thrust",
     order=3,
+    steady=False,
 )

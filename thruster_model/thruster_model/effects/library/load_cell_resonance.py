@@ -37,4 +37,7 @@ EFFECT = Effect(
     floats=floats,
     channel="thrust",
     order=1,
+    search="fine",
+    tries=(24, 5),
+    steady=False,
 )

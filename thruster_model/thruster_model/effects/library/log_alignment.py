@@ -38,5 +38,5 @@ EFFECT = Effect(
     logged=logged,
     taken=taken,
     order=1,
-    twins=("command_delay", "flow_delay"),
+    apart=True,
 )

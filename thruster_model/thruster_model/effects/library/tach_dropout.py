@@ -21,4 +21,7 @@ EFFECT = Effect(
     sample=sample,
     channel="speed",
     order=4,
+    search="stairs",
+    tries=(16,),
+    trace="zeros",
 )

@@ -22,4 +22,8 @@ EFFECT = Effect(
     sample=sample,
     channel="speed",
     order=4,
+    search="reading_lattice",
+    tries=(60,),
+    trace="lattice",
+    entails=("tach_dropout",),
 )

@@ -32,4 +32,5 @@ EFFECT = Effect(
         EffectParameter(name="delay", unit="s", meaning="tau, once round the tank", lower=1.0, upper=10.0, neutral=3.0),
     ),
     hooks={"ambient": ambient, "memory": memory},
+    steady=False,
 )

@@ -36,4 +36,5 @@ EFFECT = Effect(
         EffectParameter(name="time_constant", unit="s", meaning="of warming up", lower=5.0, upper=200.0, neutral=60.0),
     ),
     hooks={"drive": drive, "heat": heat},
+    steady=False,
 )

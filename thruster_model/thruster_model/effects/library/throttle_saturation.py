@@ -21,4 +21,5 @@ EFFECT = Effect(
     ),
     sample=sample,
     order=3,
+    search="limit",
 )

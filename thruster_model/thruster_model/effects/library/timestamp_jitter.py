@@ -20,4 +20,6 @@ EFFECT = Effect(
     ),
     logged=logged,
     order=3,
+    search="log",
+    trace="stamps",
 )

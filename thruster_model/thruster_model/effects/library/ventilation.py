@@ -29,4 +29,6 @@ EFFECT = Effect(
         ),
     ),
     hooks={"loads": loads},
+    search="gates",
+    jumps=True,
 )
