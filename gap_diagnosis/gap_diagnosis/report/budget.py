@@ -9,7 +9,12 @@ from run_bag.report import Axis, Bars, Column, Report, bars
 
 __all__ = ["add_budget", "budget_in_words"]
 
-_STEPS = {"as_is": "as stated", "retuned": "re-tuned within deviations"}
+_STEPS = {"as_is": "as stated", "retuned": "re-tuned"}
+_SHAPLEY = "Share: Shapley value, noise and random disturbances set aside."
+_IN_TURN = (
+    "Nothing is claimed; these bring runs left out nearer, one after the other. Share: what each takes off beside those "
+    "before it. Best without each run: in how many cases it stays the best choice when one run is left out."
+)
 
 
 def add_budget(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> None:
@@ -34,23 +39,27 @@ def add_budget(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> 
         caption="What each step leaves on runs that its fit has not seen; the dashed line is noise alone.",
         alt="; ".join(f"{label} {each['rms']:.2f}" for label, each in zip(labels, steps, strict=True)),
     )
-    rows = [["re-tuned parameters", None, *_share(budget["parameters"]), None, None]]
+    in_turn = any(cause["best_without_each_run"] is not None for cause in budget["causes"])
+    rows = [["re-tuned parameters", None, *_share(budget["parameters"]), None, None, None]]
     for cause in budget["causes"]:
         alike = ", ".join(title_of(key) for key in cause["could_as_well_be"])
-        helps = None if cause["helps"] is None else f"{cause['helps']:.2f}"
-        rows.append(
-            [sentence(title_of(key_of(cause))), f"{cause['probability']:.2f}", *_share(cause), helps, alike or "–"]
-        )
-    rows.append(["nothing that has a name", None, *_share(budget["unexplained"]), None, None])
-    right = [Column(name=name, align="right") for name in ("Probability", "Share", "90 % interval", "Helps a new run")]
+        best = percent(cause["best_without_each_run"]) if in_turn else alike or "–"
+        sizes = [f"{min(own):.3g} to {max(own):.3g}" for own in cause["sizes_by_run_left_out"].values() if own]
+        numbers = (f"{cause['probability']:.2f}", *_share(cause), f"{cause['helps']:.2f}")
+        rows.append([sentence(title_of(key_of(cause))), *numbers, "; ".join(sizes), best])
+    rows.append(["nothing that has a name", None, *_share(budget["unexplained"]), None, None, None])
+    right = [
+        Column(name=name, align="right")
+        for name in ("Probability", "Share", "90 % interval", "Helps a new run", "Sizes, one run left out each")
+    ]
     report.table(
-        ["Cause", *right, "Could as well be"],
+        ["Cause", *right, "Best without each run" if in_turn else "Could as well be"],
         rows,
         caption="What each cause takes of the squared gap between recordings and the simulator as stated.",
         notes=[
-            "Share: Shapley value, noise and random disturbances set aside. Helps a new run: in how many re-drawn sets "
-            "of the runs left out the cause makes these more probable, beside the others. Parameters and effects that "
-            "they imitate compensate each other: their intervals are wide."
+            f"{_IN_TURN if in_turn else _SHAPLEY} Helps a new run: in how many re-drawn sets of the runs left out the "
+            "cause makes these more probable, beside the others. Parameters and effects that they imitate compensate "
+            "each other: their intervals are wide."
         ],
     )
 
