@@ -12,8 +12,8 @@ __all__ = ["add_budget", "budget_in_words"]
 _STEPS = {"as_is": "as stated", "retuned": "re-tuned"}
 _SHAPLEY = "Share: Shapley value, noise and random disturbances set aside."
 _IN_TURN = (
-    "Nothing is claimed; these bring runs left out nearer, one after the other. Share: what each takes off beside those "
-    "before it. Best without each run: in how many cases it stays the best choice when one run is left out."
+    "Nothing is claimed; these bring runs left out nearer, one after the other. Share: what each takes off beside "
+    "those before it. Best without each run: in how many cases it stays the best choice when one run is left out."
 )
 
 
