@@ -32,6 +32,7 @@ setup(
             "sealed_vehicle = gap_diagnosis.vehicle.cli_sealed_vehicle:main",
             "trend = gap_diagnosis.vehicle.cli_trend:main",
             "watch = gap_diagnosis.vehicle.watch_node:main",
+            "watch_rate = gap_diagnosis.vehicle.blind.cli_watch_rate:main",
             "watch_run = gap_diagnosis.vehicle.cli_watch_run:main",
             "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]

@@ -8,7 +8,7 @@ middle of each step: all of second order, so that no error of a step passes for 
 Row i of `thrusters`: r (3), e (3), c_u1, c_u2, d_1, d_2, k_n, k_Q c_Q, c_T, c_nv, c_v, k_v, k_Uv, k_w, k_Tv, hand,
 then what may be wrong with it: share of thrust, of reverse thrust, delay [steps], lag [s], coulomb [rad/s^2], turning,
 hull axis, hull share, cavitation share, cavitation onset [rad/s], fade share, fade time [s], torque on the vehicle
-[N m s^2].
+[N m s^2], when its share of thrust begins to count [s].
 """
 
 import numpy as np
@@ -21,11 +21,11 @@ STEP = 0.002  # s
 COLUMNS = (
     "rx", "ry", "rz", "ex", "ey", "ez", "c_u1", "c_u2", "d_1", "d_2", "k_n", "k_q", "c_T", "c_nv", "c_v", "k_v", "k_Uv",
     "k_w", "k_Tv", "hand", "share", "reverse", "delay", "lag", "coulomb", "turning", "hull_axis", "hull_share",
-    "cav_share", "cav_onset", "fade", "fade_time", "torque",
+    "cav_share", "cav_onset", "fade", "fade_time", "torque", "since",
 )  # fmt: skip
 (RX, _, _, EX, _, _, CU1, CU2, D1, D2, KN, KQ, CT, CNV, CV, KV, KUV, KW, KTV, HAND,
  SHARE, REVERSE, DELAY, LAG, COULOMB, TURNING, HULL_AXIS, HULL_SHARE, CAV_SHARE, CAV_ONSET, FADE, FADE_TIME,
- TORQUE) = range(33)  # fmt: skip
+ TORQUE, SINCE) = range(34)  # fmt: skip
 
 
 @compiled
@@ -65,9 +65,9 @@ def _forces(  # type: ignore[no-untyped-def]
 
 @compiled
 def _push(p, n, v):  # type: ignore[no-untyped-def]
-    """Return the thrust of a thruster [N] at a rotor speed [rad/s] and an axial flow [m/s]."""
+    """Return the thrust of a thruster [N], before its share, at a rotor speed [rad/s] and an axial flow [m/s]."""
     push = p[CT] * n * abs(n) - p[CNV] * abs(n) * v - p[CV] * v * abs(v)
-    push *= p[SHARE] * (p[REVERSE] if n < 0.0 else 1.0)
+    push *= p[REVERSE] if n < 0.0 else 1.0
     return push * (1.0 - p[CAV_SHARE] * max(0.0, abs(n) - p[CAV_ONSET]) / p[CAV_ONSET])
 
 
@@ -156,6 +156,8 @@ def run_world(  # type: ignore[no-untyped-def]
                 flow = va[i]
                 for part in (0.5 * h, h):
                     push = _push(p, middle, flow)
+                    if now * h >= p[SINCE]:
+                        push *= p[SHARE]
                     change = -p[KV] * flow - p[KUV] * abs(flow) * (flow - p[KW] * U) + p[KTV] * push
                     flow = va[i] + part * change
                 T[i], va[i] = push, flow
