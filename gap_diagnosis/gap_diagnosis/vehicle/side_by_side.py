@@ -8,7 +8,8 @@ import numba
 
 __all__ = ["side_by_side"]
 
-Given, Result = TypeVar("Given"), TypeVar("Result")
+Given = TypeVar("Given")
+Result = TypeVar("Result")
 
 
 def side_by_side(work: Callable[[Given], Result], given: Sequence[Given]) -> list[Result]:
