@@ -26,9 +26,13 @@ setup(
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
             "scoreboard = gap_diagnosis.scoreboard.cli_scoreboard:main",
             "diagnose_vehicle = gap_diagnosis.vehicle.cli_diagnose_vehicle:main",
+            "fit_vehicle = gap_diagnosis.vehicle.cli_fit_vehicle:main",
             "pulses = gap_diagnosis.vehicle.cli_pulses:main",
             "blind_vehicle = gap_diagnosis.vehicle.blind.cli_blind_vehicle:main",
+            "sealed_vehicle = gap_diagnosis.vehicle.cli_sealed_vehicle:main",
+            "trend = gap_diagnosis.vehicle.cli_trend:main",
             "watch = gap_diagnosis.vehicle.watch_node:main",
+            "watch_rate = gap_diagnosis.vehicle.blind.cli_watch_rate:main",
             "watch_run = gap_diagnosis.vehicle.cli_watch_run:main",
             "sealed_case = gap_diagnosis.blind_check.cli_sealed_case:main",
         ]

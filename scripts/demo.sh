@@ -4,11 +4,19 @@
 # with a hidden effect -> recordings -> diagnosis -> what was hidden.
 #
 # usage: scripts/demo.sh              a short synthetic bench campaign, simulated here
+#        scripts/demo.sh --vehicle    a vehicle instead: an effect hidden on one thruster of a dive in lockstep, named from
+#                                     the dive's recording, and the seal opened
 #        scripts/demo.sh PATH...      recordings of a bench (csv, csv.xz with dat or mat beside them), files or folders
 #
 # Results go to a new folder under runs/ (or under $DEMO_OUT); the last lines printed are the paths of the reports.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+vehicle=false
+if [ "${1-}" = --vehicle ]; then
+    vehicle=true
+    shift
+    [ $# -eq 0 ] || { printf '%s: expected nothing after --vehicle\n' "$1" >&2; exit 1; }
+fi
 for path in "$@"; do
     [ -e "$path" ] || { printf '%s: expected recordings, found nothing there\n' "$path" >&2; exit 1; }
 done
@@ -17,6 +25,19 @@ done
 
 mkdir -p "${DEMO_OUT:-$root/runs}"
 out=$(mktemp -d "${DEMO_OUT:-$root/runs}/demo-$(date +%Y%m%d-%H%M%S)-XXXX")
+if $vehicle; then
+    printf '[demo] an effect on one thruster of the vehicle ngs is drawn at random and sealed\n'
+    ros2 run gap_diagnosis sealed_vehicle "$out/sealed" --vehicle ngs
+    printf '[demo] a dive in lockstep: the plant alone is told\n'
+    ROV_EXPERIMENT_READY=1 "$root/scripts/rov_experiment.sh" --vehicle ngs --strategy lookup --composed \
+        --effects "$(<"$out/sealed/sealed/effects.txt")" --out "$out/dive"
+    printf '[demo] diagnosing it from its recording alone (some minutes)\n'
+    ros2 run gap_diagnosis diagnose_vehicle "$out/dive/run" --vehicle ngs --out "$out/diagnosis"
+    printf '[demo] opening the seal\n'
+    ros2 run gap_diagnosis sealed_vehicle "$out/sealed" --open "$out/diagnosis/diagnosis.json"
+    printf '%s\n' "$out/dive/scores/report.html" "$out/diagnosis/report.html"
+    exit
+fi
 if [ $# -eq 0 ]; then
     printf '[demo] recording a synthetic bench campaign\n'
     ros2 run rov_sim bench_campaign --out "$out/recordings" --seed 1

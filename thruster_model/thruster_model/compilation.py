@@ -47,13 +47,14 @@ def inlined(function: Function) -> Function:
 def compiled(function: Function) -> Function:
     """Compile a kernel, cached in a folder that belongs to exactly this state of the equations.
 
-    Kernels are module-level functions: a closure would be compiled again in each process.
+    Kernels are module-level functions: a closure would be compiled again in each process. They work on numbers alone and
+    leave Python to other threads meanwhile.
     """
     folder = cache_folder(*_packages_of(function))
     previous = numba.config.CACHE_DIR
     numba.config.CACHE_DIR = str(folder)
     try:
-        return numba.njit(cache=True, error_model="numpy")(function)  # type: ignore[no-any-return]
+        return numba.njit(cache=True, error_model="numpy", nogil=True)(function)  # type: ignore[no-any-return]
     finally:
         numba.config.CACHE_DIR = previous
 

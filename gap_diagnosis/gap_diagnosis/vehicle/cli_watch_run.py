@@ -1,10 +1,11 @@
-"""Command line: the watch over a recorded run, as the node would have had it; or its false alarms, counted."""
+"""Command line: the watch over a recorded run, as the node would have had it; said line by line."""
 
 import argparse
 import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log_io import read_log
@@ -26,6 +27,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
     )
+    parser.add_argument(
+        "--threshold", type=float, default=rules.WATCH_THRESHOLD,
+        help="log likelihood ratio at which it speaks; watch_rate tells what that costs (default %(default)s)",
+    )  # fmt: skip
     given = parser.parse_args(user_arguments(arguments))
     try:
         model = load_model(given.vehicle, given.model, given.sensors)
@@ -34,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
-    watch, told = Watch(model, noises, values), set()
+    watch, told = Watch(model, noises, values, given.threshold), set()
     piece = max(round(1.0 / log.period), 1)
     for first in range(0, log.count - piece + 1, piece):
         for alarm in watch.step(log.part(first, first + piece))[:1]:

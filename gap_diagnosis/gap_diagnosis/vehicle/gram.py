@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.side_by_side import side_by_side
+
 __all__ = ["Column", "Gram", "evidence", "gathered", "solution"]
 
 Array = NDArray[np.float64]
@@ -68,8 +70,11 @@ def gathered(
     by_run, whole = [], []
     for k, r in enumerate(residuals):
         J = np.empty((r.size, n), dtype=np.float32)
-        for j, column in enumerate(columns):
-            J[:, j] = column.change(k).ravel()
+
+        def fill(j: int, k: int = k, J: NDArray[np.float32] = J) -> None:
+            J[:, j] = columns[j].change(k).ravel()
+
+        side_by_side(fill, range(n))
         flat = r.ravel().astype(np.float32)
         J[~np.isfinite(J)] = 0.0
         whole.append((J, flat))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.search import Found, Stage
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
-__all__ = ["CHANNEL_GROUPS", "Errors", "left_out_errors"]
+__all__ = ["CHANNEL_GROUPS", "Errors", "Point", "free_run_errors", "left_out_errors"]
 
 Array = NDArray[np.float64]
 CHANNEL_GROUPS = {
@@ -35,27 +36,39 @@ class Errors:
     with_effect: Mapping[str, float]
 
 
+class Point(NamedTuple):
+    """A point of the model: numbers and effects that are on."""
+
+    values: Mapping[Key, float]
+    effects: Sequence[ActiveVehicleEffect]
+
+
 def left_out_errors(found: Found, horizon: float) -> Errors:
     """Return the errors of each run predicted from numbers of the other runs; with one run, from its own."""
     first, last = found.stages[0], found.stages[-1]
     runs = last.screen.runs
-    model = last.screen.model
-    squares: list[dict[str, list[float]]] = [{name: [] for name in CHANNEL_GROUPS} for _ in range(3)]
-    for k, run in enumerate(runs):
-        options: list[tuple[Mapping[Key, float], Sequence[ActiveVehicleEffect]]] = [
-            ({}, ()),
-            (_without(first, found, k), ()),
-            (_without(last, found, k), last.screen.effects),
-        ]
-        for into, (values, effects) in zip(squares, options, strict=True):
-            for error in _free_runs(model, run, values, effects, horizon):
-                for name, (columns, _) in CHANNEL_GROUPS.items():
-                    into[name].extend(error[columns][np.isfinite(error[columns])])
-    tables = [
-        {name: float(np.sqrt(np.mean(np.square(each)))) if each else float("nan") for name, each in s.items()}
-        for s in squares
+    compared = [
+        [Point({}, ()) for _ in runs],
+        [Point(_without(first, found, k), ()) for k in range(len(runs))],
+        [Point(_without(last, found, k), last.screen.effects) for k in range(len(runs))],
     ]
+    tables = free_run_errors(last.screen.model, runs, compared, horizon)
     return Errors(horizon=horizon, as_is=tables[0], retuned=tables[1], with_effect=tables[2])
+
+
+def free_run_errors(
+    model: Model, runs: Sequence[Prepared], compared: Sequence[Sequence[Point]], horizon: float
+) -> list[dict[str, float]]:
+    """Return root mean square errors by channel group at the end of free runs, for each set of points, one a run."""
+    found = []
+    for points in compared:
+        errors = np.concatenate(
+            [np.reshape(_free_runs(model, run, *at, horizon), (-1, 13)) for run, at in zip(runs, points, strict=True)]
+        )
+        squares = {name: np.square(errors[:, columns]) for name, (columns, _) in CHANNEL_GROUPS.items()}
+        there = {name: each[np.isfinite(each)] for name, each in squares.items()}
+        found.append({name: float(np.sqrt(np.mean(s))) if s.size else float("nan") for name, s in there.items()})
+    return found
 
 
 def _without(stage: Stage, found: Found, k: int) -> dict[Key, float]:

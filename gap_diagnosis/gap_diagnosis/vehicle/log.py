@@ -25,6 +25,7 @@ class VehicleLog:
         lateness: (K,), of the velocity's instants before the grid's, in periods.
         noise: (13,) of the channels, each reading on the grid [rad, rad/s, m/s^2, m, m/s]; NaN: not there.
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
+        start: of the recording's clock [ns].
         notes: what the reader decided, one sentence each.
     """
 
@@ -40,6 +41,7 @@ class VehicleLog:
     speed_noise: Array
     battery_noise: Array
     signed: bool = True
+    start: int = 0
     notes: tuple[str, ...] = ()
 
     @property

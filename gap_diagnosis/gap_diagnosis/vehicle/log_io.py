@@ -94,7 +94,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     return VehicleLog(
         name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
         battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise, battery_noise=power_noise,
-        signed=signed, notes=tuple(notes),
+        signed=signed, start=run.start, notes=tuple(notes),
     )  # fmt: skip
 
 

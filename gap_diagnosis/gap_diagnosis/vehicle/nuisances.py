@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.rules import OWN, SHARED, TIMING
 
 __all__ = ["nuisances"]
 
-_OWN_GROUPS = ("drive", "edges", "rotor", "thrust")
+_OWN_GROUPS = tuple(GROUPS)
 _GYRO, _FORCE = 0.002, 0.04
 """[rad/s, m/s^2] Deviations of an inertial sensor's biases from start to start: twice a middling data sheet's."""
 _POWER = {"nominal_voltage": 0.1, "idle_current": 1.0, "current_at_full": 0.5}

@@ -20,6 +20,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = ["Fit", "Problem", "Refined"]
@@ -29,6 +30,9 @@ _GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturat
 _SHARES = (0.5, 0.2, 0.05)
 _ENOUGH = 0.1
 """Gain in log likelihood below which a step is the last one along its columns."""
+_NEAR = 0.1
+"""Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
+_Point = tuple[float, Array, list[Array]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,6 +104,7 @@ class Problem:
             H, slope = self._normal(J, r, x)
             step: Array = np.linalg.solve(H + np.diag(self._weight), -slope).astype(np.float64)
             if not uphill and -0.5 * float(slope @ step) < _ENOUGH:
+                best = self._further(J, H, best)
                 break
             if not uphill:
                 here = step
@@ -109,6 +114,8 @@ class Problem:
                 gained, best, uphill = score - best[0], (score, x, r), False
                 if gained < _ENOUGH:
                     break
+                if not columns:
+                    score, x, r = best = self._further(J, H, best)
                 continue
             if not uphill and not columns:
                 uphill = True
@@ -124,9 +131,10 @@ class Problem:
             if best[0] - before[0] < _ENOUGH:
                 break
         score, x, r = best
-        if x is not made:
-            J = self._columns(x, r, columns)
         H, _ = self._normal(J, r, x)
+        if made is None or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
+            J = self._columns(x, r, columns)
+            H, _ = self._normal(J, r, x)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)
         spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
@@ -134,6 +142,23 @@ class Problem:
             effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
             log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
         )  # fmt: skip
+
+    def _further(self, J: list[NDArray[np.float32]], H: Array, best: _Point) -> _Point:
+        """Return the point after further steps along the same columns, as long as they gain: each costs one run of the
+        filter, new columns one for each unknown."""
+        for _ in range(rules.FIT_STEPS):
+            score, x, r = best
+            slope = self._weight * x + sum(each.T @ a.astype(np.float32) for each, a in zip(J, r, strict=True))
+            step = np.linalg.solve(H + np.diag(self._weight), -slope)
+            if -0.5 * float(slope @ step) < 0.1 * _ENOUGH:
+                break
+            there = self._held(x + step)
+            r, further = self._scored(there)
+            if further > score:
+                best = (further, there, r)
+            if further < score + 0.1 * _ENOUGH:
+                break
+        return best
 
     def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
         """Return the log likelihood at a point, priors included."""
@@ -205,9 +230,10 @@ class Problem:
             J = np.zeros((each.size, len(x)), dtype=np.float32)
             if known:
                 J[:, :first] = known[k]
-            for j in range(first, len(x)):
+
+            def fill(j: int, k: int = k, each: Array = each, J: NDArray[np.float32] = J) -> None:
                 if j < len(keys) and keys[j][0] in ("gyro", "force") and keys[j][1] != k:
-                    continue
+                    return
                 for step in (steps[j], -steps[j]):
                     there = x.copy()
                     there[j] += step
@@ -215,6 +241,8 @@ class Problem:
                     if abs(there[j] - x[j]) > 0.5 * abs(step):
                         J[:, j] = (self._residual(k, there) - each) / (there[j] - x[j])
                         break
+
+            side_by_side(fill, range(first, len(x)))
             out.append(J)
         return out
 

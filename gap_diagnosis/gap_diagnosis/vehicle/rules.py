@@ -32,6 +32,8 @@ LEAST_TIME = 10.0
 """[s] of motion below which nothing is said."""
 LEAST_EXCITATION = 0.1
 """[V] Standard deviation of throttles below which a thruster tells nothing of itself."""
+UNDETERMINED = 0.8
+"""Share of its stated deviation that a number keeps, from which on a fit says that recordings do not determine it."""
 SHIFTED = 3.0
 """Deviations by which a parameter must have moved to be named."""
 HORIZONS = (2.0, 10.0)

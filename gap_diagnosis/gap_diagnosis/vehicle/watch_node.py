@@ -15,6 +15,7 @@ from geometry_msgs.msg import TwistWithCovarianceStamped
 from rclpy.node import Node
 from sensor_msgs.msg import Imu
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.feed_io import Feed
@@ -36,6 +37,14 @@ PARAMETERS = (
     Parameter(name="vehicle", default="", description="set of the vehicle, a name or a file"),
     Parameter(name="model", default="", description="parameter set of its thrusters; empty: the vehicle's own"),
     Parameter(name="baseline", default="", description="run of the healthy vehicle, from which noises are learned"),
+    Parameter(
+        name="threshold",
+        default=rules.WATCH_THRESHOLD,
+        unit="1",
+        lower=1.0,
+        upper=1e6,
+        description="log likelihood ratio at which it speaks; watch_rate tells it for a rate of false alarms",
+    ),
     Parameter(name="report_failures", default=False, description="whether rov/thruster_failure is published"),
 )
 _SURE = 0.25
@@ -53,7 +62,7 @@ class VehicleWatch(Node):
             known, noises = baseline(model, [read_log(Path(values["baseline"]), model.thrusters)])
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
-        self._watch, self._feed = Watch(model, noises, known), Feed(model.thrusters)
+        self._watch, self._feed = Watch(model, noises, known, values["threshold"]), Feed(model.thrusters)
         self._report_failures, self._reported = values["report_failures"], set[int]()
         self._diagnostics = Diagnostics(self)
         self._failures = self.create_publisher(ThrusterFailure, "rov/thruster_failure", RELIABLE)

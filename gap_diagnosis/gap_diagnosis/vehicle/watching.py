@@ -80,8 +80,12 @@ class _Branch:
 class Watch:
     """All of it; fed with pieces of a log that follow each other without a gap."""
 
-    def __init__(self, model: Model, noises: Noises, values: Mapping[Key, float] | None = None) -> None:
+    def __init__(
+        self, model: Model, noises: Noises, values: Mapping[Key, float] | None = None,
+        threshold: float = rules.WATCH_THRESHOLD,
+    ) -> None:  # fmt: skip
         """Begin with the noises and numbers that a recording of the healthy vehicle gave."""
+        self.threshold = threshold
         self._model, self._noises, self._values = model, noises, dict(values or {})
         N = model.thrusters
         self._losses = (rules.WATCH_LOSS, 1.0)
@@ -151,7 +155,7 @@ class Watch:
     def _alarms(self) -> list[Alarm]:
         found: list[Alarm] = []
         for j in np.argsort(-self.ratios):
-            if self.ratios[j] < rules.WATCH_THRESHOLD:
+            if self.ratios[j] < self.threshold:
                 break
             effect, thruster, sensor, size = self.names[j]
             if thruster is not None and any(a.thruster == thruster for a in found):

@@ -15,7 +15,7 @@ from run_bag.known_topics import KNOWN_VEHICLE
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["recorded"]
+__all__ = ["recorded", "recorded_run"]
 
 Array = NDArray[np.float64]
 PERIOD, NANO = 0.04, 1_000_000_000
@@ -26,7 +26,7 @@ def recorded(
 ) -> list[list[Topic]]:
     """Return the topics of each run of a case."""
     truth = truth_of(draw, vehicle, sets)
-    return [_run(draw, truth, vehicle, sensors, k, kind) for k, kind in enumerate(draw.kinds)]
+    return [recorded_run(draw, truth, vehicle, sensors, k, kind) for k, kind in enumerate(draw.kinds)]
 
 
 def _wander(rng: np.random.Generator, K: int, size: float, time: float) -> Array:
@@ -41,7 +41,10 @@ def _wander(rng: np.random.Generator, K: int, size: float, time: float) -> Array
 
 
 def _programme(rng: np.random.Generator, kind: str, K: int, K_t: Array, level: float) -> tuple[Array, Array]:
-    """Return commands (K, N) [V] beyond the dead zone and set points (K, 4) of roll, pitch, yaw, depth."""
+    """Return commands (K, N) [V] beyond the dead zone and set points (K, 4) of roll, pitch, yaw, depth.
+
+    kind: hold (station keeping), sines, steps or pulses.
+    """
     N = K_t.shape[1]
     t = PERIOD * np.arange(K)
     share = np.linalg.pinv(K_t)[:, [0, 1, 2, 5]]
@@ -51,7 +54,9 @@ def _programme(rng: np.random.Generator, kind: str, K: int, K_t: Array, level: f
     commands = np.zeros((K, N))
     hold = max(int(rng.uniform(1.5, 4.0) / PERIOD), 1)
     blocks = np.arange(K) // hold
-    if kind == "sines":
+    if kind == "hold":
+        pass  # station keeping: feedback alone
+    elif kind == "sines":
         for j in range(4):
             for _ in range(3):
                 push[:, j] += 0.6 * np.sin(2 * np.pi * rng.uniform(0.03, 0.4) * t + rng.uniform(0, 6.3))
@@ -74,9 +79,10 @@ def _programme(rng: np.random.Generator, kind: str, K: int, K_t: Array, level: f
     return commands + level * push @ share.T, wanted
 
 
-def _run(
+def recorded_run(
     draw: Draw, truth: Truth, vehicle: VehicleSet, sensors: VehicleSensors, run: int, kind: str
 ) -> list[Topic]:  # fmt: skip
+    """Return the topics of one run of a world; its number draws programme and noises."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(79, run)))
     K, N = int(draw.duration / PERIOD), len(truth.thrusters)
     steps = round(PERIOD / STEP)

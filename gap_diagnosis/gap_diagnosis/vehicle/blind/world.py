@@ -1,5 +1,6 @@
 r"""A vehicle's world that shares no code with the plant: momentum in place of velocity, a matrix in place of a
-quaternion, forces at places in place of a configuration matrix, Heun's steps with rotors integrated exactly.
+quaternion, forces at places in place of a configuration matrix, Heun's steps with rotors integrated exactly at the
+middle of each step: all of second order, so that no error of a step passes for a late sensor.
 
     d a = f - w x a,   d b = m - w x b - v x a,     (a, b) = M (v, w): momentum in body axes, v relative to the water
     dR = R S(w),       f = sum e_i T_i + ...,       m = sum r_i x e_i T_i + ...
@@ -7,7 +8,7 @@ quaternion, forces at places in place of a configuration matrix, Heun's steps wi
 Row i of `thrusters`: r (3), e (3), c_u1, c_u2, d_1, d_2, k_n, k_Q c_Q, c_T, c_nv, c_v, k_v, k_Uv, k_w, k_Tv, hand,
 then what may be wrong with it: share of thrust, of reverse thrust, delay [steps], lag [s], coulomb [rad/s^2], turning,
 hull axis, hull share, cavitation share, cavitation onset [rad/s], fade share, fade time [s], torque on the vehicle
-[N m s^2].
+[N m s^2], when its share of thrust begins to count [s].
 """
 
 import numpy as np
@@ -20,11 +21,11 @@ STEP = 0.002  # s
 COLUMNS = (
     "rx", "ry", "rz", "ex", "ey", "ez", "c_u1", "c_u2", "d_1", "d_2", "k_n", "k_q", "c_T", "c_nv", "c_v", "k_v", "k_Uv",
     "k_w", "k_Tv", "hand", "share", "reverse", "delay", "lag", "coulomb", "turning", "hull_axis", "hull_share",
-    "cav_share", "cav_onset", "fade", "fade_time", "torque",
+    "cav_share", "cav_onset", "fade", "fade_time", "torque", "since",
 )  # fmt: skip
 (RX, _, _, EX, _, _, CU1, CU2, D1, D2, KN, KQ, CT, CNV, CV, KV, KUV, KW, KTV, HAND,
  SHARE, REVERSE, DELAY, LAG, COULOMB, TURNING, HULL_AXIS, HULL_SHARE, CAV_SHARE, CAV_ONSET, FADE, FADE_TIME,
- TORQUE) = range(33)  # fmt: skip
+ TORQUE, SINCE) = range(34)  # fmt: skip
 
 
 @compiled
@@ -60,6 +61,14 @@ def _forces(  # type: ignore[no-untyped-def]
     here = v + _cross(w, at)
     pull = -tether[0] * np.sqrt((here * here).sum()) * here
     return f + pull, m + _cross(at, pull)
+
+
+@compiled
+def _push(p, n, v):  # type: ignore[no-untyped-def]
+    """Return the thrust of a thruster [N], before its share, at a rotor speed [rad/s] and an axial flow [m/s]."""
+    push = p[CT] * n * abs(n) - p[CNV] * abs(n) * v - p[CV] * v * abs(v)
+    push *= p[REVERSE] if n < 0.0 else 1.0
+    return push * (1.0 - p[CAV_SHARE] * max(0.0, abs(n) - p[CAV_ONSET]) / p[CAV_ONSET])
 
 
 @compiled
@@ -116,6 +125,7 @@ def run_world(  # type: ignore[no-untyped-def]
             for i in range(N):
                 p = thrusters[i]
                 past[i, now % 400] = sent[k, int(wiring[i])]
+                begun = u[i]
                 asked = past[i, (now - int(p[DELAY])) % 400] if now >= int(p[DELAY]) else 0.0
                 if p[LAG] > 0.0:
                     u[i] += (1.0 - np.exp(-h / p[LAG])) * (asked - u[i])
@@ -123,12 +133,12 @@ def run_world(  # type: ignore[no-untyped-def]
                     u[i] += min(max(asked - u[i], -100.0 * h), 100.0 * h)
                 heat[i] += h * (abs(u[i]) / 5.0 - heat[i]) / p[FADE_TIME]
                 drive = 0.0
-                if u[i] > p[D2]:
-                    drive = p[CU2] * (u[i] - p[D2])
-                elif u[i] < p[D1]:
-                    drive = p[CU1] * (u[i] - p[D1])
+                acting = 0.5 * (begun + u[i])
+                if acting > p[D2]:
+                    drive = p[CU2] * (acting - p[D2])
+                elif acting < p[D1]:
+                    drive = p[CU1] * (acting - p[D1])
                 drive *= volt * (1.0 - p[FADE] * heat[i])
-                rate = p[KN] + p[KQ] * abs(n[i])
                 if p[COULOMB] > 0.0:
                     if n[i] == 0.0 and abs(drive) <= p[COULOMB]:
                         drive = 0.0
@@ -136,15 +146,21 @@ def run_world(  # type: ignore[no-untyped-def]
                         moving = n[i] if n[i] != 0.0 else drive
                         drive -= p[COULOMB] * np.sign(moving)
                 before = n[i]
+                rate = p[KN] + p[KQ] * abs(before)
+                rate = p[KN] + p[KQ] * abs(drive / rate + (before - drive / rate) * np.exp(-0.5 * rate * h))
                 n[i] = p[TURNING] * (drive / rate + (n[i] - drive / rate) * np.exp(-rate * h))
                 if p[COULOMB] > 0.0 and before * n[i] < 0.0:
                     n[i] = 0.0
                 U = (p[EX : EX + 3] * (v + _cross(w, p[RX : RX + 3]))).sum()
-                push = p[CT] * n[i] * abs(n[i]) - p[CNV] * abs(n[i]) * va[i] - p[CV] * va[i] * abs(va[i])
-                push *= p[SHARE] * (p[REVERSE] if n[i] < 0.0 else 1.0)
-                push *= 1.0 - p[CAV_SHARE] * max(0.0, abs(n[i]) - p[CAV_ONSET]) / p[CAV_ONSET]
-                T[i] = push
-                va[i] += h * (-p[KV] * va[i] - p[KUV] * abs(va[i]) * (va[i] - p[KW] * U) + p[KTV] * push)
+                middle = 0.5 * (before + n[i])
+                flow = va[i]
+                for part in (0.5 * h, h):
+                    push = _push(p, middle, flow)
+                    if now * h >= p[SINCE]:
+                        push *= p[SHARE]
+                    change = -p[KV] * flow - p[KUV] * abs(flow) * (flow - p[KW] * U) + p[KTV] * push
+                    flow = va[i] + part * change
+                T[i], va[i] = push, flow
             now += 1
             f, m = _forces(R, v, w, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction)
             f, m = f + wrench[k, :3], m + wrench[k, 3:]

@@ -1,0 +1,113 @@
+"""Command line: false alarms of the watch per hour, counted by its own code on healthy vehicles, and delays of a loss.
+
+Each dive is appended to DIVES.jsonl as it is done: an interrupted count goes on where it stopped.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.false_alarms import most_alarms, rate_at, threshold_for
+from run_bag.command_line import user_arguments
+
+__all__ = ["main", "said"]
+
+_DIVES = 6
+"""Healthy dives of a vehicle, and losses of it, before the next one is drawn."""
+_MINUTES = 10.0
+_LEVELS = ((0.0, 0.5), (0.5, 1.5), (1.5, 3.0), (3.0, 6.0), (6.0, np.inf))
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Count, or go on with counting; return the exit status."""
+    parser = argparse.ArgumentParser(prog="watch_rate", description=__doc__)
+    parser.add_argument("dives", type=Path, metavar="DIVES.jsonl", help="what was counted; made or gone on with")
+    parser.add_argument("--hours", type=float, default=0.0, help="in all (default: only print what there is)")
+    parser.add_argument("--first", type=int, default=2000, help="seed of the first vehicle (default %(default)s)")
+    parser.add_argument("--rate", type=float, default=0.1, help="false alarms per hour that are accepted")
+    given = parser.parse_args(user_arguments(arguments))
+    if not given.rate > 0.0:
+        print(f"--rate: expected a number above 0; found {given.rate:g}", file=sys.stderr)
+        return 1
+    try:
+        text = given.dives.read_text("utf-8") if given.dives.exists() else ""
+        done = [json.loads(line) for line in text.splitlines()]
+    except (OSError, ValueError) as error:
+        print(f"{given.dives}: expected JSON, one dive a line; found {error}", file=sys.stderr)
+        return 1
+    place, watched = len([d for d in done if "peaks" in d]), None
+    while sum(d.get("hours", 0.0) for d in done) < given.hours:
+        seed, run = given.first + place // _DIVES, place % _DIVES
+        if watched is None or watched.draw.seed != seed:
+            draw = watched_draw(seed)
+            watched = Watched(draw, load_model(draw.vehicle))
+        of = {"seed": seed, "run": run, "vehicle": watched.draw.vehicle}
+        # the healthy dive last: it is what tells that both are done
+        for dive in ({**of, **watched.loss(run)}, {**of, **watched.healthy(run, _MINUTES)}):
+            with given.dives.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(dive) + "\n")
+            done.append(dive)
+        place += 1
+        print(
+            f"{sum(d.get('hours', 0.0) for d in done):.2f} h, vehicle {seed}, dive {run}", file=sys.stderr, flush=True
+        )
+    print(said(done, given.rate))
+    return 0
+
+
+def said(done: Sequence[dict[str, Any]], rate: float) -> str:
+    """Return the tables of what was counted."""
+    healthy, lost = [d for d in done if "peaks" in d], {(d["seed"], d["run"]): d for d in done if "ratios" in d}
+    hours, peaks = sum(d["hours"] for d in healthy), [p for d in healthy for p in d["peaks"]]
+    if not healthy:
+        return "nothing was counted yet"
+    vehicles = len({d["seed"] for d in healthy})
+    lines = [f"{hours:.1f} h of {vehicles} healthy vehicles, {len(peaks)} excursions.", ""]
+    lines += [
+        "| threshold | alarms counted | per hour (tail beyond the count) | excluded at 95 %: more than |",
+        "|---|---|---|---|",
+    ]
+    try:
+        wanted = threshold_for(rate, peaks, hours)
+        levels = sorted({14.0, rules.WATCH_THRESHOLD, round(wanted, 1)})
+        lines.insert(1, f"For {rate:g} false alarms per hour: threshold {wanted:.1f}.")
+    except ValueError as error:
+        wanted, levels = rules.WATCH_THRESHOLD, [14.0, rules.WATCH_THRESHOLD]
+        lines.insert(1, f"No threshold for {rate:g} per hour: {error}.")
+    for level in levels:
+        counted = sum(p >= level for p in peaks)
+        lines.append(
+            f"| {level:g} | {counted} | {rate_at(level, peaks, hours):.2g} | {most_alarms(counted, hours):.2g} |"
+        )
+    lines += ["", f"Loss of 30 %, at the threshold {wanted:.1f}:", ""]
+    lines += [
+        "| mean thrust of it [N] | dives | found in 10 s | found in 100 s | median delay [s] |",
+        "|---|---|---|---|---|",
+    ]
+    for low, high in _LEVELS:
+        delays = [_delay(d["ratios"], wanted) for d in lost.values() if low <= d["thrust"] < high]
+        if delays:
+            name = f"{low:g} to {high:g}" if np.isfinite(high) else f"above {low:g}"
+            middle = float(np.median(delays))
+            told = f"{middle:.0f}" if np.isfinite(middle) else "not found"
+            soon = sum(x <= 10.0 for x in delays)
+            found = sum(np.isfinite(x) for x in delays)
+            lines.append(f"| {name} | {len(delays)} | {soon} | {found} | {told} |")
+    return "\n".join(lines)
+
+
+def _delay(ratios: Sequence[float], threshold: float) -> float:
+    """Return the seconds until the threshold is reached, infinity where it is not."""
+    return next((float(k + 1) for k, r in enumerate(ratios) if r >= threshold), np.inf)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

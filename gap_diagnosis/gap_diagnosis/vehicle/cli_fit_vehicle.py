@@ -1,0 +1,58 @@
+"""Command line: a vehicle's mass, added mass, drag, centres and thrusters fitted to runs; what these do not tell."""
+
+import argparse
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from gap_diagnosis.diagnose_io import package_version
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.fit import fitted_vehicle
+from gap_diagnosis.vehicle.fit_io import summary_of, written
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.rules import PERIOD
+from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
+from run_bag import RunError
+from run_bag.command_line import user_arguments
+from thruster_model.errors import ThrusterModelError
+from thruster_model.vehicle_set_io import available_vehicles
+
+__all__ = ["main"]
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Fit a vehicle's numbers to its runs; return the exit status."""
+    parser = argparse.ArgumentParser(prog="fit_vehicle", description=__doc__)
+    parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
+    sets = ", ".join(available_vehicles())
+    parser.add_argument("--vehicle", required=True, help=f"set that is believed within its deviations: {sets} or YAML")
+    parser.add_argument("--model", help="parameter set of its thrusters; default: the one that the vehicle's set names")
+    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
+    parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")
+    parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
+    given = parser.parse_args(user_arguments(arguments))
+    try:
+        if given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
+            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        model = load_model(given.vehicle, given.model, given.sensors)
+        logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
+        fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))
+        provenance = {
+            "runs": [path.resolve().name for path in given.runs], "vehicle": model.vehicle.name,
+            "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
+        }  # fmt: skip
+        paths = written(model, fit, provenance, given.out)
+    except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
+        print(error, file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: nothing was written", file=sys.stderr)
+        return 130
+    print(summary_of(fit))
+    for path in paths:
+        print(path)
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

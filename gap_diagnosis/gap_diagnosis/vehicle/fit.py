@@ -1,0 +1,131 @@
+"""A vehicle's numbers fitted to its recordings, how sure they are, and what the recordings do not determine.
+
+The fit is that of the diagnosis before any effect is on (`search.settled`): the plant as a filter, a wandering wrench,
+all numbers with their stated deviations as what is known before. With H = J^T J + 1 in these deviations, a number keeps
+the share sqrt((H^-1)_jj) of its deviation: near 1, the recordings told nothing of it.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import prepared
+from gap_diagnosis.vehicle.how_far import Point, free_run_errors
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.nuisances import nuisances
+from gap_diagnosis.vehicle.refining import Fit
+from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.search import settled
+
+__all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle"]
+
+Array = NDArray[np.float64]
+BIASES = ("gyro", "force")
+"""Numbers of one recording alone."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class FittedNumber:
+    """One number: by how much it moved from what was stated, in its unit or as a share, its deviation before and after;
+    together: the number that moves most with it, and their correlation."""
+
+    key: Key
+    moved: float
+    before: float
+    after: float
+    together: tuple[Key, float] | None
+
+    @property
+    def told(self) -> bool:
+        """Whether the recordings determine it: they took off a fifth of its deviation or more."""
+        return self.after < rules.UNDETERMINED * self.before
+
+    @property
+    def shifted(self) -> bool:
+        """Whether it moved farther than its stated deviation allows."""
+        return abs(self.moved) > rules.SHIFTED * self.before
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeftOut:
+    """Root mean square errors of free runs by channel group at a horizon [s], each recording with the numbers of the
+    others: as stated and fitted."""
+
+    horizon: float
+    as_stated: dict[str, float]
+    fitted: dict[str, float]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VehicleFit:
+    """The numbers, errors of free runs, the wrench (6,) [N, N m] that remains, whether recordings were left out."""
+
+    numbers: tuple[FittedNumber, ...]
+    errors: tuple[LeftOut, ...]
+    wrench: Array
+    left_out: bool
+
+    def values(self) -> dict[Key, float]:
+        """Return by how much each number moved."""
+        return {n.key: n.moved for n in self.numbers}
+
+
+def fitted_vehicle(
+    model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None
+) -> VehicleFit:
+    """Return the fit of a vehicle's numbers to recordings.
+
+    Raises:
+        ValueError: recordings that are too short or in which no thruster is driven.
+    """
+    if all(log.duration < rules.LEAST_TIME for log in logs):
+        longest = max(log.duration for log in logs)
+        raise ValueError(f"recordings: expected one of {rules.LEAST_TIME:g} s or more; the longest has {longest:.1f} s")
+    if max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION:
+        raise ValueError(f"recordings: expected throttles that vary by {rules.LEAST_EXCITATION:g} V; found none")
+    free = nuisances(model, logs)
+    told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
+    runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
+    products = [J.astype(np.float64).T @ J.astype(np.float64) for J in fit.columns]
+    H = sum(products, np.eye(len(free)))
+    covariance = np.linalg.inv(H)
+    share = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(share, share) - np.eye(len(free))
+    keys = list(free)
+    numbers = []
+    for j, (key, deviation) in enumerate(free.items()):
+        other = int(np.argmax(np.abs(correlation[j])))
+        together = (keys[other], float(correlation[j, other])) if abs(correlation[j, other]) > 0.5 else None
+        numbers.append(
+            FittedNumber(
+                key=key, moved=float(fit.moved[j]) * deviation, before=deviation, after=float(share[j]) * deviation,
+                together=together,
+            )
+        )  # fmt: skip
+    told("free runs")
+    screen = Screen(model=model, runs=runs, values=fit.values)
+    alone = len(runs) == 1
+    points = [fit.values] if alone else [_without(screen, k, free, fit, H - A) for k, A in enumerate(products)]
+    longest = max(log.duration for log in logs)
+    errors = []
+    for horizon in (h for h in rules.HORIZONS if h + 4.0 < longest):
+        compared = [[Point({}, ()) for _ in runs], [Point(p, ()) for p in points]]
+        before, after = free_run_errors(model, runs, compared, horizon)
+        errors.append(LeftOut(horizon=horizon, as_stated=before, fitted=after))
+    return VehicleFit(
+        numbers=tuple(numbers), errors=tuple(errors), wrench=np.asarray(runs[0].noises.wrench), left_out=not alone
+    )
+
+
+def _without(screen: Screen, k: int, free: dict[Key, float], fit: Fit, H: Array) -> dict[Key, float]:
+    """Return the numbers as all recordings but one have them, to first order; its own biases are its own.
+
+    At the joint fit the slope of all is zero, so that of the others alone is minus the one's: x + H^-1 J_k^T r_k.
+    """
+    x = fit.moved + np.linalg.solve(H, fit.columns[k].astype(np.float64).T @ screen.residual(k).ravel())
+    values = {key: float(v) * d for (key, d), v in zip(free.items(), x, strict=True)}
+    return {key: fit.values[key] if key[0] in BIASES else v for key, v in values.items()}

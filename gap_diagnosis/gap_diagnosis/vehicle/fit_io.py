@@ -1,0 +1,143 @@
+"""A vehicle's fit as files: fit.json, report.html and vehicle.yaml, the set with the body's numbers as fitted."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gap_diagnosis.vehicle.fit import BIASES, FittedNumber, VehicleFit
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
+from gap_diagnosis.vehicle.model import Key, Model
+from run_bag.report import Column, Report
+from safe_files.whole_files_io import new_folder, write_whole
+from thruster_model.vehicle_parameters import definition_of
+from thruster_model.vehicle_set import VehicleSet
+from thruster_model.vehicle_set_io import dump_vehicle_set
+
+__all__ = ["content_of", "fitted_set", "summary_of", "written"]
+
+
+def name_of(key: Key) -> str:
+    """Return a number's name in words."""
+    kind = key[0]
+    if kind == "own":
+        return f"{key[1]} of thruster {key[2]}"
+    if kind == "shared":
+        return f"{key[1]} of all thrusters"
+    if kind == "late":
+        return "commands act late"
+    return " ".join(map(str, key[1:]))
+
+
+def unit_of(key: Key) -> str:
+    """Return the unit that a number moves in."""
+    definition = definition_of(key[1]) if key[0] == "vehicle" else None
+    return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")
+
+
+def fitted_set(model: Model, fit: VehicleFit) -> VehicleSet:
+    """Return the vehicle's set with the body's numbers and deviations as fitted; thrusters are as they were."""
+    vehicle = model.vehicle
+    parameters = dict(vehicle.parameters)
+    for n in fit.numbers:
+        if n.key[0] == "vehicle" and n.told:
+            old = parameters[n.key[1]]
+            parameters[n.key[1]] = replace(
+                old, value=old.value + n.moved, standard_deviation=n.after, source="fitted to recordings"
+            )
+    return replace(vehicle, name=f"{vehicle.name}, fitted", parameters=parameters)
+
+
+def summary_of(fit: VehicleFit) -> str:
+    """Return in sentences what the fit says."""
+    own = [n for n in fit.numbers if n.key[0] not in BIASES]
+    open_ones = [n for n in own if not n.told]
+    far = sorted((n for n in own if n.shifted), key=lambda n: -abs(n.moved / n.before))
+    says = [f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
+    if far:
+        named = ", ".join(f"{name_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
+        says.append(f"Farther from what was stated than its deviation allows: {named}. An effect may be behind it.")
+    for e in fit.errors:
+        nearer = [c for c in CHANNEL_GROUPS if e.fitted[c] < e.as_stated[c]]
+        measured = [c for c in CHANNEL_GROUPS if e.as_stated[c] == e.as_stated[c]]
+        whose = "recordings left out" if fit.left_out else "the one recording, which is fitted too"
+        says.append(
+            f"Free runs of {e.horizon:g} s on {whose} come nearer in {len(nearer)} of {len(measured)} measured groups."
+        )
+    return " ".join(says)
+
+
+def content_of(model: Model, fit: VehicleFit, provenance: dict[str, Any]) -> dict[str, Any]:
+    """Return it for fit.json."""
+    values = model.vehicle.values
+
+    def row(n: FittedNumber) -> dict[str, Any]:
+        stated = values[n.key[1]] if n.key[0] == "vehicle" else 0.0
+        told_with = None if n.together is None else {"name": name_of(n.together[0]), "correlation": n.together[1]}
+        return {
+            "name": name_of(n.key), "key": list(n.key), "unit": unit_of(n.key), "stated": stated,
+            "stated_std": n.before, "value": stated + n.moved, "std": n.after, "determined": n.told,
+            "told_with": told_with,
+        }  # fmt: skip
+
+    return {
+        "summary": summary_of(fit),
+        "numbers": [row(n) for n in fit.numbers],
+        "free_runs": [
+            {"horizon": e.horizon, "as_stated": _finite(e.as_stated), "fitted": _finite(e.fitted)} for e in fit.errors
+        ],
+        "left_out": fit.left_out,
+        "random_wrench": fit.wrench.tolist(),
+        "provenance": provenance,
+    }
+
+
+def _finite(table: dict[str, float]) -> dict[str, float | None]:
+    return {name: value if value == value else None for name, value in table.items()}
+
+
+def _report(content: dict[str, Any], vehicle: VehicleSet) -> Report:
+    report = Report(f"Fit of {vehicle.name}", content["summary"].split(".")[0], content["provenance"])
+    report.section("Answer")
+    report.paragraph(content["summary"])
+    shares = [n for n in content["numbers"] if n["determined"]]
+    rows = [[n["name"], n["stated"], n["stated_std"], n["value"], n["std"], n["unit"]] for n in shares]
+    report.table(
+        ["number", "stated", "± stated", "fitted", "±", "unit"], rows,
+        caption="Numbers that the recordings determine; those of thrusters and of the battery are shares beside 0.",
+    )  # fmt: skip
+    left = [n for n in content["numbers"] if not n["determined"]]
+    if left:
+        report.table(
+            ["number", Column(name="deviation kept", format=".2f"), "told only together with"],
+            [[n["name"], n["std"] / n["stated_std"], (n["told_with"] or {"name": "–"})["name"]] for n in left],
+            caption="Numbers that the recordings do not determine: they keep most of their stated deviation.",
+        )  # fmt: skip
+    report.section("How far")
+    whose = "each recording with the numbers of the others" if content["left_out"] else "of the fitted recording itself"
+    report.table(
+        ["free run", "as stated", "fitted", "unit"],
+        [
+            [f"{name} after {e['horizon']:g} s", e["as_stated"][name], e["fitted"][name], unit]
+            for e in content["free_runs"]
+            for name, (_, unit) in CHANNEL_GROUPS.items()
+            if e["as_stated"][name] is not None
+        ],
+        caption=f"Root mean square errors of free runs, {whose}.",
+    )  # fmt: skip
+    return report
+
+
+def written(model: Model, fit: VehicleFit, provenance: dict[str, Any], out: Path) -> list[Path]:
+    """Write fit.json, report.html and vehicle.yaml into a new or empty folder; return their paths."""
+    content, vehicle = content_of(model, fit, provenance), dump_vehicle_set(fitted_set(model, fit))
+    report = _report(content, model.vehicle)
+    report.section("Files")
+    report.download("Vehicle set as fitted", "vehicle.yaml", vehicle)
+    with new_folder(out) as folder:
+        paths = [
+            report.write(folder / "report.html"),
+            write_whole(folder / "vehicle.yaml", vehicle),
+            write_whole(folder / "fit.json", json.dumps(content, indent=1)),
+        ]
+    return [out / path.name for path in paths]

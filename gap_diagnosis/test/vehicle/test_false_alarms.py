@@ -1,0 +1,64 @@
+"""Rates of false alarms from peaks whose distribution is known, and the count by the watch's own code on one dive."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.blind.cli_watch_rate import main, said
+from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.false_alarms import Excursions, most_alarms, rate_at, threshold_for
+
+
+def test_an_excursion_counts_once_by_its_peak() -> None:
+    seen = Excursions(2)
+    for row in ((0.0, 3.0), (5.0, 2.0), (9.0, 0.0), (4.0, 0.0), (0.0, 7.0)):
+        seen.add(np.array(row))
+    assert sorted(seen.close()) == [3.0, 7.0, 9.0]
+
+
+def test_thresholds_of_exponential_peaks_are_those_of_their_distribution() -> None:
+    # 200 excursions in 50 h with mean 4: rate(h) = 4 exp(-h / 4) an hour, so 0.02 at 4 ln 200 = 21.2
+    found = [threshold_for(0.02, list(np.random.default_rng(seed).exponential(4.0, 200)), 50.0) for seed in range(200)]
+    assert np.median(found) == pytest.approx(4.0 * np.log(200.0), rel=0.05)
+    assert np.std(found) < 5.0
+
+
+def test_within_the_count_the_count_stands() -> None:
+    peaks = [float(k) for k in range(1, 101)]
+    assert threshold_for(5.0, peaks, 10.0) == 51.0 and rate_at(51.0, peaks, 10.0) == 5.0
+
+
+def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
+    assert most_alarms(0, 10.0) == pytest.approx(0.29957, rel=1e-3)
+
+
+def test_too_few_excursions_give_no_threshold() -> None:
+    with pytest.raises(ValueError, match="more than 20 excursions; found 1"):
+        threshold_for(0.1, [3.0], 2.0)
+    assert "No threshold" in said([{"seed": 1, "run": 0, "hours": 2.0, "peaks": [3.0]}], 0.1)
+
+
+def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file = tmp_path / "dives.jsonl"
+    rows = [
+        {"seed": 1, "run": 0, "hours": 100.0, "peaks": [float(k) for k in range(1, 31)]},
+        {"seed": 1, "run": 0, "thrust": 4.0, "ratios": [0.0, 10.0, 60.0, 200.0], "others": [0.0] * 4},
+    ]
+    file.write_text("".join(json.dumps(r) + "\n" for r in rows), "utf-8")
+    assert main([str(file)]) == 0
+    told = capsys.readouterr().out
+    assert "100.0 h of 1 healthy vehicles, 30 excursions." in told
+    assert "| 3 to 6 | 1 | 1 | 1 | 3 |" in told
+
+
+def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive() -> None:
+    draw = watched_draw(5)
+    watched = Watched(draw, load_model(draw.vehicle))
+    calm = watched.healthy(1, 0.5)
+    lost = watched.loss(1, 0.5)
+    assert calm["hours"] == pytest.approx(30.0 / 3600.0, rel=0.05)
+    assert max(lost["ratios"]) > 10.0 * max([*calm["peaks"], 1.0])
+    assert max(lost["ratios"]) > max(lost["others"])
