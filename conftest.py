@@ -1,4 +1,4 @@
-"""Fixtures for the tests of all packages."""
+"""Fixtures for the tests of all packages, and a ROS domain for this process of pytest alone."""
 
 from __future__ import annotations
 
@@ -6,6 +6,11 @@ import os
 from pathlib import Path
 
 import pytest
+
+from thruster_runtime.domains import reserved_domain
+
+# Whatever the shell has: in one domain, the graphs of two processes of tests (or a live one) would hear each other.
+os.environ["ROS_DOMAIN_ID"] = str(reserved_domain())
 
 
 def data_folder(variable: str, name: str, what: str) -> Path:

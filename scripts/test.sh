@@ -8,9 +8,8 @@ cd "$root"
 scripts/setup.sh || exit 1
 . scripts/env.sh
 
-# Shared memory leaves locks behind a killed process; a domain per run keeps the tests away from any live graph.
+# Shared memory leaves locks behind a killed process.
 export FASTDDS_BUILTIN_TRANSPORTS=UDPv4
-export ROS_DOMAIN_ID=$((RANDOM % 101 + 1))
 
 status=0
 check() { # NAME COMMAND...
