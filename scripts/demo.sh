@@ -67,7 +67,7 @@ else
     step 5/5 'control: the diagnosed thruster on the emulated bench, live, its thrust tracked and scored'
     truth=$out/diagnosis/with_effect.yaml
     [ -e "$truth" ] || truth=$set # no effect was claimed
-    "$root/scripts/bench_experiment.sh" --reference step --strategy hl-ekf --truth "$truth" --out "$out/live"
+    BENCH_EXPERIMENT_READY=1 "$root/scripts/bench_experiment.sh" --reference step --strategy hl-ekf --truth "$truth" --out "$out/live"
     title='Demo: a thruster with a hidden effect'
 fi
 printf '\n[demo] all of it on one page:\n'
