@@ -24,6 +24,7 @@ setup(
             "import_recording = run_bag.importers.cli_recording:main",
             "import_pool = run_bag.importers.cli_pool:main",
             "info = run_bag.cli_info:main",
+            "overview = run_bag.cli_overview:main",
             "play = run_bag.live.player_node:main",
             "recorder = run_bag.live.recorder_node:main",
             "recover = run_bag.cli_recover:main",

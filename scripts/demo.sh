@@ -1,76 +1,91 @@
 #!/usr/bin/env bash
-# The main job, end to end: bench recordings -> runs -> identified thruster models -> report; three control strategies
-# compared in simulation; a live experiment on the emulated bench, recorded, replayed and diagnosed; then a thruster
-# with a hidden effect -> recordings -> diagnosis -> what was hidden.
+# The main job, end to end: why do a simulator and recordings of a thruster disagree?
 #
-# usage: scripts/demo.sh              a short synthetic bench campaign, simulated here
-#        scripts/demo.sh --vehicle    a vehicle instead: an effect hidden on one thruster of a dive in lockstep, named from
-#                                     the dive's recording, and the seal opened
-#        scripts/demo.sh PATH...      recordings of a bench (csv, csv.xz with dat or mat beside them), files or folders
+# usage: scripts/demo.sh                          a thruster with a hidden effect, recorded here; 2 to 3 minutes
+#        scripts/demo.sh PATH... [--set SET]      recordings of a bench (csv, csv.xz with dat or mat beside them), files
+#                                                 or folders, against the parameter set of a simulator (hl)
+#        scripts/demo.sh --vehicle                an effect hidden on one thruster of a vehicle's dive in lockstep
 #
-# Results go to a new folder under runs/ (or under $DEMO_OUT); the last lines printed are the paths of the reports.
+# Results go to a new folder under runs/ (or under $DEMO_OUT); the last line printed is the page that links them all.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-vehicle=false
-if [ "${1-}" = --vehicle ]; then
-    vehicle=true
+paths=() set=hl vehicle=false
+while [ $# -gt 0 ]; do
+    case "$1" in
+    -h | --help) sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}" && exit 0 ;;
+    --set)
+        [ $# -ge 2 ] || { printf 'demo.sh: --set: expected a parameter set\n' >&2; exit 2; }
+        set=$2
+        shift
+        ;;
+    --vehicle) vehicle=true ;;
+    -*) printf "demo.sh: unknown option '%s'; --help lists them\n" "$1" >&2 && exit 2 ;;
+    *)
+        [ -e "$1" ] || { printf '%s: expected recordings, found nothing there\n' "$1" >&2; exit 1; }
+        paths+=("$1")
+        ;;
+    esac
     shift
-    [ $# -eq 0 ] || { printf '%s: expected nothing after --vehicle\n' "$1" >&2; exit 1; }
-fi
-for path in "$@"; do
-    [ -e "$path" ] || { printf '%s: expected recordings, found nothing there\n' "$path" >&2; exit 1; }
 done
+if $vehicle && [ ${#paths[@]} -gt 0 ]; then
+    printf 'demo.sh: --vehicle: expected no recordings beside it\n' >&2
+    exit 2
+fi
 "$root/scripts/setup.sh"
 . "$root/scripts/env.sh"
 
 mkdir -p "${DEMO_OUT:-$root/runs}"
 out=$(mktemp -d "${DEMO_OUT:-$root/runs}/demo-$(date +%Y%m%d-%H%M%S)-XXXX")
+step() { printf '\n[demo %s] %s\n' "$1" "$2"; }
+check() { # RUN...: what it refuses and its last line; a fit and a diagnosis say the former again
+    thruster check "$@" --set "$set" >"$out/check.txt" || true
+    grep '^!' "$out/check.txt" || true
+    tail -n 1 "$out/check.txt"
+    printf '%s: all of it\n' "$out/check.txt"
+}
+
 if $vehicle; then
-    printf '[demo] an effect on one thruster of the vehicle ngs is drawn at random and sealed\n'
+    step 1/4 'hide: an effect on one thruster of the vehicle ngs is drawn at random and sealed'
     ros2 run gap_diagnosis sealed_vehicle "$out/sealed" --vehicle ngs
-    printf '[demo] a dive in lockstep: the plant alone is told\n'
+    step 2/4 'dive: the whole graph in lockstep, recorded; the plant alone is told'
     ROV_EXPERIMENT_READY=1 "$root/scripts/rov_experiment.sh" --vehicle ngs --strategy lookup --composed \
         --effects "$(<"$out/sealed/sealed/effects.txt")" --out "$out/dive"
-    printf '[demo] diagnosing it from its recording alone (some minutes)\n'
+    step 3/4 'diagnose: which effect on which thruster, from the recording alone (some minutes)'
     ros2 run gap_diagnosis diagnose_vehicle "$out/dive/run" --vehicle ngs --out "$out/diagnosis"
-    printf '[demo] opening the seal\n'
+    step 4/4 'open the seal'
     ros2 run gap_diagnosis sealed_vehicle "$out/sealed" --open "$out/diagnosis/diagnosis.json"
-    printf '%s\n' "$out/dive/scores/report.html" "$out/diagnosis/report.html"
-    exit
-fi
-if [ $# -eq 0 ]; then
-    printf '[demo] recording a synthetic bench campaign\n'
-    ros2 run rov_sim bench_campaign --out "$out/recordings" --seed 1
-    fit=("$out"/recordings/*/)
-    options=()
-else
-    printf '[demo] importing recordings\n'
+    title='Demo: a vehicle with a hidden effect'
+elif [ ${#paths[@]} -gt 0 ]; then
+    step 1/4 'import: the recordings become runs, every sample kept, every decision written into the run'
     # One unreadable recording must not keep the others away; the importer has said what is wrong with it.
-    ros2 run run_bag import_bench "$@" --out "$out/recordings" || true
+    ros2 run run_bag import_bench "${paths[@]}" --out "$out/recordings" || true
     [ -d "$out/recordings" ] || { printf '[demo] none of these is a recording of a bench\n' >&2; exit 1; }
-    # Fitted: what was recorded to identify the thruster in water. Predicted only: what it did under control.
-    mapfile -t fit < <(ros2 run run_bag info "$out/recordings" --list --where 'experiment=open loop')
-    mapfile -t others < <(ros2 run run_bag info "$out/recordings" --list --where 'experiment=closed loop')
-    options=()
-    [ ${#others[@]} -eq 0 ] || options=(--validate "${others[@]}")
-    [ ${#fit[@]} -gt 0 ] || { printf '[demo] none of the recordings was made to identify a thruster\n' >&2; exit 1; }
+    # What was recorded to identify the thruster in water, else all of it.
+    mapfile -t runs < <(ros2 run run_bag info "$out/recordings" --list --where 'experiment=open loop')
+    [ ${#runs[@]} -gt 0 ] || runs=("$out/recordings"/*/)
+    step 2/4 "check: what ${#runs[@]} runs are good for"
+    check "${runs[@]}"
+    step 3/4 'fit: how far re-tuned parameters alone get'
+    thruster fit "${runs[@]}" --model simplified hl hq --out "$out/fit"
+    step 4/4 "diagnose: why the recordings and a simulator with the set $set disagree"
+    thruster diagnose "${runs[@]}" --set "$set" --out "$out/diagnosis"
+    title='Demo: your recordings'
+else
+    step 1/5 'record: a thruster whose unmodelled effect is drawn at random and sealed'
+    ros2 run gap_diagnosis sealed_case "$out/sealed"
+    set=$out/sealed/model.yaml runs=("$out"/sealed/runs/*/)
+    step 2/5 'check: what the recordings are good for, before any fit'
+    check "${runs[@]}"
+    step 3/5 'fit: how far re-tuned parameters alone get'
+    thruster fit "${runs[@]}" --model hl --start "$set" --out "$out/fit"
+    step 4/5 'diagnose: why simulator and recordings disagree, from the recordings alone; then the seal is opened'
+    thruster diagnose "${runs[@]}" --set "$set" --out "$out/diagnosis"
+    ros2 run gap_diagnosis sealed_case "$out/sealed" --open "$out/diagnosis/diagnosis.json"
+    step 5/5 'control: the diagnosed thruster on the emulated bench, live, its thrust tracked and scored'
+    truth=$out/diagnosis/with_effect.yaml
+    [ -e "$truth" ] || truth=$set # no effect was claimed
+    BENCH_EXPERIMENT_READY=1 "$root/scripts/bench_experiment.sh" --reference step --strategy hl-ekf --truth "$truth" --out "$out/live"
+    title='Demo: a thruster with a hidden effect'
 fi
-printf '[demo] fitting simplified, HL and HQ to %d runs\n' "${#fit[@]}"
-ros2 run thruster_model fit "${fit[@]}" --model simplified hl hq "${options[@]}" --out "$out/fit"
-
-printf '\n[demo] comparing three control strategies on ten simulated thrusters\n'
-ros2 run rov_sim bench_study --strategies lookup,hl-ekf,hl-nlo --references step,sine --seeds 10 --out "$out/control"
-
-printf '\n[demo] a live experiment on the emulated bench: recorded, replayed through two observers, diagnosed\n'
-"$root/scripts/bench_experiment.sh" --reference triangle --strategy hl-ekf --out "$out/live"
-ros2 run thruster_estimation replay "$out/live/run" --estimator ekf nlo --model hl_bench --out "$out/replay"
-ros2 run gap_diagnosis diagnose "$out/live/run" --model hl_bench --out "$out/live_diagnosis"
-
-printf '\n[demo] recording a thruster whose unmodelled effect is drawn at random and sealed\n'
-ros2 run gap_diagnosis sealed_case "$out/sealed"
-printf '[demo] diagnosing it from its recordings alone\n'
-ros2 run gap_diagnosis diagnose "$out"/sealed/runs/*/ --model "$out/sealed/model.yaml" --out "$out/diagnosis"
-printf '[demo] opening the seal\n'
-ros2 run gap_diagnosis sealed_case "$out/sealed" --open "$out/diagnosis/diagnosis.json"
-printf '%s\n' "$out/fit/report.html" "$out/control/report.html" "$out/live/scores/report.html" \
-    "$out/replay/report.html" "$out/live_diagnosis/report.html" "$out/diagnosis/report.html"
+printf '\n[demo] all of it on one page:\n'
+thruster report "$out" --title "$title"

@@ -11,5 +11,5 @@ __all__ = ["a_context"]
 def a_context() -> Context:
     """Return a context in this run's domain."""
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
+    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
     return context

@@ -13,8 +13,8 @@ import pytest
 from run_bag.reader import read_run
 
 ROOT = Path(__file__).resolve().parents[1]
-LONGEST = 180.0
-"""[s] Deadline of an experiment, which takes a tenth of that on a machine of its own."""
+LONGEST = 600.0
+"""[s] From then on an experiment hangs; it takes a fortieth of that on a machine of its own."""
 
 
 def processes_with(variable: str) -> list[int]:
@@ -34,7 +34,7 @@ def test_an_experiment_is_recorded_and_scored_and_leaves_no_process_behind(tmp_p
     if device and not (shutil.which("avr-gcc") and Path("/usr/include/simavr/sim_avr.h").exists()):
         pytest.skip("the firmware needs gcc make gcc-avr avr-libc libsimavr-dev libelf-dev")
     mark = uuid.uuid4().hex
-    domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
+    domain = os.environ["ROS_DOMAIN_ID"]
     environment = {**os.environ, "ROS_DOMAIN_ID": domain, "BENCH_EXPERIMENT_READY": "1", "EXPERIMENT_MARK": mark}
     out = tmp_path / "experiment"
     command = ["scripts/bench_experiment.sh", "--strategy", "hl-ekf", "--reference", "step", "--out", str(out), *device]

@@ -49,7 +49,7 @@ def dived(script: Path, out: Path, how: list[str]) -> Done:
 
 def ran(command: list[str], mark: str) -> Done:
     """Run a script whose workspace is ready, marked; it stops what it has started."""
-    domain = os.environ.get("ROS_DOMAIN_ID", str(os.getpid() % 101 + 1))
+    domain = os.environ["ROS_DOMAIN_ID"]
     name, _, value = mark.partition("=")
     environment = {**os.environ, "ROS_DOMAIN_ID": domain, "ROV_EXPERIMENT_READY": "1", name: value}
     with subprocess.Popen(

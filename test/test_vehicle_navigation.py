@@ -55,7 +55,7 @@ def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest(
     )  # fmt: skip
     given = [Parameter(name, value=value) for name, value in navigation_parameters(sensors, c).items()]
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
+    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
     plant, navigation = Node("plant", context=context), NavigationNode(context=context, parameter_overrides=given)
     executor = make_executor("events", context=context)
     try:

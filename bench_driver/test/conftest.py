@@ -58,17 +58,6 @@ def make_device(request: pytest.FixtureRequest) -> Iterator[MakeDevice]:
 
 
 @pytest.fixture(scope="session")
-def vectrino_recording() -> bytes:
-    """Return a velocimeter's recording in the instrument's binary format, or skip; it cannot be part of the project."""
-    given = os.environ.get("VECTRINO_DATA")
-    folder = Path(given) if given else Path(__file__).resolve().parents[2] / "../shared/data/adv"
-    file = folder / "vectrino_test.vno"
-    if not file.is_file():
-        pytest.skip(f"no recording of a Vectrino at {file}; VECTRINO_DATA names its folder")
-    return file.read_bytes()
-
-
-@pytest.fixture(scope="session")
 def mutated_streams() -> int:
     """Return how many streams each decoder gets; MUTATED_STREAMS=1000000 for the long run."""
     return int(os.environ.get("MUTATED_STREAMS", "20000"))

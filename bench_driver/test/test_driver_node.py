@@ -25,7 +25,7 @@ ZERO = pytest.approx(0.0, abs=0.021)  # text: zero has no count
 @pytest.fixture
 def context() -> Iterator[Context]:
     private = Context()
-    domain = int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1))
+    domain = int(os.environ["ROS_DOMAIN_ID"])
     rclpy.init(args=[], context=private, domain_id=domain)
     yield private
     rclpy.try_shutdown(context=private)

@@ -79,7 +79,7 @@ class Bench:
 
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
-    domain = int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1))
+    domain = int(os.environ["ROS_DOMAIN_ID"])
     context = Context()
     rclpy.init(args=[], context=context, domain_id=domain)
     made = Bench(context, domain, tmp_path / "log.txt")

@@ -13,6 +13,7 @@ from thruster_model.compilation import compiled
 from thruster_model.parameter_set_io import load_parameter_set
 
 HL = load_parameter_set("hl")
+LONG = pytest.mark.long
 NAMES = (
     "c_u1", "c_u2", "delta_u1", "delta_u2", "k_n", "k_Q", "c_n_T", "c_nv_T", "c_n_Q", "c_nv_Q",
     "k_v", "k_Uv", "k_w", "k_Tv", "k_U", "k_UU", "k_TU",
@@ -87,7 +88,13 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter
 
 
 @pytest.mark.parametrize(
-    ("rate", "step", "tails"), [(50.0, 1e-3, True), (60.0, 2e-3, False), (25.0, 5e-3, False), (100.0, 5e-3, True)]
+    ("rate", "step", "tails"),
+    [
+        (50.0, 1e-3, True),
+        pytest.param(60.0, 2e-3, False, marks=LONG),
+        pytest.param(25.0, 5e-3, False, marks=LONG),
+        pytest.param(100.0, 5e-3, True, marks=LONG),
+    ],
 )
 def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails):
     verdict = diagnose(recordings(rate, step, 7, tails=tails), HL).verdict
@@ -98,10 +105,10 @@ def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails):
     ("rate", "step", "effect", "truth", "parameter", "size"),
     [
         (50.0, 1e-3, "command_lag", {"lag": 0.08}, "time", 0.08),
-        (20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35),
-        (25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4),
-        (50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3),
-        (25.0, 5e-4, "timestamp_jitter", {"scatter": 0.012}, "deviation", 0.012),
+        pytest.param(20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35, marks=LONG),
+        pytest.param(25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4, marks=LONG),
+        pytest.param(50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3, marks=LONG),
+        pytest.param(25.0, 5e-4, "timestamp_jitter", {"scatter": 0.012}, "deviation", 0.012, marks=LONG),
         (25.0, 1e-3, "tach_quantization", {"coarse": 4.0}, "step", 4.0),
     ],
 )

@@ -78,6 +78,7 @@ def test_a_hum_is_listed_and_says_nothing_against_a_model():
     assert found.evidence < 1.0
 
 
+@pytest.mark.long
 def test_thrust_lost_in_stretches_that_the_states_foresee_is_not_air():
     stated, recordings = campaign(outside={"wake_stall": {"share": 0.5}}, seed=3, spread=0.0, duration=30.0, runs=4)
     found = diagnose(recordings, stated)
@@ -95,13 +96,14 @@ def test_a_throttle_that_bends_by_its_cube_is_none_of_the_library(bent):
     assert bent.verdict.verdict == "unknown" and not bent.verdict.claims
 
 
+@pytest.mark.long
 def test_an_effect_near_the_end_of_its_range_is_not_pressed():
     stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6, duration=30.0, runs=4)
     found = diagnose(recordings, stated)
     assert [claim.effect for claim in found.verdict.claims] == ["propeller_fouling"]
 
 
-@pytest.mark.parametrize("limit", [1.2, 3.35])
+@pytest.mark.parametrize("limit", [pytest.param(1.2, marks=pytest.mark.long), 3.35])
 def test_a_limit_is_found_far_below_the_largest_command_and_just_below_it(limit):
     stated, recordings = campaign({"throttle_saturation": {"limit": limit}}, seed=7, duration=30.0, runs=4)
     assert 3.4 < max(np.max(np.abs(each.experiment.throttle)) for each in recordings) < 3.7

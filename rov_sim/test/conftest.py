@@ -15,7 +15,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 @pytest.fixture
 def context() -> Iterator[Context]:
     private = Context()
-    domain = int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1))
+    domain = int(os.environ["ROS_DOMAIN_ID"])
     rclpy.init(args=[], context=private, domain_id=domain)
     yield private
     rclpy.try_shutdown(context=private)

@@ -25,7 +25,7 @@ OWN = ("/clock", "/diagnostics", "/parameter_events", "/rosout")
 
 def domain_id() -> int:
     """Return the domain of this run of the tests, or of this process where none is set."""
-    return int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1))
+    return int(os.environ["ROS_DOMAIN_ID"])
 
 
 class Graph:

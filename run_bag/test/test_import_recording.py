@@ -1,5 +1,6 @@
 """Any recording: tables, bags of every storage, ROS 1, logs of vehicles, by one map."""
 
+import re
 import time
 
 import numpy as np
@@ -202,6 +203,100 @@ def test_words_within_names_and_units_in_brackets_suggest_too(tmp_path, capsys):
     )
     assert "thruster_0/state.current: {column: motor current, unit: A}" in text
     assert "# 'Schub (kgf)' 0.5 to 0.5 kgf, 2 samples" in text
+
+
+SWEEP = np.sin(np.arange(0.0, 12.0, 0.02))
+
+
+def guessed(tmp_path, capsys, header, values, times=None):
+    """Return the entry that is proposed for the second column, and what is said beside it."""
+    times = np.arange(values.size) * 0.02 if times is None else times
+    rows = "".join(f"{t!r},{v!r}\n" for t, v in zip(times.tolist(), values.tolist(), strict=True))
+    (tmp_path / "x.csv").write_text(f"{header}\n{rows}")
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    return capsys.readouterr()
+
+
+def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_about(tmp_path, capsys):
+    asked = "'?'"
+    slow, fast = 300.0 * SWEEP, 3000.0 * SWEEP
+    for header, values, unit in [
+        # what 300 may be: rad/s or rpm
+        ("rpm", slow, "rpm"), ("RPM", slow, "rpm"), ("n_rpm", slow, "rpm"), ("n_RPM", slow, "rpm"),
+        ("motorRPM", slow, "rpm"),
+        ("MotorRPM", slow, "rpm"), ("rpm1", slow, "rpm"), ("motor_rpm_1", slow, "rpm"), ("krpm", SWEEP, "krpm"),
+        ("n [rpm]", slow, "rpm"), ("n (rpm)", slow, "rpm"), ("n [U/min]", slow, "rpm"),
+        ("n [1/min]", slow, "'1/min'"),
+        ("Speed (rev/min)", slow, "rev/min"), ("n [rad/s]", slow, "rad/s"), ("speed_rad_s", slow, "rad/s"),
+        ("n", slow, asked), ("speed", slow, asked), ("n [furlong]", slow, asked), ("n", fast, "rpm"),
+        ("speed", fast, "rpm"),
+        # forces, torques and milli-units
+        ("thrust", 30 * SWEEP, asked), ("thrust_N", 30 * SWEEP, "N"), ("thrust_kgf", SWEEP, "kgf"),
+        ("thrust_kg", SWEEP, "kgf"),
+        ("Thrust [gf]", fast, "gf"), ("thrust_g", fast, "gf"), ("force_mN", fast, "mN"), ("load", fast, asked),
+        ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"),
+        ("battery", 16000 + slow, "mV"), ("voltage_mV", fast, "mV"), ("voltage", 16 + SWEEP, "V"),
+        ("current", fast, "mA"),
+        ("current_ma", SWEEP, "mA"), ("current", 3 + SWEEP, "A"), ("flow", SWEEP, "m/s"),
+        ("flow_cm_s", SWEEP, "cm/s"),
+        ("flow", slow, asked),
+        # commands
+        ("pwm", 1500 + slow, "us"), ("cmd", 1500 + slow, "us"), ("pwm", 128 + 100 * SWEEP, asked),
+        ("throttle", SWEEP, "'1'"),
+        ("throttle", 90 * SWEEP, asked), ("esc_percent", 90 * SWEEP, "'%'"), ("u", 3 * SWEEP, "V"),
+        ("u_mV", fast, "mV"),
+    ]:  # fmt: skip
+        told = guessed(tmp_path, capsys, f"time,{header}", values)
+        entry = re.search(r"^thruster_0/\S+: \{column: .*?, unit: ([^,}]*)", told.out, re.MULTILINE)
+        assert entry is not None, f"{header}: nothing proposed:\n{told.out}"
+        assert entry[1] == unit, header
+        assert ("write the unit: " in told.out) == (unit == asked)
+        assert told.err == (
+            "note: units to be written by you, where neither name nor values tell: 1\n" * (unit == asked)
+        )
+
+
+def test_the_unit_of_a_time_is_that_of_its_name_or_its_steps_and_else_asked_about(tmp_path, capsys):
+    at = np.arange(SWEEP.size) * 0.02
+    for header, times, unit in [
+        ("t", at, "s"), ("t", 1e3 * at, "ms"), ("t", 1e6 * at, "us"), ("t", 1e9 * at, "ns"),
+        ("t", 1.7e12 + 1e3 * at, "ms"),
+        ("time_ms", at, "ms"), ("time [ms]", at, "ms"), ("time_s", 100 * at, "s"), ("t", 50 * at, "'?'"),
+        ("timestamp", 5e4 * at, "'?'"), ("stamp", 1.7e9 + 50 * at, "s"),
+    ]:  # fmt: skip
+        told = guessed(tmp_path, capsys, f"{header},rpm", 300 * SWEEP, times)
+        assert re.search(r"^time: \{column: .*, unit: (.*?)\}", told.out, re.MULTILINE)[1] == unit, (header, times[1])
+
+
+def test_a_line_of_units_below_the_names_is_read(tmp_path, capsys):
+    rows = "".join(f"{20 * k},{300 * value!r},{value!r}\n" for k, value in enumerate(SWEEP.tolist()))
+    (tmp_path / "x.csv").write_text("t,n,thrust\n[ms],[rpm],kgf\n" + rows)
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: t, unit: ms}" in text
+    run = imported(tmp_path, tmp_path / "x.csv", text)
+    np.testing.assert_allclose(run["thruster_0/state.n"].values, 300 * SWEEP * 2 * np.pi / 60, rtol=1e-6)
+    np.testing.assert_allclose(run["thruster_0/load.wrench.force.x"].values, 9.80665 * SWEEP, rtol=1e-6)
+    # names in two lines are no units
+    (tmp_path / "x.csv").write_text("t,n\nfront,left\n0,1\n")
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    assert "no numbers" in capsys.readouterr().out
+
+
+def test_what_is_asked_about_is_refused_until_it_is_written(tmp_path, capsys):
+    text = guessed(tmp_path, capsys, "t,n", 300.0 * SWEEP, np.arange(SWEEP.size) * 1.0).out
+    (tmp_path / "map.yaml").write_text(text)
+    arguments = [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(arguments) == 1
+    told = capsys.readouterr().err
+    assert "time: unit is still '?': expected that of the recording, which nothing in it tells: one of s, ms" in told
+    assert "thruster_0/state.n: unit is still '?': expected that of the recording" in told
+    assert "rad/s, rpm" in told
+    assert not (tmp_path / "run").exists()
+    (tmp_path / "map.yaml").write_text(
+        text.replace("t, unit: '?'", "t, unit: s").replace("n, unit: '?'", "n, unit: rpm")
+    )
+    assert main(arguments) == 0
 
 
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):

@@ -117,7 +117,8 @@ one_of() { # WORD CHOICE...
 # ---- of the graph
 
 own_graph() { # a domain of its own unless one is set; says who takes part
-    export ROS_DOMAIN_ID=${ROS_DOMAIN_ID:-$((RANDOM % 101 + 1))}
+    [ -n "${ROS_DOMAIN_ID-}" ] || ROS_DOMAIN_ID=$(python3 -m thruster_runtime.domains)
+    export ROS_DOMAIN_ID
     . "$root/scripts/workspace/underlay.sh"
     discovery || exit 2
     case $ROS_AUTOMATIC_DISCOVERY_RANGE in

@@ -28,7 +28,7 @@ PROGRAMS = {
     "diagnose": Program("gap_diagnosis.cli_diagnose", "Say why runs and a simulator's set disagree."),
     "compare": Program("gap_diagnosis.cli_compare", "Hold a simulator's own predictions against a recording."),
     "simulate": Program("rov_sim.cli_bench_campaign", "Record what the thruster of a set would do, as runs."),
-    "report": Program("gap_diagnosis.cli_diagnosis_table", "Put diagnoses side by side in a table."),
+    "report": Program("run_bag.cli_overview", "Make one page that links the reports and runs of a folder."),
     "new-set": Program("thruster_model.cli_new_set", "Write a commented parameter set to be edited."),
 }
 

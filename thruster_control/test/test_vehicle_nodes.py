@@ -126,7 +126,7 @@ class Scene:
 @pytest.fixture
 def graph() -> Iterator[Context]:
     context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1)))
+    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
     yield context
     rclpy.try_shutdown(context=context)
 

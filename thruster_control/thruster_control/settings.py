@@ -3,7 +3,7 @@
 All are tuples of floats, so that kernels take them as they are; `checked` says what is wrong with one.
 
 Gains: k_P = 5 1/s, k_I = 10 1/s^2 are the rig's. Its dn_d/dt = (n_d - n) / 0.04 s is `RateForm.BENCH`: no derivative,
-but 25 1/s on top of k_P, which the loop's own delay makes unstable (see `stability`).
+but 25 1/s on top of k_P, which the loop's own delay makes unstable.
 """
 
 from enum import IntEnum

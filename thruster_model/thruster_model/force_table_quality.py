@@ -50,14 +50,15 @@ def monotone(table: ForceTable) -> ForceTable:
 
 
 def _rising(values: NDArray[np.float64], stop: int) -> NDArray[np.float64]:
-    from sklearn.isotonic import isotonic_regression  # a second to import
+    from scipy.optimize import isotonic_regression
 
     made = values.copy()
     for row in made:
+        # what rises and is bounded on one side is what rises, clipped there
         if stop + 1 < row.size:
-            row[stop + 1 :] = isotonic_regression(row[stop + 1 :], y_min=0.0)
+            row[stop + 1 :] = np.maximum(isotonic_regression(row[stop + 1 :]).x, 0.0)
         if stop > 0:
-            row[:stop] = isotonic_regression(row[:stop], y_max=0.0)
+            row[:stop] = np.minimum(isotonic_regression(row[:stop]).x, 0.0)
     return made
 
 

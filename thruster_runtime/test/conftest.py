@@ -11,7 +11,7 @@ from rclpy.context import Context
 @pytest.fixture
 def domain_id() -> int:
     """The domain of this run, or of this process where none is set."""
-    return int(os.environ.get("ROS_DOMAIN_ID", os.getpid() % 101 + 1))
+    return int(os.environ["ROS_DOMAIN_ID"])
 
 
 @pytest.fixture

@@ -21,7 +21,7 @@ from .decisions import Decisions, source
 from .guess import guess
 from .log_source import LOGS, LogSource
 from .mapped_topics import mapped_topics
-from .recording_map import RecordingMap, read_map
+from .recording_map import ASKED, RecordingMap, read_map
 from .sources import Source
 
 BAGS = (".mcap", ".db3", ".bag", ".zstd")
@@ -116,7 +116,10 @@ def _run(options: argparse.Namespace) -> int:
     if options.guess:
         if len({f.name for f in options.files}) < len(options.files):
             raise RecordingError("expected files of different names, since a map tells them apart by these")
-        print(guess([open_source(file, None) for file in options.files]), end="")
+        text = guess([open_source(file, None) for file in options.files])
+        print(text, end="")
+        if asked := text.count(f"unit: '{ASKED}'"):
+            print(f"note: units to be written by you, where neither name nor values tell: {asked}", file=sys.stderr)
         return 0
     channels, warnings = import_recording(options.files, options.map, options.out)
     for sentence in warnings:

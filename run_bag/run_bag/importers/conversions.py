@@ -38,7 +38,8 @@ _DEGREE = math.pi / 180.0
 CONVERSIONS: dict[str, dict[str, Conversion]] = {
     "rad/s": _linear(rpm=_TURN / 60, rps=_TURN, Hz=_TURN, dps=_DEGREE)
     | {"rev/min": Conversion(_TURN / 60), "1/min": Conversion(_TURN / 60), "rev/s": Conversion(_TURN)}
-    | {"1/s": Conversion(_TURN), "deg/s": Conversion(_DEGREE), "mrad/s": Conversion(1e-3)},
+    | {"1/s": Conversion(_TURN), "deg/s": Conversion(_DEGREE), "mrad/s": Conversion(1e-3)}
+    | {"krpm": Conversion(_TURN / 0.06)},
     "rad": _linear(deg=_DEGREE, mrad=1e-3, cdeg=_DEGREE / 100),
     "V": _linear(mV=1e-3, cV=1e-2),
     "A": _linear(mA=1e-3, cA=1e-2),
@@ -62,7 +63,18 @@ COMMANDS = ("us", "%", "1", "counts")
 
 _SPELLED = {"μ": "u", "µ": "u", "·": " ", "*": " ", "²": "^2", "°C": "degC", "°F": "degF", "°": "deg", "−": "-"}
 _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
-            "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us"}  # fmt: skip
+            "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
+            "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "min⁻¹": "rpm", "1/sec": "1/s",
+            "rad/sec": "rad/s", "kg": "kgf", "grams": "gf", "lbs": "lbf", "lb": "lbf", "nm": "N m"}  # fmt: skip
+
+
+def _known() -> set[str]:
+    return {*CONVERSIONS, *COMMANDS, *(name for table in CONVERSIONS.values() for name in table)}
+
+
+def is_unit(text: str) -> bool:
+    """Tell whether a text is a unit that any channel could have."""
+    return spelled(text) in _known()
 
 
 def spelled(unit: str) -> str:
@@ -71,7 +83,7 @@ def spelled(unit: str) -> str:
     for other, ours in _SPELLED.items():
         text = text.replace(other, ours)
     text = " ".join(text.split())
-    known = {*CONVERSIONS, *COMMANDS, *(name for table in CONVERSIONS.values() for name in table)}
+    known = _known()
     if text in known:
         return text
     lower = {name.lower(): name for name in sorted(known, reverse=True)}

@@ -18,6 +18,7 @@ import pandas
 from numpy.typing import NDArray
 
 from ..errors import RecordingError, TooLargeError
+from .conversions import is_unit
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
 
@@ -26,6 +27,7 @@ MAX_SPAN_S = float((1 << 31) - 2)
 LOOK = 100  # lines
 NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
+_BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
 _UNIT = re.compile(r".*\S\s*[\[(]([^\])]*)[\])]\s*$")
 
 
@@ -51,11 +53,17 @@ class CsvSource:
         lines = [line for line in first if line.strip()]
         self.separator = (told.separator if told else "") or _separator(lines)
         self.decimal = (told.decimal if told else "") or self._decimal(lines)
-        head = next(self._all_rows(), None)
+        rows = self._all_rows()
+        head = next(rows, None)
         named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
         self.heading = [cell.strip() for cell in head[1]] if named and head else []
         self.width = len(head[1]) if head else 0
-        self.first_line = head[0] if head else 1
+        self.first_line = self.last_heading = head[0] if head else 1
+        self._units: dict[str, str] = {}
+        below = next(rows, None) if self.heading else None
+        if below is not None and len(below[1]) == self.width and self._states_units(below[1]):
+            self._units = dict(zip(self.heading, (_BRACKETS.sub(r"\1", c.strip()) for c in below[1]), strict=True))
+            self.last_heading = below[0]
         self._columns: dict[tuple[int, frozenset[str]], Array] = {}
         self.quick = self._uniform()
         if not self.quick:
@@ -67,9 +75,9 @@ class CsvSource:
         return self.heading or [str(i + 1) for i in range(self.width)]
 
     def unit(self, name: str) -> str:
-        """Return the unit in brackets behind a name, "" without."""
+        """Return the unit in brackets behind a name, or in the line of units below the names, "" without."""
         match = _UNIT.match(name)
-        return match[1] if match else ""
+        return match[1] if match else self._units.get(name, "")
 
     def has(self, entry: Mapped) -> bool:
         """Tell whether the table has the entry's column."""
@@ -172,7 +180,7 @@ class CsvSource:
                 text = f"{self.path}, line {line}: expected {self.width} columns as in line {self.first_line}, "
                 text += f"found {len(row)}"
                 raise RecordingError(text, path=self.path, position=line, expected=self.width, found=len(row))
-            if self.heading and line == self.first_line:
+            if self.heading and line <= self.last_heading:
                 continue
             count += 1
             yield line, row
@@ -199,6 +207,12 @@ class CsvSource:
         except (UnicodeDecodeError, csv.Error) as error:
             raise RecordingError(f"{self.path}: cannot be read as csv: {error}", path=self.path) from error
 
+    def _states_units(self, cells: list[str]) -> bool:
+        """Tell whether the line below the names has no number, and more than one word that is a unit."""
+        words = [_BRACKETS.sub(r"\1", cell.strip()) for cell in cells]
+        known = sum(is_unit(word) for word in words if word)
+        return known > 1 and not any(_nan(word) or self.number(word) is not None for word in words)
+
     def _decimal(self, lines: list[str]) -> str:
         if self.separator == ",":
             return "."
@@ -209,7 +223,7 @@ class CsvSource:
         """Return the rows of numbers as they are in the file."""
         if not self.heading:
             return self.data
-        return b"".join(self.data.split(b"\n", self.first_line)[self.first_line :])
+        return b"".join(self.data.split(b"\n", self.last_heading)[self.last_heading :])
 
     def _uniform(self) -> bool:
         """Tell whether the body is plain: no quotes, and as many separators in each line as in the first."""

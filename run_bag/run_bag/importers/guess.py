@@ -11,14 +11,15 @@ import numpy as np
 from ..errors import RunError
 from ..known_topics import topic_type
 from ..units import unit_of
-from .conversions import COMMANDS, conversion, spelled
+from .conversions import COMMANDS, conversion
 from .csv_source import CsvSource
+from .guessed_units import guessed_time_unit, guessed_unit
 from .recording_map import Entry, Mapped
 from .sources import Source
 
 
 class _Rule(NamedTuple):
-    """A channel (with {i} for the thruster), the names that suggest it, the unit where none is stated."""
+    """A channel (with {i} for the thruster), the names that suggest it, the format's unit where none is stated."""
 
     channel: str
     names: str
@@ -36,18 +37,18 @@ _RULES = (
     _Rule("rov/imu.linear_acceleration.{axis}", r"IMU(\[0\])?\.Acc(?P<axis>[XYZ])", "m/s^2"),
     # tables and other bags: the whole name, or its last part
     _Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?", ""),
-    _Rule("thruster_{i}/state.n", r"(n|rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)", ""),
-    _Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?", "N"),
-    _Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?", "N m"),
-    _Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?", "m/s"),
-    _Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?", "m/s"),
-    _Rule("thruster_{i}/state.supply_voltage", r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage", "V"),
-    _Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?", "A"),
+    _Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)", ""),
+    _Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?", ""),
+    _Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?", ""),
+    _Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?", ""),
+    _Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?", ""),
+    _Rule("thruster_{i}/state.supply_voltage", r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage", ""),
+    _Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?", ""),
 )  # fmt: skip
 _TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|time_?(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
 _SUFFIX = re.compile(r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_s|rads|deg_s|hz|pct|percent)$", re.IGNORECASE)
-_SUFFIX_UNITS = {"rad_s": "rad/s", "rads": "rad/s", "deg_s": "deg/s", "nm": "N m", "n": "N", "pct": "%", "v": "V",
-                 "a": "A", "mv": "mV", "ma": "mA", "hz": "Hz"}  # fmt: skip
+_FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
+"""`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
 
 
@@ -67,9 +68,10 @@ def guess(sources: Sequence[Source]) -> str:
             if proposed is None or proposed[0] in taken:
                 left.append(f"# {_quoted(name)}{seen}")
                 continue
-            channel, entry = proposed
+            channel, entry, why = proposed
             taken.add(channel)
-            lines.append(f"{channel}: {{{entry}{several}}}{'   #' + seen if seen else ''}")
+            notes = ";".join(part for part in (seen, f" {why}" if why else "") if part)
+            lines.append(f"{channel}: {{{entry}{several}}}{'   #' + notes if notes else ''}")
     lines += ["# Not recognised:", *left[:SHOWN]] if left else []
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     return "\n".join(lines) + "\n"
@@ -85,7 +87,8 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
         (name for name in names if _rises(tables[0], name)), ""
     )
     if found:
-        return found, [f"time: {{column: {_quoted(found)}, unit: {_time_unit(tables[0], found)}}}"]
+        unit, why = guessed_time_unit(_bare(found), tables[0].unit(found), _values(tables[0], found))
+        return found, [f"time: {{column: {_quoted(found)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
     return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
 
 
@@ -97,75 +100,64 @@ def _rises(table: CsvSource, name: str) -> bool:
 
 
 def _is_time(name: str) -> bool:
-    return bool(_TIME.fullmatch(re.sub(r"\s*[\[(].*", "", name).strip().replace(" ", "_")))
+    return bool(_TIME.fullmatch(_bare(name)))
 
 
-def _time_unit(table: CsvSource, name: str) -> str:
-    stated = table.unit(name) or next(iter(re.findall(r"_(ms|us|ns|usec|msec)$", name, re.IGNORECASE)), "")
-    if stated and conversion(stated, "s") is not None:
-        return spelled(stated)
-    try:
-        steps = np.diff(table.numbers(table.names().index(name)))
-    except RunError:
-        return "s"
-    usual = float(np.median(steps)) if steps.size else 0.0
-    return "ns" if usual > 1e5 else "us" if usual > 500 else "ms" if usual >= 1 else "s"
+def _bare(name: str) -> str:
+    """Return the name of a column without its unit in brackets."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().replace(" ", "_")
 
 
-def _propose(source: Source, name: str) -> tuple[str, str] | None:
-    """Return the channel that a name suggests, and its entry's text."""
+def _propose(source: Source, name: str) -> tuple[str, str, str] | None:
+    """Return the channel that a name suggests, its entry's text, and what is to be known about its unit."""
     place = "column" if isinstance(source, CsvSource) else "field"
     if place == "field":
         topic, _, path = name.partition(".")
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
-            return name, f"field: {_quoted(name)}, unit: {_quoted(unit)}"
-    bare = re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name) if place == "column" else name
-    bare = bare.strip().replace(" ", "_")
-    suffix = _SUFFIX.search(bare)
+            return name, f"field: {_quoted(name)}, unit: {_quoted(unit)}", ""
+    bare = _bare(name) if place == "column" else name.strip().replace(" ", "_")
     tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
-    stated = source.unit(name) or (_SUFFIX_UNITS.get(suffix[1].lower(), suffix[1]) if suffix is not None else "")
     words = [word for word in tail.split("_") if len(word) > 1] if place == "column" else []
+    stem, number = _numbered(tail, source) if place == "column" else (tail, 0)
     # the whole name first; single words of it only where no rule knows that
-    for candidates in ((bare, tail, _SUFFIX.sub("", tail), *of_topic), words):
+    for candidates, thruster in (
+        ((bare, tail, _SUFFIX.sub("", tail), *of_topic), 0),
+        ((stem, _SUFFIX.sub("", stem)), number),
+        (words, number),
+    ):
         for rule in _RULES:
             for candidate in candidates:
                 if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
-                    return _entry(rule, match, name, place, stated, source)
+                    return _entry(rule, match, name, bare, place, source, thruster)
     return None
 
 
+def _numbered(name: str, source: Source) -> tuple[str, int]:
+    """Return the name without a number at its end, and the thruster that it is: they count from 0 or from 1."""
+    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})", name)
+    if match is None:
+        return name, 0
+    first = any(re.fullmatch(re.escape(match[1]) + "_?0", _bare(other)) for other in source.names())
+    return match[1], max(int(match[2]) - (0 if first else 1), 0)
+
+
 def _entry(
-    rule: _Rule, match: re.Match[str], name: str, place: str, stated: str, source: Source
-) -> tuple[str, str] | None:
+    rule: _Rule, match: re.Match[str], name: str, bare: str, place: str, source: Source, thruster: int
+) -> tuple[str, str, str]:
     groups = {key.rstrip("2"): value for key, value in match.groupdict().items() if value is not None}
-    number = int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", 0))
+    number = int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", thruster))
     channel = rule.channel.format(i=number, axis=groups.get("axis", "").lower())
     topic, _, path = channel.partition(".")
     ours = unit_of(str(topic_type(topic)), path, topic)
-    unit = spelled(stated or rule.unit) if stated or rule.unit else _by_range(source, name, ours)
-    command = ours == "V" and unit in COMMANDS
-    if conversion(unit, ours) is None and not command:
-        unit = ours
+    command = path == "commanded"
+    unit, why = guessed_unit(ours, bare, source.unit(name), _values(source, name), usual=rule.unit, command=command)
     text = f"{place}: {_quoted(name)}, unit: {_quoted(unit)}"
-    if command:
-        stop, per_volt = {"us": (1500, 80), "%": (0, 100 / 12), "counts": (0, 1)}.get(unit, (0, 1 / 12))
+    if command and unit in COMMANDS:
+        stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-    return channel, text + (", hold: previous" if path == "commanded" else "")
-
-
-def _by_range(source: Source, name: str, ours: str) -> str:
-    """Return the unit that the values suggest."""
-    values = _values(source, name)
-    if values is None:
-        return ours
-    low, high = float(np.nanmin(values)), float(np.nanmax(values))
-    if ours == "V":
-        return (
-            "us" if 700 < low <= high < 2300 else "1" if -1.001 <= low <= high <= 1.001 else "%" if high > 60 else "V"
-        )
-    return "rpm" if ours == "rad/s" and max(-low, high) > 800 else ours
+    return channel, text + (", hold: previous" if command else ""), why
 
 
 def _values(source: Source, name: str) -> np.ndarray | None:

@@ -38,6 +38,8 @@ KEYS = {
 CONSTANT_KEYS = {"value", "unit"}
 TOP = {"time", "csv"}
 SAME = Conversion(1.0)
+ASKED = "?"
+"""The unit of a proposal where neither the name nor the values say it: to be written by a person."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,6 +163,9 @@ def _table(entry: Any, problems: list[str]) -> dict[str, str]:
 
 
 def _seconds(name: str, unit: Any, problems: list[str]) -> float:
+    if unit == ASKED:
+        problems.append(f"{name}: {_still_asked('s')}")
+        return 1.0
     factor = conversion(unit, "s") if isinstance(unit, str) else None
     if factor is None:
         problems.append(f"{name}: expected a unit of time ({accepted('s')}), found {unit!r:.80}")
@@ -243,6 +248,9 @@ def _conversion(name: str, entry: Mapping[str, Any], unit: str, problems: list[s
     given = entry.get("unit", unit)
     if not isinstance(given, str):
         given = str(given) if isinstance(given, int) and not isinstance(given, bool) else ""
+    if given == ASKED:
+        problems.append(f"{name}: {_still_asked(unit)}" + (f", {', '.join(COMMANDS)}" if unit == "V" else ""))
+        return None
     scale = [key for key in ("stop", "per_volt") if key in entry]
     if unit == "V" and spelled(given) in COMMANDS and "unit" in entry:
         if len(scale) == 2:
@@ -261,6 +269,12 @@ def _conversion(name: str, entry: Mapping[str, Any], unit: str, problems: list[s
             f"{name}: expected unit {unit!r} or one that becomes it ({accepted(unit)}), found {given!r:.80}"
         )
     return found
+
+
+def _still_asked(unit: str) -> str:
+    return (
+        f"unit is still '{ASKED}': expected that of the recording, which nothing in it tells: one of {accepted(unit)}"
+    )
 
 
 def _check_column(name: str, key: str, entry: Mapping[str, Any], problems: list[str]) -> None:

@@ -1,5 +1,6 @@
 """Build self-contained HTML reports from plain data: text, tables, plots. No maths, no models."""
 
+from .blocks import Link
 from .document import Report
 from .errors import BrowserMissing, ReportError, ReportExists
 from .plots import (
@@ -31,6 +32,7 @@ __all__ = [
     "BrowserMissing",
     "Cell",
     "Column",
+    "Link",
     "Panel",
     "Plot",
     "Report",

@@ -4,6 +4,7 @@ import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
+from urllib.parse import quote
 
 from .errors import ReportError
 from .numbers import format_number, is_number
@@ -60,6 +61,47 @@ class Download:
             f"<details><summary>Show the text</summary>"
             f'<pre tabindex="0">{escape(self.text)}</pre></details></div>'
         )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Link:
+    """A link to a file beside the report, what it is, and further files that belong to it.
+
+    Attributes:
+        label: the link's text.
+        path: of the file, from the report's folder, parts joined by "/".
+        text: a sentence or two about it.
+        beside: other files, as `path`.
+    """
+
+    label: str
+    path: str
+    text: str = ""
+    beside: Sequence[str] = ()
+
+
+@dataclass(frozen=True)
+class Links:
+    """A list of links to files beside the report."""
+
+    items: Sequence[Link]
+
+    def render(self) -> str:
+        """Return the list as HTML."""
+        return f'<ul class="links">{"".join(f"<li>{self._item(each)}</li>" for each in self.items)}</ul>'
+
+    @staticmethod
+    def _item(link: Link) -> str:
+        text = f"<p>{escape(link.text)}</p>" if link.text else ""
+        beside = " ".join(_anchor(path, path.rpartition("/")[2]) for path in link.beside)
+        return f'{_anchor(link.path, link.label)} <span class="note">{escape(link.path)}</span>{text}' + (
+            f'<p class="note">beside it: {beside}</p>' if beside else ""
+        )
+
+
+def _anchor(path: str, label: str) -> str:
+    # "./": a name with a colon is no address of another kind
+    return f'<a href="./{escape(quote(path))}">{escape(label)}</a>'
 
 
 def _value(value: object) -> str:

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from safe_files.whole_files_io import write_whole
 
-from .blocks import Download, KeyValues, Paragraph
+from .blocks import Download, KeyValues, Link, Links, Paragraph
 from .errors import ReportError, ReportExists
 from .figure import Figure
 from .page import Heading, render_page
@@ -19,7 +19,7 @@ from .table import Column, Table
 
 SHOWN = 3
 """Warnings that are shown; the others are folded."""
-_Block = Heading | Paragraph | KeyValues | Download | Table | Figure
+_Block = Heading | Paragraph | KeyValues | Download | Links | Table | Figure
 
 
 class Report:
@@ -69,6 +69,10 @@ class Report:
     def download(self, label: str, filename: str, text: str) -> None:
         """Embed a text, such as a YAML file, behind a link that saves it."""
         self._blocks.append(Download(label, filename, text))
+
+    def links(self, items: Sequence[Link]) -> None:
+        """Add links to files beside the report, which a reader gets together with it."""
+        self._blocks.append(Links(tuple(items)))
 
     def table(
         self,
@@ -122,6 +126,7 @@ class Report:
         return render_page(
             title=self.title,
             subtitle=self.subtitle,
+            description=next((b.text.split("\n\n")[0].strip() for b in self._blocks if isinstance(b, Paragraph)), ""),
             headings=headings,
             body="\n".join(body),
             traces={kind for block in self._blocks if isinstance(block, Figure) for kind in block.traces},

@@ -15,6 +15,8 @@ _POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; "
     "base-uri 'none'; form-action 'none'"
 )
+GENERATOR = "rov thrusters: report"
+"""By which a page of ours is known."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,12 +32,15 @@ class Heading:
         return f'<h{self.level} id="{self.anchor}">{escape(self.text)}</h{self.level}>'
 
 
-def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body: str, traces: Collection[str]) -> str:
+def render_page(
+    *, title: str, subtitle: str, description: str, headings: Sequence[Heading], body: str, traces: Collection[str]
+) -> str:
     """Return the whole page.
 
     Args:
         title: of the report.
         subtitle: below it.
+        description: what the report says in a sentence or two, for pages that link it.
         headings: all headings in order, for the contents list.
         body: content as HTML, its texts already escaped.
         traces: types of plotly's traces in it, which decide what of plotly.js is needed.
@@ -48,6 +53,7 @@ def render_page(*, title: str, subtitle: str, headings: Sequence[Heading], body:
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f'<meta name="generator" content="{GENERATOR}">\n<meta name="description" content="{escape(description)}">\n'
         '<meta name="color-scheme" content="light dark">\n<link rel="icon" href="data:,">\n'
         f"<title>{escape(title)}</title>\n<style>\n{_asset('report.css')}</style>\n"
         f"<script>\n{_asset('errors.js')}</script>\n</head>\n<body>\n"

@@ -1,0 +1,168 @@
+"""The unit of a column or field whose recording states none: from its name, from its values, or asked about.
+
+What neither the name nor the values decide is "?", with the units in question: an import refuses it until a person has
+written the unit. A speed without a unit is the usual case: 300 may be rad/s or rpm.
+"""
+
+from __future__ import annotations
+
+import re
+from typing import NamedTuple
+
+import numpy as np
+
+from .conversions import COMMANDS, CONVERSIONS, conversion, spelled
+from .recording_map import ASKED
+from .sources import Array
+
+
+class Guessed(NamedTuple):
+    """A unit, and what a person should know about it ("" where it was stated)."""
+
+    unit: str
+    why: str = ""
+
+
+class _Range(NamedTuple):
+    """The units in question for values of a magnitude up to `most`; where it is one, the values decide."""
+
+    most: float
+    units: tuple[str, ...]
+
+
+_BY_SIZE: dict[str, tuple[_Range, ...]] = {
+    # no thruster of an ROV turns faster than 800 rad/s, 7600 rpm
+    "rad/s": (_Range(800.0, ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
+    "N": (_Range(100.0, ("N", "kgf", "lbf")), _Range(np.inf, ("N", "gf", "mN"))),
+    "N m": (_Range(50.0, ("N m", "N cm", "kgf cm")), _Range(np.inf, ("mN m", "N cm"))),
+    "m/s": (_Range(10.0, ("m/s",)), _Range(np.inf, ("m/s", "cm/s", "mm/s"))),
+    "V": (_Range(100.0, ("V",)), _Range(2000.0, ("V", "cV")), _Range(np.inf, ("mV",))),
+    "A": (_Range(100.0, ("A",)), _Range(500.0, ("A", "mA")), _Range(np.inf, ("mA",))),
+}
+_TIME_STEPS = (
+    _Range(0.5, ("s",)), _Range(2.0, ("s", "ms")), _Range(300.0, ("ms",)), _Range(3e3, ("ms", "us")),
+    _Range(3e5, ("us",)), _Range(3e6, ("us", "ns")), _Range(np.inf, ("ns",)),
+)  # fmt: skip
+"""Steps between two samples: a recording has 3 to 2000 of them in a second."""
+_EPOCH = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
+"""What times since 1970 are from 2001 to 2286, in each unit: the least one, ten times as many at most."""
+_WORDS = {
+    "rpm": "rpm", "rps": "rps", "hz": "Hz", "rads": "rad/s", "radps": "rad/s", "dps": "dps", "degs": "deg/s",
+    "krpm": "krpm", "us": "us", "usec": "us", "microseconds": "us", "pwm": "us", "ms": "ms", "msec": "ms",
+    "ns": "ns", "percent": "%", "pct": "%", "kgf": "kgf", "kg": "kgf", "gf": "gf", "g": "gf", "grams": "gf",
+    "gram": "gf", "lbf": "lbf", "lb": "lbf", "lbs": "lbf", "n": "N", "newton": "N", "newtons": "N", "mn": "mN",
+    "kn": "kN", "nm": "N m", "mnm": "mN m", "ncm": "N cm", "mps": "m/s", "cms": "cm/s", "mms": "mm/s", "mv": "mV",
+    "cv": "cV", "v": "V", "volt": "V", "volts": "V", "ma": "mA", "ca": "cA", "a": "A", "amp": "A", "amps": "A",
+    "s": "s", "sec": "s", "seconds": "s", "degc": "degC", "celsius": "degC", "degf": "degF", "mah": "mAh",
+}  # fmt: skip
+"""Words of names that are units."""
+_PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", ("r", "min"): "rpm", ("u", "min"): "rpm",
+          ("rev", "s"): "rps", ("m", "s"): "m/s", ("cm", "s"): "cm/s", ("mm", "s"): "mm/s", ("n", "m"): "N m",
+          ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC"}  # fmt: skip
+
+
+def guessed_unit(
+    ours: str, name: str, stated: str, values: Array | None, *, usual: str = "", command: bool = False
+) -> Guessed:
+    """Return the unit of a column or field of a channel in `ours`.
+
+    Args:
+        ours: the channel's own unit.
+        name: of the column or field.
+        stated: the unit that the recording states, "" where it states none.
+        values: those of the column or field, None where they are no numbers.
+        usual: what the format says where the recording does not, as in a vehicle's log.
+        command: it is a throttle, which need not be a voltage.
+    """
+    largest = float(np.nanmax(np.abs(values))) if values is not None else np.nan
+    if stated:
+        unit = spelled(stated)
+        if _fits(unit, ours, command):
+            odd = ours == "rad/s" and unit == ours and largest > _BY_SIZE[ours][0].most
+            return Guessed(unit, f"{largest:.4g} rad/s is no thruster's: is it rpm?" if odd else "")
+        if usual:
+            return Guessed(usual, f"{stated!r} is not known: taken as {usual}")
+        return _asked(_candidates(ours, largest), f"{stated!r} is not known as a unit of it")
+    if usual:
+        return Guessed(usual)
+    named = [unit for unit in _named(name) if _fits(unit, ours, command)]
+    if named and (named[-1] != "us" or values is None or _pulses(values)):
+        return Guessed(named[-1], "unit by its name")
+    if command:
+        return _command(values, largest)
+    if ours not in _BY_SIZE:
+        return Guessed(ours, "unit not stated")
+    units = _candidates(ours, largest)
+    return Guessed(units[0], "unit by its values") if len(units) == 1 else _asked(units, "nothing says which")
+
+
+def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
+    """Return the unit of a table's time."""
+    if stated and conversion(stated, "s") is not None:
+        return Guessed(spelled(stated))
+    if not stated:
+        named = [unit for unit in _named(name) if conversion(unit, "s") is not None]
+        if named and (len(_tokens(name)) > 1 or _tokens(name) == ["seconds"]):
+            return Guessed(named[-1])
+    known = values[np.isfinite(values)] if values is not None else np.empty(0)
+    steps = np.diff(known)
+    if not steps.size:
+        return Guessed("s", "unit not stated")
+    for least, unit in _EPOCH:
+        if least <= known[0] < 10 * least:
+            return Guessed(unit)
+    usual = float(np.median(steps))
+    units = next(r.units for r in _TIME_STEPS if usual < r.most or r.most == np.inf)
+    return Guessed(units[0]) if len(units) == 1 else _asked(units, f"{usual:.4g} between two samples")
+
+
+def _asked(units: tuple[str, ...], why: str) -> Guessed:
+    return Guessed(ASKED, f"write the unit: {', '.join(units[:-1])} or {units[-1]}? {why}")
+
+
+def _fits(unit: str, ours: str, command: bool) -> bool:
+    return conversion(unit, ours) is not None or (command and unit in COMMANDS)
+
+
+def _candidates(ours: str, largest: float) -> tuple[str, ...]:
+    if ours not in _BY_SIZE:
+        return (ours, *list(CONVERSIONS.get(ours, {}))[:2])
+    return next((r.units for r in _BY_SIZE[ours] if not largest > r.most), _BY_SIZE[ours][-1].units)
+
+
+def _tokens(name: str) -> list[str]:
+    """Return the words of a name: motorRPM_1 is motor, rpm, 1; thrust_mN is thrust, mn."""
+    words: list[str] = []
+    for piece in re.findall(r"[^\W\d_]+|\d+|%", name):
+        apart = [piece] if piece.lower() in _WORDS else re.split(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", piece)
+        words += [word.lower() for word in apart]
+    return words
+
+
+def _named(name: str) -> list[str]:
+    """Return the units that words of a name are, the last one last; a name of one letter is no unit."""
+    words = _tokens(name)
+    found = []
+    for k, word in enumerate(words):
+        pair = _PAIRS.get((words[k - 1], word)) if k else None
+        if k > 1 and pair:
+            found.append(pair)
+        elif len(word) > 1 or k > 0:
+            found.append(_WORDS.get(word, "%" if word == "%" else ""))
+    return [unit for unit in found if unit]
+
+
+def _pulses(values: Array) -> bool:
+    return bool(np.nanmin(values) > 700.0 and np.nanmax(values) < 2300.0)
+
+
+def _command(values: Array | None, largest: float) -> Guessed:
+    if values is None:
+        return Guessed("V", "unit not stated")
+    if _pulses(values):
+        return Guessed("us", "unit by its values")
+    if largest <= 1.001:
+        return Guessed("1", "unit by its values: -1 to 1")
+    if largest <= 30.0:
+        return Guessed("V", "unit by its values")
+    return _asked(("us", "%", "counts", "V"), "nothing says which")
