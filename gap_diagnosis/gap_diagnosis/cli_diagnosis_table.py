@@ -64,7 +64,7 @@ def _read(file: Path) -> dict[str, Any]:
 
 
 def table(found: dict[str, dict[str, Any]]) -> str:
-    """Return a table of verdicts and errors by name, one of errors by channel, and the paragraphs."""
+    """Return a table of verdicts and errors by name, of budgets, of errors by channel, and the paragraphs."""
     lines = ["| diagnosis | parameter set | runs | verdict | as stated | re-tuned | with effect | p(unknown) |"]
     lines.append("|---|---|---|---|---|---|---|---|")
     for name, each in found.items():
@@ -73,6 +73,7 @@ def table(found: dict[str, dict[str, Any]]) -> str:
         runs = len(each["provenance"]["runs"])
         start = f"| {name} | {each['provenance']['parameter_set']} | {runs} | `{each['verdict']}`"
         lines.append(f"{start} | {numbers} | {each['p_unknown']:.2f} |")
+    lines += _budgets(found)
     lines += ["", "| diagnosis | channel | unit | as stated | re-tuned | with effect | noise |"]
     lines.append("|---|---|---|---|---|---|---|")
     for name, each in found.items():
@@ -82,6 +83,35 @@ def table(found: dict[str, dict[str, Any]]) -> str:
     for name, each in found.items():
         lines += ["", f"**{name}.** {each['summary']}"]
     return "\n".join(lines)
+
+
+def _budgets(found: dict[str, dict[str, Any]]) -> list[str]:
+    """Return where each gap goes: causes with their shares, how stable they are, and their sizes."""
+    lines = [
+        "",
+        "| diagnosis | cause | share of the squared gap, 90 % | helps a new run | best without each run | sizes |",
+    ]
+    lines.append("|---|---|---|---|---|---|")
+    for name, each in found.items():
+        budget = each.get("budget")
+        if not budget:
+            continue
+        steps = {step["step"]: step["helps"] for step in budget["left_out"]}
+        lines.append(
+            f"| {name} | re-tuned | {_share(budget['parameters'])} | {_number(steps.get('retuned'))} | – | – |"
+        )
+        for cause in budget["causes"]:
+            key = cause["id"] + (f":{cause['channel']}" if cause["channel"] else "")
+            ranges = [f"{n} {min(v):.3g} to {max(v):.3g}" for n, v in cause["sizes_by_run_left_out"].items() if v]
+            numbers = f"{_number(cause['helps'])} | {_number(cause['best_without_each_run'])}"
+            lines.append(f"| {name} | {key} | {_share(cause)} | {numbers} | {'; '.join(ranges)} |")
+        lines.append(f"| {name} | nothing with a name | {_share(budget['unexplained'])} | – | – | – |")
+    return lines
+
+
+def _share(entry: dict[str, Any]) -> str:
+    low, high = entry["interval"]
+    return f"{entry['share']:.2f} ({low:.2f} to {high:.2f})"
 
 
 def _number(value: float | None) -> str:
