@@ -47,8 +47,8 @@ def inlined(function: Function) -> Function:
 def compiled(function: Function) -> Function:
     """Compile a kernel, cached in a folder that belongs to exactly this state of the equations.
 
-    Kernels are module-level functions: a closure would be compiled again in each process. They work on numbers alone and
-    leave Python to other threads meanwhile.
+    Kernels are module-level functions: a closure would be compiled again in each process. Python is left to
+    other threads while they run.
     """
     folder = cache_folder(*_packages_of(function))
     previous = numba.config.CACHE_DIR
