@@ -6,7 +6,6 @@ import pytest
 
 from gap_diagnosis.cli_diagnosis_table import main
 
-
 BUDGET = {
     "parameters": {"share": 0.46, "interval": [0.28, 0.6]},
     "causes": [
