@@ -58,7 +58,7 @@ def _open(folder: Path, diagnosis: Path) -> int:
     claimed = ", ".join(claim["id"] for claim in found["effects"]) or "nothing"
     print(f"the verdict was '{found['verdict']}', claimed {claimed}: {'right' if right(key, found) else 'not right'}")
     if not found["effects"] and not right(key, found):
-        print("an effect too small to show in these recordings looks like this: docs/blind_check.md has the limits")
+        print("an effect too small to show in these recordings looks like this: docs/scoreboard.md says what is missed")
     return 0
 
 
