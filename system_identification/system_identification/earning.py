@@ -65,8 +65,9 @@ def _judged(like: Hypothesis, suspects: tuple[Suspect, ...], fitted: Fitted, noi
 def _step(current: Earned, offer: Callable[[Hypothesis], Sequence[Suspect]], innovations: Whitener) -> Earned | None:
     found = current.found
     named = {each.effect for each in found.suspects}
-    # What an effect needs beside sizes was read from all runs, and foresees none of them.
-    suspects = [each for each in offer(found) if each.effect not in named and not each.gates]
+    # What was read from all runs, as gates and steps of converters are, foresees none of them.
+    foreseeing = [each for each in offer(found) if not each.gates and not each.price]
+    suspects = [each for each in foreseeing if each.effect not in named]
     looks = rated(
         found.fitted, found.noise, tried(found.fitted, suspects, lambda s: found.system.tried(found.fitted.x, s))
     )
