@@ -1,7 +1,7 @@
 """Write a maker's sheet and a recording of a thruster like a T200: python3 docs/examples/t200.py FOLDER.
 
-Invented numbers of the T200's size, and nothing of this project's code: a force over pulse and voltage, a rotor that lags
-by 0.12 s, a battery that sags, a load cell's noise. Hidden in the recording: every command comes 0.15 s late.
+Invented numbers of the T200's size, and nothing of this project's code: a force over pulse and voltage, a rotor that
+lags by 0.12 s, a battery that sags, a load cell's noise. Hidden in the recording: every command comes 0.15 s late.
 """
 
 import csv
