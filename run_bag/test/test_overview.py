@@ -16,7 +16,8 @@ from run_bag.report import Report
 def page(path, title, text):
     path.parent.mkdir(parents=True, exist_ok=True)
     report = Report(title)
-    report.paragraph(text)
+    report.section("Verdict")
+    report.key_values({"answer": text, "what to do": "Nothing."})
     report.paragraph("Details.")
     report.write(path)
 

@@ -126,7 +126,7 @@ class Report:
         return render_page(
             title=self.title,
             subtitle=self.subtitle,
-            description=next((b.text.split("\n\n")[0].strip() for b in self._blocks if isinstance(b, Paragraph)), ""),
+            description=self._description(),
             headings=headings,
             body="\n".join(body),
             traces={kind for block in self._blocks if isinstance(block, Figure) for kind in block.traces},
@@ -144,6 +144,15 @@ class Report:
         if target.exists() and not replace:
             raise ReportExists(f"report {target}: expected no file there, found one; pass replace=True to overwrite it")
         return write_whole(target, page, replace=replace)
+
+    def _description(self) -> str:
+        """Return what the report says: the answer of its first list or, before that, its first paragraph."""
+        for block in self._blocks:
+            if isinstance(block, KeyValues) and isinstance(answer := block.items.get("answer"), str):
+                return answer
+            if isinstance(block, Paragraph):
+                return block.text.split("\n\n")[0].strip()
+        return ""
 
     def _render_warnings(self) -> str:
         if not self._warnings:

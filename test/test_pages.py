@@ -1,0 +1,83 @@
+"""Pages and their commands: what a page prints runs as printed, and its links lead somewhere."""
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md")), *ROOT.glob("*/README.md")]
+LONGEST = 1800.0
+"""[s] From then on something hangs."""
+
+
+def commands(page: Path) -> str:
+    """Return the first block of commands of a page."""
+    block = re.search(r"^```bash\n(.*?)^```", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    assert block is not None
+    return block[1]
+
+
+def ran(script: str, folder: Path) -> str:
+    """Run a script in a folder that looks like the repository's; return what it printed."""
+    for name in ("scripts", "docs"):
+        (folder / name).symlink_to(ROOT / name)
+    bash = ["bash", "-e", "-o", "pipefail", "-c", script]
+    done = subprocess.run(bash, cwd=folder, capture_output=True, text=True, timeout=LONGEST)
+    assert done.returncode == 0, done.stdout[-2000:] + done.stderr[-2000:]
+    return done.stdout
+
+
+def test_the_page_of_a_t200_runs_as_printed_and_finds_what_its_recording_hides(tmp_path: Path) -> None:
+    ran(commands(ROOT / "docs/t200.md").replace(". scripts/env.sh\n", ""), tmp_path)
+    found = json.loads((tmp_path / "t200/diagnosis/diagnosis.json").read_text("utf-8"))
+    assert found["verdict"] in ("effect", "cannot_tell")
+    (effect,) = found["effects"]
+    assert effect["id"] in ("command_delay", "log_alignment"), "the page says that nothing tells these two apart"
+    if effect["id"] == "command_delay":
+        assert effect["parameters"]["time"]["value"] == pytest.approx(0.15, abs=0.01)
+    overview = (tmp_path / "t200/overview.html").read_text("utf-8")
+    assert "./diagnosis/report.html" in overview and "t200" in overview
+
+
+@pytest.mark.long
+def test_the_commands_of_the_readme_run_as_printed(tmp_path: Path) -> None:
+    lines = commands(ROOT / "README.md").splitlines()
+    own = [line for line in lines if line.startswith("thruster ")]
+    assert len(own) >= 6
+    ran("\n".join(own), tmp_path)
+    assert (tmp_path / "runs/overview.html").is_file() and (tmp_path / "mine.yaml").is_file()
+    diagnosis = json.loads((tmp_path / "runs/diagnosis/diagnosis.json").read_text("utf-8"))
+    assert "command_delay" in json.dumps(diagnosis["effects"]), "the delay of 0.08 s that the first line switches on"
+
+
+def test_the_scripts_of_the_readme_are_there() -> None:
+    named = re.findall(r"^(?:\. )?(scripts/\S+)", commands(ROOT / "README.md"), re.MULTILINE)
+    assert len(named) >= 6
+    assert [name for name in named if not (ROOT / name).is_file()] == []
+    assert shutil.which("thruster") is not None
+
+
+def anchors(page: Path) -> set[str]:
+    """Return the anchors of a page's headings, as the hosts of repositories make them."""
+    headings = re.findall(r"^#+ (.*)", page.read_text("utf-8"), re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
+
+
+def test_every_link_of_every_page_leads_to_a_file_and_a_heading_that_are_there() -> None:
+    wrong = []
+    for page in PAGES:
+        text = re.sub(r"^```.*?^```", "", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+        for target in re.findall(r"\]\(([^)\s]+)\)", text):
+            if re.match(r"[a-z]+:", target):
+                continue
+            path, _, anchor = target.partition("#")
+            file = (page.parent / path).resolve() if path else page
+            if not file.exists():
+                wrong.append(f"{page.relative_to(ROOT)}: {target}: nothing there")
+            elif anchor and anchor not in anchors(file):
+                wrong.append(f"{page.relative_to(ROOT)}: {target}: no such heading")
+    assert not wrong, "\n".join(wrong)
