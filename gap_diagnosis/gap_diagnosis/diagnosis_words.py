@@ -92,17 +92,16 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     depends = "; ".join(f"{each.signal} on {each.name}" for each in found.unexplained.features[:3])
     text = "The known effects do not explain the gap: residuals still depend on states and inputs"
     text += f" ({depends})." if depends else "."
-    if diagnosis.nearest[1:] and diagnosis.budget is not None:
+    if diagnosis.nearest and diagnosis.budget is not None:
         last = diagnosis.nearest[-1].found
         sizes = last.system.sizes(last.fitted.x)
         named = ", ".join(
             f"{each.key} ({', '.join(f'{s.parameter} {sizes[each.effect][s.parameter]:.3g}' for s in each.slots)})"
             for each in last.suspects
         )
-        text += (
-            f" On runs left out these bring it nearer, one after the other: {named}; "
-            f"{100.0 * diagnosis.budget.unexplained.value:.0f} % of the squared gap has no name."
-        )
+        said = f"these bring it nearer, one after the other: {named}" if named else "no effect brings it nearer"
+        rest = 100.0 * diagnosis.budget.unexplained.value
+        text += f" On runs left out {said}; {rest:.0f} % of the squared gap has no name."
     elif found.best.suspects:
         named = " with ".join(
             f"{c.key} ({', '.join(f'{n} {s.value:.3g}' for n, s in c.sizes.items())})"

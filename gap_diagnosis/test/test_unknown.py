@@ -7,6 +7,7 @@ import pytest
 from generated import campaign, noise_of
 
 from gap_diagnosis.diagnosis import diagnose
+from gap_diagnosis.diagnosis_json import as_json
 from gap_diagnosis.discrepancy import discrepancy
 from gap_diagnosis.lines import lines_of
 from gap_diagnosis.problem import Problem, deviations_of
@@ -97,6 +98,16 @@ def test_a_throttle_that_bends_by_its_cube_is_none_of_the_library(bent):
 
 
 @pytest.mark.long
+def test_what_is_unknown_has_a_budget_that_adds_up(bent):
+    budget = as_json(bent, runs=("a", "b", "c", "d"), parameter_set="hl", version="0", seed=0)["budget"]
+    shares = [budget["parameters"]["share"], *(cause["share"] for cause in budget["causes"])]
+    assert sum(shares) + budget["unexplained"]["share"] == pytest.approx(1.0, abs=1e-6)
+    assert [step["step"] for step in budget["left_out"][:2]] == ["as_is", "retuned"]
+    assert all(len(step["by_run"]) == 4 for step in budget["left_out"])
+    for cause in budget["causes"]:
+        assert all(len(sizes) == 4 for sizes in cause["sizes_by_run_left_out"].values())
+
+
 def test_an_effect_near_the_end_of_its_range_is_not_pressed():
     stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6, duration=30.0, runs=4)
     found = diagnose(recordings, stated)
