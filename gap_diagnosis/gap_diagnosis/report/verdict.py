@@ -20,7 +20,7 @@ _ACTIONS = {
     "parameters": "Take the re-tuned parameters (with_effect.yaml at the end of this page); add no effect.",
     "cannot_tell": "Nothing yet: record what would settle it (below) before the simulator is changed.",
     "unknown": "Look at the block and the regime below: something is missing there that the library does not have. "
-    "Re-tuning would only hide it.",
+    "A re-tuned set, where one is offered at the end of this page, predicts new runs better, and still lacks it.",
     "not_enough_data": "Nothing yet: record what the warnings ask for.",
 }
 
