@@ -43,7 +43,7 @@ if [ "${1-}" = --long ]; then
     chosen=()
     shift
 fi
-workers=$(nproc)
+workers=$(env -u OMP_NUM_THREADS nproc)
 python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadgroup --no-loadscope-reorder --durations 25 \
     --durations-min 5 "${chosen[@]}" "$@" || status=1
 exit $status
