@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
+import numba
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
@@ -20,11 +21,15 @@ from thruster_control.outer_loop.settings import (
     pid_law,
     quaternion_law,
 )
-from thruster_control.outer_loop.step import OuterStatus, compiled_outer_loop, note_achieved, outer_loop_step
+from thruster_control.outer_loop.step import OuterStatus, note_achieved, outer_loop_step
 
 Array = NDArray[np.float64]
 GAINS = ([1.0, 1, 1, 2, 2, 2], 2.0)
 NAN3 = (math.nan, 0.0, 0.0)
+
+
+# Compiled for a type of this file, and not kept: another process that finds it in the cache could not read that type.
+compiled_outer_loop = numba.njit(error_model="numpy")(outer_loop_step)
 
 
 class Vehicle(NamedTuple):
