@@ -24,7 +24,6 @@ from system_identification.budget import Budget, budget_of
 from system_identification.earning import Earned
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
-from system_identification.left_out import fit_to_free_runs
 from system_identification.noise import whitener
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
@@ -102,9 +101,8 @@ class Diagnosis:
         """What comes out: the claimed set; without one, parameters as they predict free runs best."""
         if self.investigation is None:
             return None
-        none = self.investigation.none
         chosen = self.verdict.chosen
-        return chosen.fitted if chosen is not None else fit_to_free_runs(none.fitted, none.noise)[0]
+        return chosen.fitted if chosen is not None else self.investigation.free[0]
 
     @property
     def improves(self) -> bool:

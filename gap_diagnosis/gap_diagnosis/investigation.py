@@ -90,13 +90,19 @@ class Investigation:
         return self._held[found.keys]
 
     @cached_property
+    def free(self) -> tuple[Fitted, Whitener]:
+        """Re-tuned parameters as they predict free runs best, and the noise by which these count."""
+        return fit_to_free_runs(self.none.fitted, self.none.noise)
+
+    @cached_property
     def earned(self) -> list[Earned]:
         """Re-tuned parameters and what earns its place beside them on runs left out; nothing where free runs are good.
 
         Free runs are good where they are off by no more than what pushes a healthy thruster.
         """
-        free = fit_to_free_runs(self.none.fitted, self.none.noise)[1]
-        off = max(free.level(signal) / self.left.noise.level(signal) for signal in self.none.system.signal_names)
+        off = max(
+            self.free[1].level(signal) / self.left.noise.level(signal) for signal in self.none.system.signal_names
+        )
         few = np.unique(folds_of(self.none.system)).size < FEWEST_RUNS
         return [] if few or off < RULES.off else earned(self.none, self.offer)
 

@@ -5,8 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.diagnose_io import package_version
-from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, written
+from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.rules import PERIOD
 from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
@@ -35,10 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
         model = load_model(given.vehicle, given.model, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
-        provenance = {
-            "runs": [path.resolve().name for path in given.runs], "vehicle": model.vehicle.name,
-            "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
-        }  # fmt: skip
+        provenance = provenance_of(given.runs, model)
         found = diagnosed(
             model,
             logs,

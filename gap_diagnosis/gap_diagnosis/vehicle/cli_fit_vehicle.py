@@ -5,8 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.diagnose_io import package_version
-from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
 from gap_diagnosis.vehicle.log_io import read_log
@@ -37,10 +36,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         model = load_model(given.vehicle, given.model, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
         fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))
-        provenance = {
-            "runs": [path.resolve().name for path in given.runs], "vehicle": model.vehicle.name,
-            "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
-        }  # fmt: skip
+        provenance = provenance_of(given.runs, model)
         paths = written(model, fit, provenance, given.out)
     except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
         print(error, file=sys.stderr)

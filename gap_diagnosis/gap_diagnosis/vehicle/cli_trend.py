@@ -10,8 +10,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
-from gap_diagnosis.diagnose_io import package_version
-from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import read_log
@@ -59,10 +58,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             sizes.append(Size(time=time, size=size, deviation=deviation))
             print(f"{path.name}: {size:.3g} ± {deviation:.2g}", file=sys.stderr, flush=True)
         line = line_of(sizes)
-        provenance = {
-            "runs": [path.resolve().name for path in given.dives], "vehicle": model.vehicle.name,
-            "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
-        }  # fmt: skip
+        provenance = provenance_of(given.dives, model)
         said = _said(h, line, unit, sizes, given.limit)
         content = {
             "summary": said, "effect": h.effect, "thruster": h.thruster, "axis": h.axis, "time_unit": unit,

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gap_diagnosis.diagnose_io import package_version
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.content import content_of
 from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
@@ -26,7 +27,7 @@ from thruster_model.effect_entry import EffectEntry
 from thruster_model.effects import stages
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
-__all__ = ["Diagnosed", "diagnosed", "load_model", "written"]
+__all__ = ["Diagnosed", "diagnosed", "load_model", "provenance_of", "written"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,14 @@ def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None =
     """Return the model of a vehicle's set, of its thrusters' set where one is named, of the sensors' settings."""
     chosen = load_vehicle_set(vehicle)
     return Model(vehicle=chosen, sets=load_thruster_sets(chosen, thruster), sensors=load_sensors(sensors))
+
+
+def provenance_of(runs: Sequence[Path], model: Model) -> dict[str, Any]:
+    """Return what a result was made of: runs, vehicle, its thrusters' set and the version."""
+    return {
+        "runs": [path.resolve().name for path in runs], "vehicle": model.vehicle.name,
+        "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
+    }  # fmt: skip
 
 
 def diagnosed(
