@@ -312,7 +312,7 @@ def _complete(
         budget=(
             budget_of_steps(waterfall, seed)
             if nearest
-            else budget_of(found.best, as_is, nameless, seed, RULES.tempered)
+            else budget_of(found.likely_sets, nameless, seed, RULES.tempered)
         ),
         waterfall=tuple(waterfall),
         nearest=nearest,

@@ -68,7 +68,7 @@ def discrepancy(fitted: Fitted, noise: Whitener, unlike: Array | None = None) ->
     gram -= cross.T @ retuning
     slope -= retuning.T @ pull
     if unlike is not None:
-        trace = noise.whiten(np.nan_to_num(unlike))
+        trace = noise.whiten(unlike)
         aside = fitted.jacobian.T @ trace
         along = white.T @ trace - cross.T @ fitted.retuning(aside)
         whole = float(trace @ trace - aside @ fitted.retuning(aside))

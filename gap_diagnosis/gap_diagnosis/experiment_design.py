@@ -160,7 +160,7 @@ def distances(
     moves = {}
     for place in able:
         problem, x, root = posed[place]
-        moves[place] = plain.whiten(np.nan_to_num(problem.sensitivities(x))) @ root
+        moves[place] = plain.whiten(problem.sensitivities(x)) @ root
     return [
         min(
             _left(white[a] - white[b], moves[b])
@@ -180,7 +180,7 @@ def _distance_now(first: Rival, second: Rival, noise: Whitener) -> float:
     for imitator, truth, difference in ((second, first, white[0] - white[1]), (first, second, white[1] - white[0])):
         if imitator.imitates(truth):
             prior = imitator.fitted.prior
-            jacobian = noise.whiten(np.nan_to_num(imitator.fitted.sensitivities))
+            jacobian = noise.whiten(imitator.fitted.sensitivities)
             weight = np.full(jacobian.shape[1], 12.0)  # a size is as uncertain as its range
             weight[: prior.size] = prior
             pull = jacobian.T @ difference

@@ -24,13 +24,16 @@ from system_identification.left_out import (
     helps_by,
     left_out,
 )
-from system_identification.loose import columns_of, learned_levels, unsteady
+from system_identification.loose import groups_of, learned_levels, unsteady
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched
 from system_identification.suspects import Suspect
 
 __all__ = ["Investigation", "Left", "investigate"]
+
+_OTHERS = 5
+"""Sets beside the best one that widen the intervals of its shares."""
 
 Array = NDArray[np.float64]
 
@@ -158,6 +161,12 @@ class Investigation:
         weights = np.exp(scores - logsumexp(scores))
         return {each.keys: float(p) for each, p in zip(self.ranked, weights, strict=True)}
 
+    @property
+    def likely_sets(self) -> list[tuple[Hypothesis, float]]:
+        """The best set and others about as likely, with their probabilities."""
+        others = [each for each in self.ranked if each.keys != self.best.keys][:_OTHERS]
+        return [(each, self.probabilities[each.keys]) for each in (self.best, *others)]
+
     @cached_property
     def inclusion(self) -> dict[str, float]:
         """Probability of each suspect to be at work, by key; those that were only rated have what that says."""
@@ -248,7 +257,7 @@ def _left(found: Hypothesis, healthy: Whitener) -> Left:
     system = found.system
     noise = whitener(system, found.fitted.x, healthy.levels).scattering(found.loose.wider)
     noise = noise.tamed(found.fitted.residuals - found.loose.explained)
-    groups = columns_of(found.fitted, traces_of(found.fitted, found.suspects))
-    noise = noise.loosened(learned_levels(found.fitted, noise, groups).columns)
+    groups = groups_of(found.fitted, traces_of(found.fitted, found.suspects))
+    noise = learned_levels(found.fitted, noise, groups)[2].scattering(found.loose.wider)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
     return Left(fitted=fitted, noise=noise)

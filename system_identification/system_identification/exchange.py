@@ -1,6 +1,7 @@
 """Which other sets would explain the rows about as well, two effects exchanged at a time, by the linearised model.
 
-Effects imitate each other in pairs: an exchange of one at a time passes through sets that are far worse. On one Gram
+Effects imitate each other in pairs: an exchange of one at a time passes through sets that are far worse. One effect may
+stand for two as well: it is exchanged for both. On one Gram
 matrix of all traces, the nuisances projected out, some ten thousand sets are rated in a moment; the likeliest are to be
 fitted.
 """
@@ -23,8 +24,10 @@ _SIZES = 3
 """Sizes of a suspect whose trace changes with its size."""
 _BENT = (0.5, 2.0)
 """By how much such a trace may be scaled."""
-_WORSE = 60.0
-"""Evidence by which a set may seem to be behind to be worth a fit: what is large is not linear."""
+_WORSE = 150.0
+"""Evidence by which a set may seem to be behind to be worth a look: what is large is not linear."""
+_ONE_MORE_WORSE = 60.0
+"""The same for a set with one effect more, which is the more likely to be ahead by chance."""
 _MATTERS = 8.0
 """Cost that each effect of a set must take off beside the others: else a smaller set stands for it."""
 
@@ -44,13 +47,14 @@ class _Column(NamedTuple):
     high: float
 
 
-def exchanges(found: Hypothesis, trials: Sequence[Trial], most: int) -> list[Proposal]:
+def exchanges(found: Hypothesis, trials: Sequence[Trial], most: int, one_more: float | None = None) -> list[Proposal]:
     """Return sets in which one or two effects of a set are exchanged, the likeliest first, at most so many.
 
     Args:
         found: the set, fitted.
         trials: of all other suspects beside it.
-        most: how many are returned.
+        most: how many are returned, and half as many with one effect more.
+        one_more: what that costs before the data, nats; None: no set has more.
     """
     fitted, count = found.fitted, len(found.suspects)
     traces = traces_of(fitted, found.suspects)
@@ -60,36 +64,44 @@ def exchanges(found: Hypothesis, trials: Sequence[Trial], most: int) -> list[Pro
     columns = [*own, *(column for column, _ in others)]
     nuisances = fitted.problem.nuisances
     jacobian = fitted.jacobian[:, :nuisances]
-    white = found.noise.whiten(np.nan_to_num(rows))
+    white = found.noise.whiten(rows)
     target = fitted.white + np.sum(white[:, :count], axis=1)
     information = jacobian.T @ jacobian + np.diag(fitted.prior)
     cross, pull = jacobian.T @ white, jacobian.T @ target - fitted.prior * fitted.x[:nuisances]
     retuning = np.linalg.solve(information, np.column_stack((cross, pull)))
     gram = white.T @ white - cross.T @ retuning[:, :-1]
     slope = white.T @ target - cross.T @ retuning[:, -1]
-    sets = _sets(columns, count)
-    if not sets.size:
-        return []
-    gains, shares, least = _rated(gram, slope, np.vstack((np.arange(count), sets)))
-    low, high = (np.array([getattr(c, name) for c in columns])[sets] for name in ("low", "high"))
-    inside = np.all((shares[1:] >= low) & (shares[1:] <= high), axis=1) & (least[1:] > _MATTERS)
-    ahead = np.where(inside, 0.5 * (gains[1:] - gains[0]), -np.inf)
-    chosen: dict[frozenset[str], Proposal] = {}
-    for k in np.argsort(-ahead):
-        if len(chosen) == most or ahead[k] < -_WORSE:
-            break
-        members = [columns[i] for i in sets[k]]
-        keys = frozenset(each.suspect.key for each in members)
-        if keys in chosen:
+    here = _rated(gram, slope, np.arange(count)[None, :])[0][0]
+    low, high = np.array([c.low for c in columns]), np.array([c.high for c in columns])
+    proposals: list[Proposal] = []
+    # Sets with one effect more are the likelier to be ahead: they do not crowd out the others.
+    for swapped, price, worse, wanted in (
+        (((1, 1), (2, 2)), 0.0, _WORSE, most),
+        (((1, 2),), one_more, _ONE_MORE_WORSE, most // 2),
+    ):
+        sets = _sets(columns, count, swapped) if price is not None else np.zeros((0, count), dtype=np.int64)
+        if price is None or not sets.size:
             continue
-        moved = retuning[:, -1] - retuning[:, sets[k]] @ shares[k + 1]
-        sizes = [
-            c.sizes * np.append(share, np.ones(c.sizes.size - 1))
-            for c, share in zip(members, shares[k + 1], strict=True)
-        ]
-        start = np.concatenate((fitted.x[:nuisances] + moved, *sizes))
-        chosen[keys] = Proposal(tuple(each.suspect for each in members), start, float(ahead[k]))
-    return list(chosen.values())
+        gains, shares, least = _rated(gram, slope, sets)
+        inside = np.all((shares >= low[sets]) & (shares <= high[sets]), axis=1) & (least > _MATTERS)
+        ahead = np.where(inside, 0.5 * (gains - here) - price, -np.inf)
+        chosen: dict[frozenset[str], Proposal] = {}
+        for k in np.argsort(-ahead):
+            if len(chosen) == wanted or ahead[k] < -worse:
+                break
+            members = [columns[i] for i in sets[k]]
+            keys = frozenset(each.suspect.key for each in members)
+            if keys in chosen:
+                continue
+            moved = retuning[:, -1] - retuning[:, sets[k]] @ shares[k]
+            sizes = [
+                c.sizes * np.append(share, np.ones(c.sizes.size - 1))
+                for c, share in zip(members, shares[k], strict=True)
+            ]
+            start = np.concatenate((fitted.x[:nuisances] + moved, *sizes))
+            chosen[keys] = Proposal(tuple(each.suspect for each in members), start, float(ahead[k]))
+        proposals += chosen.values()
+    return proposals
 
 
 def _own(found: Hypothesis, suspect: Suspect) -> _Column:
@@ -122,14 +134,15 @@ def _range(suspect: Suspect, sizes: Array) -> tuple[float, float]:
     return ends[0], ends[1]
 
 
-def _sets(columns: Sequence[_Column], count: int) -> NDArray[np.int64]:
-    """Return sets (S, count) of columns with one or two of the first `count` exchanged for others."""
+def _sets(columns: Sequence[_Column], count: int, swapped: Sequence[tuple[int, int]]) -> NDArray[np.int64]:
+    """Return sets (S, members) of columns, so many of the first `count` exchanged for so many others, (gone, come)."""
     others = np.arange(count, len(columns))
     keys = np.array([each.suspect.key for each in columns])
     pairs = np.array(list(combinations(others, 2)), dtype=np.int64).reshape(-1, 2)
     pairs = pairs[keys[pairs[:, 0]] != keys[pairs[:, 1]]]
     found = []
-    for away, comers in ((1, others[:, None]), (2, pairs)):
+    for away, come in swapped:
+        comers = others[:, None] if come == 1 else pairs
         for gone in combinations(range(count), away) if count >= away else ():
             kept = [k for k in range(count) if k not in gone]
             found.append(np.hstack((np.tile(kept, (len(comers), 1)).astype(np.int64), comers)))

@@ -1,6 +1,7 @@
 """Fit of a hypothesis by Levenberg and Marquardt, and its evidence by Laplace's method."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from system_identification.noise import Whitener, white_noise
 from system_identification.system import System
 
-__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying"]
+__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying", "reweighed"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
@@ -18,6 +19,8 @@ _DONE_AT_JUMPS = 0.5  # the same where a reading jumps as a state passes a thres
 _BORROWED_IS_DONE = 2.0
 _AS_PROMISED = 0.3
 """Share of what a step promises to gain from which on sensitivities are near enough to be corrected by it alone."""
+_STILL, _STILL_SIZE = 0.1, 0.02
+"""By how much nuisances, in deviations, and sizes, in shares of them, may have moved from where slopes were found."""
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _ROUNDS = 6
 _DRAWS = 60
@@ -34,9 +37,10 @@ class Fitted:
         x: unknowns, shape (K,).
         residuals: measured less predicted in the signals' units, NaN = missing, shape (R,).
         white: the same whitened, shape (R,).
-        sensitivities: d predicted / d unknowns in the signals' units, NaN = missing, shape (R, K).
+        sensitivities: d predicted / d unknowns in the signals' units, 0 where nothing counts, shape (R, K).
         jacobian: the same whitened, shape (R, K).
         prior: inverse variances of the nuisances, shape (nuisances,).
+        anchor: unknowns at which the sensitivities were last found, rather than corrected, shape (K,).
         cost: sum of squares of `white` and of the nuisances over their deviations.
         evidence: logarithm of the probability of the data, less what all hypotheses share.
     """
@@ -48,20 +52,21 @@ class Fitted:
     sensitivities: Array
     jacobian: Array
     prior: Array
+    anchor: Array
     cost: float
     evidence: float
 
     @property
     def covariance(self) -> Array:
         """Of the unknowns, shape (K, K)."""
-        return np.asarray(np.linalg.inv(_information(self.jacobian, self.prior)))
+        return np.asarray(np.linalg.inv(_information(self.jacobian.T @ self.jacobian, self.prior)))
 
     def retuning(self, columns: Array) -> Array:
         """Return by how much the unknowns move, to first order, beside further columns with these products.
 
         `columns`: jacobian' times whitened columns, shape (K, C); sizes are free.
         """
-        information = _with_priors(self.jacobian, self.prior)
+        information = _with_priors(self.jacobian.T @ self.jacobian, self.prior)
         return np.asarray(np.linalg.solve(information + 1e-9 * np.eye(information.shape[0]), columns))
 
     @property
@@ -79,6 +84,7 @@ def fit(
     rows: NDArray[np.bool_] | None = None,
     near: Fitted | None = None,
     polish: bool = True,
+    anew: bool = True,
 ) -> Fitted:
     """Return the fit from a start `x`.
 
@@ -90,18 +96,21 @@ def fit(
         rows: those that count (all, where not given).
         near: a fit with the same nuisances: its sensitivities to them serve until the cost no longer falls much.
         polish: end with the fit's own sensitivities, although borrowed ones have converged.
+        anew: find sensitivities anew where corrected ones promise what they do not hold.
     """
-    counts = np.ones(problem.known.size, dtype=bool) if rows is None else rows
     x = problem.bounded(x)
-    residuals, white, cost = _cost(problem, noise, x, counts)
-    own = near is None
-    sensitivities = _borrowed(problem, x, near) if near is not None else problem.sensitivities(x)
-    jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
-    rows_known = int(np.sum(problem.known & counts))
-    damping, moved = 1e-6, problem.movable()
+    residuals, white, cost = _cost(problem, noise, x, rows)
+    sensitivities, anchor = (_own(problem, x), x) if near is None else _borrowed(problem, x, near)
+    own = _close(problem, x, anchor)
+    jacobian = _counted(noise.whiten(sensitivities), rows)
+    rows_known = int(np.sum(problem.known if rows is None else problem.known & rows))
+    prior, damping, movable = noise.prior(problem), 1e-6, problem.movable()
     for _ in range(iterations):
-        moving, gradient = _unheld(problem, x, jacobian * moved, white, noise.prior(problem))
-        information = _information(moving, noise.prior(problem))
+        pull = np.where(movable, _pull(jacobian, white, x, prior), 0.0)
+        # At an end of its range none follows a pull outwards.
+        free = movable & ((pull == 0.0) | (problem.bounded(x + 1e-9 * np.sign(pull)) != x))
+        gradient = np.where(free, pull, 0.0)
+        information = _information((jacobian.T @ jacobian) * (free[:, None] & free), prior)
         # Where the model is wrong as such, its last thousandth is not worth the time.
         done = max(_DONE_AT_JUMPS if problem.jumps else _DONE, _SLACK * (cost - rows_known))
         # What a whole step would gain, were the predictions linear.
@@ -113,26 +122,28 @@ def fit(
             step = cho_solve(factor, gradient)
             turn = np.zeros_like(step)
             if own:
-                bend = _bend(problem, noise, x, white, step, moving, counts)
-                turn = -cho_solve(factor, moving.T @ bend)
+                bend = _bend(problem, noise, x, white, step, jacobian, rows)
+                turn = -cho_solve(factor, np.where(free, jacobian.T @ bend, 0.0))
                 turn *= min(1.0, 1.5 * float(np.linalg.norm(step)) / max(float(np.linalg.norm(turn)), 1e-300))
             tried = _cut(problem, x, step + 0.5 * turn, damped, gradient)
-            at = _cost(problem, noise, tried, counts)
+            at = _cost(problem, noise, tried, rows)
             if at[2] < cost:
-                gain, moved_by, changed = cost - at[2], tried - x, residuals - at[0]
+                gain, moved_by = cost - at[2], tried - x
+                changed, changed_white = np.nan_to_num(residuals - at[0]), white - at[1]
                 x, (residuals, white, cost) = tried, at
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10.0, 1e-5)
         if gain < (done if own or polish else max(done, _BORROWED_IS_DONE)) and (own or not polish):
             break
-        if gain >= max(done, _BORROWED_IS_DONE, _AS_PROMISED * promised):
-            own = False
+        if not anew or gain >= max(done, _BORROWED_IS_DONE, _AS_PROMISED * promised):
             sensitivities = _updated(sensitivities, moved_by, changed)
+            jacobian = _updated(jacobian, moved_by, changed_white)
+            own = _close(problem, x, anchor)
         else:
-            own = True
-            sensitivities = problem.sensitivities(x)
-        jacobian = noise.whiten(np.nan_to_num(sensitivities)) * counts[:, None]
+            own, anchor = True, x
+            sensitivities = _own(problem, x)
+            jacobian = _counted(noise.whiten(sensitivities), rows)
     return Fitted(
         problem=problem,
         x=x,
@@ -140,17 +151,26 @@ def fit(
         white=white,
         sensitivities=sensitivities,
         jacobian=jacobian,
-        prior=noise.prior(problem),
+        prior=prior,
+        anchor=anchor,
         cost=cost,
         evidence=_evidence(problem, noise, cost, jacobian),
     )
 
 
-def _unheld(problem: System, x: Array, jacobian: Array, white: Array, prior: Array) -> tuple[Array, Array]:
-    """Return Jacobian and pull of the unknowns that can follow it: none at an end of its range moves outwards."""
-    gradient = _pull(jacobian, white, x, prior)
-    held = (gradient != 0.0) & (problem.bounded(x + 1e-9 * np.sign(gradient)) == x)
-    return jacobian * ~held, np.where(held, 0.0, gradient)
+def reweighed(fitted: Fitted, noise: Whitener, filtered: Array) -> Fitted:
+    """Return a fit as it is, under another noise; `filtered`: its sensitivities, filtered by that, (R, K)."""
+    problem = fitted.problem
+    jacobian = filtered if noise.loose is None else noise.loose(filtered)
+    white, prior = noise.whiten(fitted.residuals), noise.prior(problem)
+    cost = float(white @ white + prior @ fitted.x[: prior.size] ** 2)
+    evidence = _evidence(problem, noise, cost, jacobian)
+    return replace(fitted, white=white, jacobian=jacobian, prior=prior, cost=cost, evidence=evidence)
+
+
+def _counted(white: Array, rows: NDArray[np.bool_] | None) -> Array:
+    """Return white rows (R, K) with those that do not count at 0."""
+    return white if rows is None else np.where(rows[:, None], white, 0.0)
 
 
 def _cut(problem: System, x: Array, step: Array, information: Array, gradient: Array) -> Array:
@@ -171,7 +191,7 @@ _OUTLYING = 6.0
 
 def outlying(problem: System, residuals: Array) -> NDArray[np.bool_]:
     """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
-    white = np.abs(white_noise(problem).whiten(np.nan_to_num(residuals)))
+    white = np.abs(white_noise(problem).whiten(residuals))
     return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
@@ -202,13 +222,12 @@ def across_jumps(fitted: Fitted, noise: Whitener) -> Fitted:
     to, is on the right side for some draws of them. Such a draw costs less than its distance from the fit tells.
     """
     problem, rng = fitted.problem, np.random.default_rng(0)
-    everything = np.ones(problem.known.size, dtype=bool)
     for _ in range(_ROUNDS):
         spread = np.linalg.cholesky(fitted.covariance)
         spread[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
         steps = rng.normal(size=(_DRAWS, fitted.x.size))
         draws = [problem.bounded(fitted.x + spread @ step) for step in steps]
-        beyond = [_cost(problem, noise, x, everything)[2] - step @ step for x, step in zip(draws, steps, strict=True)]
+        beyond = [_cost(problem, noise, x, None)[2] - step @ step for x, step in zip(draws, steps, strict=True)]
         if min(beyond) > fitted.cost - _JUMP:
             break
         again = fit(problem, noise, draws[int(np.argmin(beyond))], iterations=25)
@@ -225,7 +244,7 @@ def _bend(
     white: Array,
     step: Array,
     jacobian: Array,
-    counts: NDArray[np.bool_],
+    rows: NDArray[np.bool_] | None,
 ) -> Array:
     """Return the second derivative of the whitened predictions along a step: valleys are bent.
 
@@ -233,26 +252,41 @@ def _bend(
     along it follow its bend (geodesic acceleration: Transtrum and Sethna 2012, arXiv:1201.5885).
     """
     part = 0.1
-    there = _cost(problem, noise, problem.bounded(x + part * step), counts)[1]
+    there = _cost(problem, noise, problem.bounded(x + part * step), rows)[1]
     return np.asarray(2.0 / part * ((white - there) / part - jacobian @ step))
 
 
-def _updated(sensitivities: Array, step: Array, changed: Array) -> Array:
-    """Return sensitivities (R, K) that tell how predictions changed (R,) by a step (Broyden 1965), the nearest such."""
-    wrong = np.nan_to_num(changed) - np.nan_to_num(sensitivities) @ step
-    return np.asarray(sensitivities + np.outer(wrong, step) / max(float(step @ step), 1e-300))
+def _updated(slopes: Array, step: Array, changed: Array) -> Array:
+    """Return slopes (R, K) that tell how rows changed (R,) by a step (Broyden 1965), the nearest such."""
+    wrong = changed - slopes @ step
+    return np.asarray(slopes + np.outer(step / max(float(step @ step), 1e-300), wrong).T)
 
 
-def _borrowed(problem: System, x: Array, near: Fitted) -> Array:
+def _own(problem: System, x: Array, columns: Sequence[int] | None = None) -> Array:
+    return np.asfortranarray(np.nan_to_num(problem.sensitivities(x, columns)))
+
+
+def _borrowed(problem: System, x: Array, near: Fitted) -> tuple[Array, Array]:
+    """Return sensitivities (R, K), those to the nuisances as they are nearby, and where these were found, (K,)."""
     if near.x.size == x.size:
-        return near.sensitivities
-    own = range(problem.nuisances, x.size)
-    return np.hstack((near.sensitivities[:, : problem.nuisances], problem.sensitivities(x, own)))
+        return near.sensitivities, near.anchor
+    rest = range(problem.nuisances, x.size)
+    found = np.hstack((near.sensitivities[:, : problem.nuisances], _own(problem, x, rest)))
+    return np.asfortranarray(found), np.concatenate((near.anchor[: problem.nuisances], x[problem.nuisances :]))
 
 
-def _cost(problem: System, noise: Whitener, x: Array, counts: NDArray[np.bool_]) -> tuple[Array, Array, float]:
+def _close(problem: System, x: Array, anchor: Array) -> bool:
+    """Tell whether sensitivities are still those of x: no unknown has moved by much, and there are no jumps."""
+    count = problem.nuisances
+    near = np.max(np.abs(x - anchor)[:count], initial=0.0) < _STILL
+    sizes = np.all(np.abs(x - anchor)[count:] <= _STILL_SIZE * np.abs(anchor[count:]))
+    return bool(near and sizes and not problem.jumps)
+
+
+def _cost(problem: System, noise: Whitener, x: Array, rows: NDArray[np.bool_] | None) -> tuple[Array, Array, float]:
     residuals = problem.residuals(x)
-    white = noise.whiten(np.nan_to_num(residuals)) * counts
+    white = noise.whiten(residuals)
+    white = white if rows is None else white * rows
     return residuals, white, float(white @ white + noise.prior(problem) @ x[: problem.nuisances] ** 2)
 
 
@@ -262,14 +296,14 @@ def _pull(jacobian: Array, white: Array, x: Array, prior: Array) -> Array:
     return np.asarray(pull)
 
 
-def _with_priors(jacobian: Array, prior: Array) -> Array:
-    information = jacobian.T @ jacobian
+def _with_priors(gram: Array, prior: Array) -> Array:
+    information = gram.copy()
     information[np.arange(prior.size), np.arange(prior.size)] += prior
     return np.asarray(information)
 
 
-def _information(jacobian: Array, prior: Array) -> Array:
-    information = _with_priors(jacobian, prior)
+def _information(gram: Array, prior: Array) -> Array:
+    information = _with_priors(gram, prior)
     # A size without any influence is as uncertain as its range.
     rest = np.arange(prior.size, information.shape[0])
     information[rest, rest] += 12.0
@@ -278,7 +312,7 @@ def _information(jacobian: Array, prior: Array) -> Array:
 
 def _evidence(problem: System, noise: Whitener, cost: float, jacobian: Array) -> float:
     """Return -(cost + logdet(noise) + logdet(information) - sizes ln(2 pi)) / 2; sizes in units of their ranges."""
-    factor = np.linalg.cholesky(_information(jacobian, noise.prior(problem)))
+    factor = np.linalg.cholesky(_information(jacobian.T @ jacobian, noise.prior(problem)))
     free = len(problem.slots)
     return float(
         noise.levels.log_prior

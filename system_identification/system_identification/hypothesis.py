@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.fitting import Fitted, fit
-from system_identification.loose import Loose, columns_of, learned_levels
+from system_identification.loose import Loose, groups_of, learned_levels
 from system_identification.noise import Caps, Whitener, learned, whitener
 from system_identification.suspects import Suspect
 
@@ -97,13 +97,11 @@ def weighed(
     """
     caps = caps or Caps()
     first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
-    groups = columns_of(first, traces_of(first, suspects))
+    groups = groups_of(first, traces_of(first, suspects))
 
     def beside(bare: Whitener) -> Hypothesis:
         """Return the hypothesis as it is fitted, with what is loose beside a noise."""
-        loose = learned_levels(first, bare, groups)
-        whole = bare.scattering(loose.wider).loosened(loose.columns)
-        here = fit(system, whole, first.x, iterations=0, near=first, polish=False)
+        loose, here, whole = learned_levels(first, bare, groups)
         return Hypothesis(suspects=suspects, fitted=here, noise=whole, loose=loose)
 
     bare = whitener(system, first.x, noise.levels).tamed(first.residuals)

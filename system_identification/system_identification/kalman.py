@@ -27,7 +27,8 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
     """Fill the gains (M, D) and the deviations (M,) of a run's innovations; D = m states, q pushes, S colours.
 
     `keep`, `variance`: of pushes and colours, what is left of each after a step and its stationary variance, (q + S,);
-    `noise`: variance of each sample's white noise (M,); rows that are not `present` are passed over.
+    `signals`: which colour each sample carries, -1 for none, (M,); `noise`: variance of each sample's white noise (M,);
+    rows that are not `present` are passed over.
     """
     count, m = transition.shape[0], transition.shape[1]
     q = push.shape[2]
@@ -40,13 +41,13 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
     for k in range(count):
         while i < places.size and places[i] <= k:
             if present[i]:
-                b = m + q + signals[i]
+                b = m + q + signals[i] if signals[i] >= 0 else -1
                 for r in range(d):
-                    value = p[r, b]
+                    value = p[r, b] if b >= 0 else 0.0
                     for c in range(m):
                         value += p[r, c] * readings[i, c]
                     gains[i, r] = value
-                s = noise[i] + gains[i, b]
+                s = noise[i] + (gains[i, b] if b >= 0 else 0.0)
                 for c in range(m):
                     s += readings[i, c] * gains[i, c]
                 deviation[i] = np.sqrt(s)
@@ -83,26 +84,39 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
 
 
 @_kernel
-def innovations_of(transition, push, keep, places, readings, signals, present, gains, deviation, rows, out):  # type: ignore[no-untyped-def]
-    """Fill `out` (C, M) with the innovations of columns `rows` (C, M) over their deviations; 0 where not present."""
+def innovations_of(transition, push, keep, places, readings, signals, present, gains, deviation, at, rows, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (C, R) at a run's rows `at` (M,) with the innovations of columns `rows` (C, R) over their deviations.
+
+    Rows that are not present, and columns that do nothing in the run, are left as they are; NaN counts as 0.
+    """
     count, m = transition.shape[0], transition.shape[1]
     q = push.shape[2]
     d = m + keep.size
     x, moved = np.zeros(d), np.zeros(m)
     for column in range(rows.shape[0]):
+        silent = True
+        for i in at:
+            e = rows[column, i]
+            if e != 0.0 and e == e:
+                silent = False
+                break
+        if silent:
+            continue
         x[:] = 0.0
         i = 0
         for k in range(count):
             while i < places.size and places[i] <= k:
                 if present[i]:
-                    e = rows[column, i] - x[m + q + signals[i]]
+                    e = rows[column, at[i]]
+                    if e != e:
+                        e = 0.0
+                    if signals[i] >= 0:
+                        e -= x[m + q + signals[i]]
                     for c in range(m):
                         e -= readings[i, c] * x[c]
                     for r in range(d):
                         x[r] += gains[i, r] * e
-                    out[column, i] = e / deviation[i]
-                else:
-                    out[column, i] = 0.0
+                    out[column, at[i]] = e / deviation[i]
                 i += 1
             a, g = transition[k], push[k]
             for r in range(m):

@@ -5,7 +5,7 @@ parameters differ a little in each run, sensors rest elsewhere, and an effect's 
 could do is no evidence for anything else.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import solve_triangular
 
-from system_identification.fitting import Fitted
+from system_identification.fitting import Fitted, reweighed
+from system_identification.moves import Moves, TakenOff, rows_of_runs
 from system_identification.noise import Whitener
 
-__all__ = ["CAPS", "Loose", "columns_of", "learned_levels", "unsteady"]
+__all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "unsteady"]
 
 Array = NDArray[np.float64]
 CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
@@ -34,39 +35,75 @@ class Loose(NamedTuple):
     """Levels by group, what the columns most probably do to the rows (R,), and how widely parameters scatter."""
 
     levels: Mapping[str, float]
-    columns: Array
     explained: Array
     wider: float = 1.0
 
 
-def columns_of(fitted: Fitted, traces: Mapping[str, Array]) -> dict[str, Array]:
-    """Return the columns (R, J) by group; `traces`: what each effect does to the rows (R,), by any name."""
+class Groups(NamedTuple):
+    """Moves of rows in the signals' units, and which group each is of, (J,), by its place among the names."""
+
+    names: tuple[str, ...]
+    moves: Moves
+    of: NDArray[np.int64]
+
+
+def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = False) -> Groups:
+    """Return what may move the rows, by group.
+
+    `traces`: what each effect does to the rows (R,), by any name; `apart`: each effect is a group by that name.
+    The first columns are the sensitivities to the parameters.
+    """
     system = fitted.problem
-    runs, count = _runs(fitted)
-    groups: dict[str, list[Array]] = {"parameters": [], "rest": [], "shape": []}
+    runs = rows_of_runs(system)
+    count, parameters = len(runs), system.parameters
+    columns = [np.nan_to_num(fitted.sensitivities[:, :parameters])]
+    mixed: list[Array] = []
+    of: list[str] = []
+    every = parameters
+
+    def move(group: str, by_run: Array) -> None:
+        """Add moves of the columns added last, (runs, columns, moves)."""
+        padded = np.zeros((count, every, by_run.shape[2]))
+        padded[:, every - by_run.shape[1] :] = by_run
+        mixed.append(padded)
+        of.extend([group] * by_run.shape[2])
+
+    def each_run(width: int) -> Array:
+        """Return moves of so many columns in each run by itself."""
+        return np.einsum("rs,bc->rbsc", np.eye(count), np.eye(width)).reshape(count, width, count * width)
+
     if count > 1:
-        own = np.nan_to_num(fitted.sensitivities[:, : system.parameters])
-        groups["parameters"] = [own * (runs == run)[:, None] for run in range(count)]
+        move("parameters", each_run(parameters))
+        rest = np.zeros((system.known.size, len(system.signal_names)))
+        there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
+        numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
         for each in system.series:
-            column = np.zeros((runs.size, 1))
-            column[each.rows] = system.levels[each.signal]
-            groups["rest"].append(column)
-    for trace in traces.values():
-        groups["shape"].append(_modulated(fitted, trace, runs, count))
-    return {name: np.hstack(found) for name, found in groups.items() if found}
+            signal = system.signal_names.index(each.signal)
+            rest[each.rows, signal] = system.levels[each.signal]
+            there[numbers[each.recording], signal] = True
+        columns.append(rest)
+        every += rest.shape[1]
+        move("rest", each_run(rest.shape[1])[:, :, there.ravel()])
+    for key, trace in traces.items():
+        modulated = _modulated(fitted, trace)
+        columns.append(modulated)
+        every += modulated.shape[1]
+        alike = np.tile(np.eye(modulated.shape[1])[:, 1:], (count, 1, 1))
+        by_run = np.zeros((count, modulated.shape[1], count if count > 1 else 0))
+        by_run[:, :1] = each_run(1)[:, :, : by_run.shape[2]]
+        move(key if apart else "shape", np.concatenate((by_run, alike), axis=2))
+    names = tuple(dict.fromkeys(of))
+    whole = [np.pad(each, ((0, 0), (0, every - each.shape[1]), (0, 0))) for each in mixed]
+    return Groups(
+        names,
+        Moves(runs, np.hstack(columns), np.concatenate([np.zeros((count, every, 0)), *whole], axis=2)),
+        np.array([names.index(group) for group in of], dtype=np.int64),
+    )
 
 
-def _runs(fitted: Fitted) -> tuple[NDArray[np.int64], int]:
-    """Return which run each row is of (R,), and how many there are."""
-    runs = np.zeros(fitted.problem.known.size, dtype=np.int64)
-    for each in fitted.problem.series:
-        runs[each.rows] = each.recording
-    return runs, int(runs.max()) + 1 if runs.size else 0
-
-
-def _modulated(fitted: Fitted, trace: Array, runs: NDArray[np.int64], count: int) -> Array:
-    """Return what a trace would be if its size changed by run, with time, sign or strength, or if it came late."""
-    columns = [trace * (runs == run) for run in range(count)] if count > 1 else []
+def _modulated(fitted: Fitted, trace: Array) -> Array:
+    """Return a trace, and what it were if its size changed with time, sign or strength, or if it came late, (R, 8)."""
+    columns = [trace]
     for part in range(3):
         columns.append(np.zeros(trace.size))
         for each in fitted.problem.series:
@@ -89,16 +126,24 @@ def _modulated(fitted: Fitted, trace: Array, runs: NDArray[np.int64], count: int
 class _Beside:
     """White rows, moved by groups of columns at levels, beside all unknowns re-tuned."""
 
-    def __init__(self, fitted: Fitted, noise: Whitener, groups: Sequence[Array]) -> None:
-        system = fitted.problem
+    def __init__(self, fitted: Fitted, noise: Whitener, groups: Groups) -> None:
+        system, (_, moves, self.of) = fitted.problem, groups
         bare = replace(noise, loose=None)
-        self.raw = np.hstack((np.zeros((system.known.size, 0)), *groups))
-        self.of = np.repeat(np.arange(len(groups)), [group.shape[1] for group in groups]).astype(np.int64)
-        jacobian = bare.whiten(np.nan_to_num(fitted.sensitivities))
-        everything = np.hstack((jacobian, bare.whiten(self.raw)))
-        self.gram = everything.T @ everything
-        self.slope = everything.T @ bare.whiten(np.nan_to_num(fitted.residuals))
-        self.unknowns, self.parameters, self.levels = jacobian.shape[1], system.parameters, noise.levels
+        self.jacobian = bare.filtered(fitted.sensitivities)
+        parameters = system.parameters
+        rest = bare.filtered(moves.columns[:, parameters:])
+        self.moves = moves._replace(columns=np.asfortranarray(np.hstack((self.jacobian[:, :parameters], rest))))
+        # Unknowns are moves too, alike in every run.
+        unknowns = self.jacobian.shape[1]
+        others = moves.mixed[:, parameters:]
+        mixed = np.zeros((len(moves.runs), unknowns + others.shape[1], unknowns + self.of.size))
+        mixed[:, :unknowns, :unknowns] = np.eye(unknowns)
+        mixed[:, :parameters, unknowns:] = moves.mixed[:, :parameters]
+        mixed[:, unknowns:, unknowns:] = others
+        everything = Moves(moves.runs, np.asfortranarray(np.hstack((self.jacobian, rest))), mixed)
+        self.gram = everything.gram
+        self.slope = everything.onto(bare.whiten(fitted.residuals)[:, None])[:, 0]
+        self.unknowns, self.parameters, self.levels = unknowns, parameters, noise.levels
         self.nuisances = fitted.x[: system.nuisances]
 
     def score(self, levels: Array, wider: float) -> tuple[float, Array]:
@@ -121,21 +166,32 @@ class _Beside:
         cost -= 2.0 * replace(self.levels, parameters=wider).log_prior
         return float(0.5 * (solved @ solved - cost) - np.sum(np.log(np.diag(factor)))), moved[self.unknowns :]
 
+    def taken_off(self, levels: Array) -> TakenOff:
+        """Return the map that takes moves at these levels off white rows."""
+        by = levels[self.of]
+        gram = self.gram[self.unknowns :, self.unknowns :] * by[:, None] * by
+        return TakenOff.of(self.moves.scaled(by), gram[np.ix_(by != 0.0, by != 0.0)])
 
-def learned_levels(fitted: Fitted, noise: Whitener, groups: Mapping[str, Array]) -> Loose:
-    """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them."""
-    names = list(groups)
-    beside = _Beside(fitted, noise, list(groups.values()))
-    levels, wider = np.array([0.1 * CAPS[name] for name in names]), noise.levels.parameters
+
+def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loose, Fitted, Whitener]:
+    """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them.
+
+    And the fit as it is, with its evidence, under the noise that has them; and that noise.
+    """
+    count = len(groups.names)
+    beside = _Beside(fitted, noise, groups)
+    levels = np.array([0.1 * CAPS[name] for name in groups.names])
+    wider = noise.levels.parameters
     for _ in range(2):
         wider = max(_WIDER, key=lambda factor: beside.score(levels, factor)[0])
-        for g, name in enumerate(names):
+        for g, name in enumerate(groups.names):
             tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
-            found = [beside.score(np.where(np.arange(len(names)) == g, level, levels), wider)[0] for level in tried]
+            found = [beside.score(np.where(np.arange(count) == g, level, levels), wider)[0] for level in tried]
             levels[g] = tried[int(np.argmax(found))]
     moved = beside.score(levels, wider)[1]
-    by_name = dict(zip(names, levels.tolist(), strict=True))
-    return Loose(by_name, beside.raw * levels[beside.of], beside.raw @ moved, wider)
+    whole = replace(noise.scattering(wider), loose=beside.taken_off(levels))
+    loose = Loose(dict(zip(groups.names, levels.tolist(), strict=True)), groups.moves.along(moved), wider)
+    return loose, reweighed(fitted, whole, beside.jacobian), whole
 
 
 def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str, Array]) -> dict[str, float]:
@@ -146,15 +202,12 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str,
     """
     if not traces:
         return {}
-    groups = columns_of(fitted, {})
-    runs, count = _runs(fitted)
-    shapes = {key: _modulated(fitted, trace, runs, count) for key, trace in traces.items()}
-    names = [*groups, *shapes]
-    beside = _Beside(fitted, noise, [*groups.values(), *shapes.values()])
-    usual = np.array([loose.levels.get(name, loose.levels.get("shape", 0.0)) for name in names])
+    groups = groups_of(fitted, traces, apart=True)
+    beside = _Beside(fitted, noise, groups)
+    usual = np.array([loose.levels.get(name, loose.levels.get("shape", 0.0)) for name in groups.names])
     found = {}
-    for key in shapes:
-        own = np.array([name == key for name in names])
+    for key in traces:
+        own = np.array([name == key for name in groups.names])
         near, far = (
             max(beside.score(np.where(own, level, usual), loose.wider)[0] for level in levels)
             for levels in (np.linspace(0.0, CAPS["shape"], 4), _FAR)

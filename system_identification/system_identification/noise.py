@@ -7,6 +7,7 @@ what a signal carries beside white noise, over that noise. Levels are learned fr
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
 from system_identification.kalman import driven_by, gains_of, innovations_of
+from system_identification.moves import TakenOff
 from system_identification.system import Linear, System
 
 __all__ = ["Caps", "Levels", "Whitener", "learned", "white_noise", "whitener"]
@@ -23,6 +25,7 @@ _MEMORIES = (0.3, 6.0)  # [s], of disturbances
 _COLOURS = (0.1, 10.0)  # [s], memories of what sensors carry
 _LEAST = 0.03
 """Level below which there is nothing."""
+_NO_COLOUR = 1.001 * _LEAST
 _PULL = 0.02
 """Of logarithms of levels to ordinary ones: where the rows do not say."""
 _OUTLYING = 16.0
@@ -88,6 +91,17 @@ class Caps:
     pushes: float = 5.0
 
 
+class _Filter(NamedTuple):
+    """Of one run: what pushes and colours keep over a step, which colour each sample carries (M,), -1 for none, gains
+    (M, D) and deviations (M,) of innovations.
+    """
+
+    keep: Array
+    colours: NDArray[np.int64]
+    gains: Array
+    deviation: Array
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Whitener:
     """A linear map of rows to white ones of standard deviation 1.
@@ -98,8 +112,7 @@ class Whitener:
         levels: of the noise.
         units: rate at which each disturbance of level 1 pushes.
         wild: how many times less single rows count, as they stand out, (R,); None: all count alike.
-        loose: orthonormal directions (R, J) of white rows in which these have more than that deviation, and by how
-            much each is divided.
+        loose: what white rows do at random beside, as it is taken off them.
     """
 
     system: System
@@ -107,7 +120,7 @@ class Whitener:
     levels: Levels
     units: Array
     wild: Array | None = None
-    loose: tuple[Array, Array] | None = None
+    loose: TakenOff | None = None
 
     @cached_property
     def _own(self) -> Array:
@@ -118,30 +131,32 @@ class Whitener:
         return own * self.system.spread * (1.0 if self.wild is None else self.wild)
 
     @cached_property
-    def _filters(self) -> list[tuple[Array, Array, Array]]:
-        """By run: what is kept over a step, gains (M, D) and deviations (M,)."""
+    def _filters(self) -> list[_Filter]:
+        """By run."""
         return [self._filter(run) for run in self.linear]
 
-    def _filter(self, run: Linear) -> tuple[Array, Array, Array]:
+    def _filter(self, run: Linear) -> _Filter:
         levels, names = self.levels, self.system.signal_names
-        memories = [levels.memory] * len(levels.pushes) + [levels.colour_memory[n] for n in names]
+        coloured = [n for n in names if levels.colours[n] > _NO_COLOUR]
+        numbers = np.array([coloured.index(n) if n in coloured else -1 for n in names], dtype=np.int64)
+        memories = [levels.memory] * len(levels.pushes) + [levels.colour_memory[n] for n in coloured]
         keep = np.exp(-run.dt / np.array(memories))
         pushed = [(level * unit) ** 2 for level, unit in zip(levels.pushes, self.units, strict=True)]
-        variance = np.array(pushed + [(levels.colours[n] * levels.sensors[n]) ** 2 for n in names])
+        variance = np.array(pushed + [(levels.colours[n] * levels.sensors[n]) ** 2 for n in coloured])
         gains = np.zeros((run.rows.size, run.transition.shape[1] + keep.size))
-        deviation = np.ones(run.rows.size)
+        deviation, colours = np.ones(run.rows.size), numbers[run.signals]
         gains_of(
-            run.transition, run.push, keep, variance, run.places, run.readings, run.signals, self._own[run.rows] ** 2,
+            run.transition, run.push, keep, variance, run.places, run.readings, colours, self._own[run.rows] ** 2,
             self.system.known[run.rows], gains, deviation,
         )  # fmt: skip
-        return keep, gains, deviation
+        return _Filter(keep, colours, gains, deviation)
 
     @cached_property
     def deviations(self) -> Array:
         """Standard deviation of each row's innovation, (R,), without what is loose."""
         out = self._own.copy()
-        for run, (_, _, deviation) in zip(self.linear, self._filters, strict=True):
-            out[run.rows] = np.where(self.system.known[run.rows], deviation, out[run.rows])
+        for run, each in zip(self.linear, self._filters, strict=True):
+            out[run.rows] = np.where(self.system.known[run.rows], each.deviation, out[run.rows])
         return out
 
     def prior(self, system: System) -> Array:
@@ -155,37 +170,25 @@ class Whitener:
         """Logarithm of the determinant of the covariance of the noise and of the nuisances."""
         own = 2.0 * float(np.sum(np.log(self.deviations[self.system.known])))
         own -= float(np.sum(np.log(self.prior(self.system))))
-        return own + (0.0 if self.loose is None else 2.0 * float(np.sum(np.log(self.loose[1]))))
+        return own + (0.0 if self.loose is None else self.loose.log_det)
 
     def whiten(self, rows: Array) -> Array:
-        """Return rows (R,) or (R, C) as white ones of standard deviation 1; 0 where nothing counts."""
-        flat = rows.reshape(rows.shape[0], -1)
-        known = self.system.known
-        out = np.where(known[:, None], flat / self._own[:, None], 0.0)
-        for run, (keep, gains, deviation) in zip(self.linear, self._filters, strict=True):
-            own = np.ascontiguousarray(flat[run.rows].T)
-            white = np.empty_like(own)
-            innovations_of(
-                run.transition, run.push, keep, run.places, run.readings, run.signals, known[run.rows], gains,
-                deviation, own, white,
-            )  # fmt: skip
-            out[run.rows] = white.T
-        if self.loose is not None:
-            basis, by = self.loose
-            out -= basis @ ((1.0 - 1.0 / by)[:, None] * (basis.T @ out))
-        return out.reshape(rows.shape)
+        """Return rows (R,) or (R, C) as white ones of standard deviation 1; 0 where nothing counts; NaN counts as 0."""
+        flat = self.filtered(rows.reshape(rows.shape[0], -1))
+        return (flat if self.loose is None else self.loose(flat)).reshape(rows.shape)
 
-    def loosened(self, columns: Array) -> "Whitener":
-        """Return the map for rows that also move along columns (R, J), each by one standard deviation, at random."""
-        bare = replace(self, loose=None)
-        white = bare.whiten(columns)
-        white = white[:, np.sum(white**2, axis=0) > 1e-6]
-        if not white.shape[1]:
-            return bare
-        values, vectors = np.linalg.eigh(white.T @ white)
-        kept = values > 1e-4
-        basis = white @ (vectors[:, kept] / np.sqrt(values[kept]))
-        return replace(bare, loose=(basis, np.sqrt(1.0 + values[kept])))
+    def filtered(self, rows: Array) -> Array:
+        """Return rows (R, C) as they are whitened without regard to what is loose, column by column in memory."""
+        columns, known = np.ascontiguousarray(rows.T), self.system.known
+        if not self.linear:
+            return np.where(known, np.nan_to_num(columns) / self._own, 0.0).T
+        out = np.zeros_like(columns)
+        for run, each in zip(self.linear, self._filters, strict=True):
+            innovations_of(
+                run.transition, run.push, each.keep, run.places, run.readings, each.colours, known[run.rows],
+                each.gains, each.deviation, run.rows, columns, out,
+            )  # fmt: skip
+        return out.T
 
     def scattering(self, parameters: float) -> "Whitener":
         """Return the map beside parameters that scatter so many times more widely than stated."""
@@ -330,17 +333,25 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
             base.levels.memory,
         ]
     )
+
+    def differences(z: Array) -> Array:
+        """Return steps for the slopes; at its least a colour is none, and has no memory."""
+        step = np.where(z + _STEP <= high, _STEP, -_STEP)
+        colours, memories = slice(s, 2 * s), slice(2 * s, 3 * s)
+        none = z[colours] <= low[colours]
+        step[colours] = np.where(none, (centre - low)[colours], step[colours])
+        step[memories] = np.where(none, 0.0, step[memories])
+        return step
+
     z = np.clip(z, low, high)
     white, logs = seen(z)
     here, damping = deviance(white, logs, z), 1e-3
     for _ in range(steps):
-        by_white, by_logs = np.empty((white.size, z.size)), np.empty((white.size, z.size))
-        for k in range(z.size):
-            step = _STEP if z[k] + _STEP <= high[k] else -_STEP
-            moved = z.copy()
-            moved[k] += step
-            there = seen(moved)
-            by_white[:, k], by_logs[:, k] = (there[0] - white) / step, (there[1] - logs) / step
+        by_white, by_logs = np.zeros((white.size, z.size)), np.zeros((white.size, z.size))
+        steps_of_z = differences(z)
+        for k in np.flatnonzero(steps_of_z):
+            there = seen(z + np.where(np.arange(z.size) == k, steps_of_z, 0.0))
+            by_white[:, k], by_logs[:, k] = (there[0] - white) / steps_of_z[k], (there[1] - logs) / steps_of_z[k]
         slope = np.sum(by_logs, axis=0) + 2.0 * by_white.T @ white / share + 2.0 * pulled * (z - centre)
         innovation = by_white + 0.5 * white[:, None] * by_logs
         curvature = 2.0 * innovation.T @ innovation + by_logs.T @ by_logs + np.diag(2.0 * pulled)

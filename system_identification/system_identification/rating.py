@@ -74,8 +74,8 @@ def tried(anchor: Fitted, suspects: Sequence[Suspect], predicted: Callable[[Susp
 def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rated]:
     """Return the suspects at their best sizes under a noise, the most promising first."""
     nuisances, prior = anchor.problem.nuisances, noise.prior(anchor.problem)
-    jacobian = noise.whiten(np.nan_to_num(anchor.sensitivities))
-    white = noise.whiten(np.nan_to_num(anchor.residuals))
+    jacobian = noise.whiten(anchor.sensitivities)
+    white = noise.whiten(anchor.residuals)
     information = jacobian.T @ jacobian
     information[np.arange(nuisances), np.arange(nuisances)] += prior
     information += 1e-9 * np.eye(information.shape[0])

@@ -7,11 +7,12 @@ effects are rare: each further one is `MORE` times as likely as one less, all of
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from system_identification.exchange import exchanges
+from system_identification.exchange import Proposal, exchanges
 from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.noise import Caps, whitener
@@ -39,11 +40,16 @@ _FAR = 3.5
 """Deviations of nuisances from which on they may have been pulled off by an effect that is missing."""
 _SIZES = 2
 """Best sizes of a first look that are tried again."""
-_ROUNDS = 3
-_OTHERS = 8
-"""Sets with one or two effects exchanged that are fitted beside a set."""
+_ROUNDS, _EXCHANGES = 3, 8
+"""Rounds of settling and of exchanges; the most of these, as long as they bring a likelier set."""
+_OTHERS, _GLANCE = 16, 3
+"""Sets with effects exchanged that are looked at beside a set, and steps of such a look."""
+_BEHIND = 40.0
+"""Score by which a set may be behind after a look to be worth a fit."""
 _NEAR = 15.0
 """Evidence by which a set may be behind for its own exchanges to be looked at."""
+_PART = 0.5
+"""Share of what the best set adds to the score, from which on another one may come out better once it has settled."""
 _WORTH = 1.0
 """Evidence, prior included, that one more effect must add."""
 
@@ -73,8 +79,12 @@ class Search:
 
 def _score(found: Hypothesis, offered: int) -> float:
     """Return the logarithm of a set's probability, up to what all share: its evidence, and how rare it is among all."""
-    each = [np.log(MORE * (k + 1) / max(offered - k, 1)) for k in range(len(found.suspects))]
-    return found.evidence + float(np.sum(each))
+    return found.evidence - sum(_rarer(k, offered) for k in range(len(found.suspects)))
+
+
+def _rarer(count: int, offered: int) -> float:
+    """Return how much rarer, nats, a set with one effect more than so many is, of those of its size."""
+    return -float(np.log(MORE * (count + 1) / max(offered - count, 1)))
 
 
 def searched(
@@ -107,6 +117,12 @@ def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
     return found
 
 
+def _posed(system: Any, suspects: Sequence[Suspect]) -> Any:
+    """Return a system with the sizes of suspects as unknowns."""
+    gates = next((tuple(each.gates) for each in suspects if each.gates), ())
+    return system.with_effects(tuple(slot for each in suspects for slot in each.slots), gates)
+
+
 class _Searching:
     def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
         self.system, self.offer, self.caps, self.progress = system, offer, caps, progress
@@ -131,10 +147,9 @@ class _Searching:
             if better is None:
                 break
             current = better
-        current = self.exchanged(current)
         return Search(
             none=self.found[frozenset()],
-            best=self.found[frozenset(current.keys)],
+            best=self.exchanged(current),
             weighed=self.found,
             rated=first,
             offered=self.offered,
@@ -215,9 +230,7 @@ class _Searching:
         self.weighed(current, quick)
         size, least = len(current.keys) + 1, self.score(current) - _NEAR
         more = [h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == size]
-        # Such a set is where its first fit ended; which is the best one shows once they have settled.
-        likely = [h for h in more if self.score(h) > least]
-        best = max(map(self.settled, likely), key=self.score, default=None)
+        best = self.likeliest([h for h in more if self.score(h) > least], self.score(current))
         if best is None or self.score(best) <= self.score(current) + _WORTH:
             return None
         # A set may have been fitted better than the one without, by where it began: that one is fitted from there too.
@@ -225,29 +238,67 @@ class _Searching:
         again = self.without(best, added, anew=True)
         return best if self.score(best) > self.score(again) + _WORTH else None
 
+    def likeliest(self, sets: Sequence[Hypothesis], without: float) -> Hypothesis | None:
+        """Return the likeliest of sets once they have settled; `without`: score of the set that they were made from.
+
+        Such a set is where its first fit ended, under a noise in which there was room for what it explains. So all that
+        explain a good part of what the best one does are fitted again under the noise that is left beside that one.
+        """
+        best: Hypothesis | None = None
+        for each in sorted(sets, key=self.score, reverse=True):
+            if best is None:
+                best = self.settled(each)
+                continue
+            far = self.score(best) - _NEAR
+            if self.score(each) > min(far, without + _PART * (self.score(best) - without)):
+                again = weighed(
+                    each.system, each.suspects, each.fitted.x, best.noise, near=each.fitted, caps=self.caps
+                )  # fmt: skip
+                each = self.keep(again)
+                if self.score(each) > far:
+                    best = max(best, self.settled(each), key=self.score)
+        return best
+
     def begun(
         self, current: Hypothesis, suspects: tuple[Suspect, ...], start: Array
     ) -> tuple[float, tuple[Suspect, ...], Fitted]:
         """Return the evidence of a set under the noise of a set near it, its suspects, and its fit from a start."""
-        gates = next((tuple(each.gates) for each in suspects if each.gates), ())
-        slots = tuple(slot for each in suspects for slot in each.slots)
-        posed = current.system.with_effects(slots, gates)
+        posed = _posed(current.system, suspects)
         nuisances = current.system.nuisances
         if posed.jumps and not current.system.jumps:
             fitted = fit_past_jumps(posed, current.noise, start, across=False)
         else:
-            near = replace(
-                current.fitted,
-                x=current.fitted.x[:nuisances],
-                sensitivities=current.fitted.sensitivities[:, :nuisances],
-            )
-            fitted = fit(posed, current.noise, start, iterations=6, near=near, polish=False)
+            fitted = fit(posed, current.noise, start, iterations=6, near=self.bare(current), polish=False)
         if np.max(np.abs(start[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             stated = current.noise.scattering(1.0)
             again = fit(posed, stated, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
             fitted = again if again.evidence > fitted.evidence else fitted
         return fitted.evidence - sum(each.price for each in suspects), suspects, fitted
+
+    def idle(self, found: Hypothesis) -> bool:
+        """Tell whether a set is no likelier than another without some of its effects."""
+        keys = frozenset(found.keys)
+        return any(less < keys and self.score(h) >= self.score(found) for less, h in self.found.items())
+
+    def glanced(self, current: Hypothesis, proposal: Proposal) -> tuple[float, tuple[Suspect, ...], Array]:
+        """Return the score of a proposed set after some steps with slopes that are only corrected, and its unknowns.
+
+        What is large is not linear: a simulation tells more of a set than the linearised model that proposed it.
+        """
+        suspects, start, _ = proposal
+        posed = _posed(current.system, suspects)
+        near = self.bare(current)
+        fitted = fit(posed, current.noise, start, iterations=_GLANCE, near=near, polish=False, anew=False)
+        price = sum(each.price for each in suspects) + sum(_rarer(k, self.offered) for k in range(len(suspects)))
+        return fitted.evidence - price, suspects, fitted.x
+
+    def bare(self, current: Hypothesis) -> Fitted:
+        """Return a fitted set as if it had no effects: for its sensitivities to the nuisances."""
+        count, fitted = current.system.nuisances, current.fitted
+        return replace(
+            fitted, x=fitted.x[:count], sensitivities=fitted.sensitivities[:, :count], anchor=fitted.anchor[:count]
+        )
 
     def weighed(self, current: Hypothesis, begun: Sequence[tuple[float, tuple[Suspect, ...], Fitted]]) -> None:
         """Learn the noise beside the likeliest of these sets, and keep them."""
@@ -285,30 +336,37 @@ class _Searching:
 
         Sets that come out about as likely are left in the same way: two exchanged effects are one step each.
         """
-        most, seen = len(current.suspects), set[frozenset[str]]()
-
-        def known() -> list[Hypothesis]:
-            return [h for h in self.found.values() if len(h.suspects) <= most]
-
-        for _ in range(_ROUNDS):
-            least = max(map(self.score, known())) - _NEAR
+        seen = set[frozenset[str]]()
+        for done in range(_EXCHANGES):
+            best = max(self.found.values(), key=self.score)
+            least = self.score(best) - _NEAR
             near = [
-                h for h in known() if len(h.suspects) > 1 and self.score(h) > least and frozenset(h.keys) not in seen
+                h
+                for keys, h in self.found.items()
+                if keys and self.score(h) > least and keys not in seen and not self.idle(h)
             ]
-            if not near:
+            if not near or (done >= _ROUNDS and frozenset(best.keys) in seen):
                 break
-            current = max(near, key=self.score)
+            current = self.settled(max(near, key=self.score))
             seen.add(frozenset(current.keys))
             self.progress(f"others than {', '.join(current.keys)}")
-            tries = []
-            for suspects, start, _ in exchanges(current, self.trials_beside(current), _OTHERS):
-                if frozenset(each.key for each in suspects) not in self.found:
-                    tries.append(self.begun(current, suspects, start))
+            more = _rarer(len(current.suspects), self.offered) if len(current.suspects) < MOST else None
+            others = [
+                each
+                for each in exchanges(current, self.trials_beside(current), _OTHERS, more)
+                if frozenset(suspect.key for suspect in each.suspects) not in self.found
+            ]
+            quick = sorted((self.glanced(current, each) for each in others), key=lambda each: -each[0])
+            worth = self.score(current) - _BEHIND
+            tries = [self.begun(current, suspects, x) for score, suspects, x in quick[:_BEST] if score > worth]
             self.weighed(current, tries)
-        best = self.settled(max(known(), key=self.score))
-        for suspect in best.suspects:
-            self.without(best, suspect)
-        return best
+        while True:
+            best = self.settled(max(self.found.values(), key=self.score))
+            subsets = [self.without(best, suspect) for suspect in best.suspects]
+            leaner = max(subsets, key=self.score, default=best)
+            if leaner is best or self.score(best) > self.score(leaner) + _WORTH:
+                return best
+            del self.found[frozenset(best.keys)]  # one of its effects is not worth it
 
     def without(self, current: Hypothesis, suspect: Suspect, *, anew: bool = False) -> Hypothesis:
         """Return the set without one of its suspects, fitted from where it is; `anew`: even if it was fitted before."""

@@ -1,9 +1,12 @@
 """Whitening by a Kalman filter is the inverse of the covariance, and its levels are those of the recording."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from spring import DT, Spring, recorded
 
+from system_identification.moves import Moves, TakenOff
 from system_identification.noise import Caps, Levels, learned, white_noise, whitener
 
 
@@ -66,7 +69,8 @@ def test_what_is_loose_adds_its_covariance():
     system = small()
     bare = whitener(system, np.zeros(2), levels())
     columns = np.random.default_rng(2).standard_normal((system.measured.size, 2)) * 0.05
-    loose = bare.loosened(columns)
+    moves = Moves([slice(0, 6), slice(6, 10)], bare.filtered(columns), np.tile(np.eye(2), (2, 1, 1)))
+    loose = replace(bare, loose=TakenOff.of(moves))
     values = np.nan_to_num(system.measured)
     plain, moved = bare.whiten(values), bare.whiten(columns)
     whole = np.eye(plain.size) + moved @ moved.T

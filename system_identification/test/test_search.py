@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from spring import recorded, suspects
+from spring import SLOTS, recorded, suspects
 
 from system_identification.budget import PARAMETERS, budget_of
 from system_identification.earning import earned
@@ -41,15 +41,43 @@ def test_parameters_come_out_within_their_deviations():
     assert np.all(np.abs(found.x - truth) < 4.0 * deviations)
 
 
-def test_a_budget_adds_up_and_gives_the_gap_to_what_makes_it():
-    system = recorded(21, push=0.5, cubic=1.0)
-    best = searched(system, suspects).best
-    budget = budget_of(best, system.predicted(np.zeros(2)), np.zeros(system.known.size))
-    total = sum(share.value for share in budget.shares.values()) + budget.unexplained.value
-    assert total == pytest.approx(1.0)
+def test_a_budget_gives_each_cause_its_shapley_value():
+    system = recorded(123, push=0.5, cubic=1.0)
+    search = searched(system, suspects)
+    budget = budget_of([(search.best, 1.0)], np.zeros(system.known.size))
+    assert sum(share.value for share in budget.shares.values()) + budget.unexplained.value == pytest.approx(1.0)
     assert set(budget.shares) == {PARAMETERS, "cubic"}
-    assert budget.shares["cubic"].value > 0.2
-    assert abs(budget.unexplained.value) < 0.1
+    assert budget.unexplained.value == pytest.approx(0.0)
+    # The same from what was hidden: each cause first, and each cause last.
+    posed, parameters = system.with_effects((SLOTS["cubic"],)), np.array([0.03 * 30.0 / 1.5, -0.04 * 1.5 / 0.075])
+    size = 1.0 / SLOTS["cubic"].width
+
+    def off(x, cubic):
+        return (posed.predicted(np.array([*x, cubic])) - posed.predicted(np.zeros(3)))[system.known]
+
+    gap = off(parameters, size)
+    removed = [
+        (gap @ gap - np.sum((gap - alone) ** 2) + np.sum((gap - other) ** 2)) / (2.0 * gap @ gap)
+        for alone, other in (
+            (off(parameters, 0.0), off((0.0, 0.0), size)),
+            (off((0.0, 0.0), size), off(parameters, 0.0)),
+        )
+    ]
+    for name, true in zip((PARAMETERS, "cubic"), removed, strict=True):
+        assert budget.shares[name].value == pytest.approx(true, abs=0.06)
+        assert budget.shares[name].low < true < budget.shares[name].high
+
+
+def test_other_sets_about_as_likely_widen_the_intervals():
+    system = recorded(21, push=0.5, cubic=1.0)
+    search = searched(system, suspects)
+    nothing = np.zeros(system.known.size)
+    alone, beside = (
+        budget_of(sets, nothing) for sets in ([(search.best, 1.0)], [(search.best, 0.6), (search.none, 0.4)])
+    )
+    assert alone.shares["cubic"].low > 0.1
+    assert beside.shares["cubic"].low < 0.0
+    assert beside.shares["cubic"].value == alone.shares["cubic"].value
 
 
 def test_a_run_is_predicted_by_a_fit_to_the_others():
