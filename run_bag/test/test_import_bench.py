@@ -196,6 +196,40 @@ def test_a_short_flip_of_the_throttle_turns_nothing_round():
     assert np.all(infer_sign(time, speed, throttle) == 1)
 
 
+def test_a_rotor_turns_round_beyond_the_dead_zone_only():
+    time = np.arange(4000) * 0.001
+    throttle = np.interp(time, [0.0, 1.0, 2.0, 3.0, 4.0], [2.0, 2.0, -0.6, -0.6, -2.0])  # a second within the dead zone
+    n = np.interp(time, [0.0, 1.0, 3.0, 3.3, 4.0], [90.0, 90.0, 30.0, 0.0, -60.0])
+    assert np.all(infer_sign(time, np.abs(n), throttle, 0.86)[np.abs(n) > 2.0] == np.sign(n)[np.abs(n) > 2.0])
+    still = np.where(time < 1.5, 2.0, -0.5)
+    assert np.all(infer_sign(time, np.full(4000, 20.0), still, 0.86) == 1)
+
+
+def test_a_throttle_beyond_what_the_device_takes_is_asked_about(tmp_path, capsys):
+    open_loop(tmp_path, "xp9V", setting=3.0)
+    assert main([str(tmp_path), "--out", str(tmp_path / "out")]) == 1
+    told = capsys.readouterr()
+    assert "at most 5 V" in told.out + told.err and "--throttle-limit" in told.out + told.err
+    assert not (tmp_path / "out" / "xp9V").exists()
+    _, run = run_of(tmp_path, tmp_path / "other", BenchOptions(throttle_limit=10.0))
+    assert run["thruster_0/throttle.commanded"].values.max() == 9.0
+
+
+def test_no_thrust_turns_no_fixture_round(tmp_path):
+    open_loop(tmp_path, "airp3V", thrust_gain=-2e-5)  # a quarter of a newton against the rotation
+    imported, _ = run_of(tmp_path, tmp_path / "out")
+    turned = decision(imported, "load cell turned round")
+    assert turned.value is False and "too little to tell" in turned.how
+
+
+def test_a_velocimeter_that_lasts_for_days_is_on_no_common_clock(tmp_path):
+    open_loop(tmp_path, "ap3V")
+    time = np.arange(300) * 0.04
+    made.write_dat(tmp_path / "ap3V.dat", np.where(np.arange(300) < 150, time, time + 2e5), np.full(300, 0.1))
+    with pytest.raises(RecordingError, match="--adv-offset"):
+        run_of(tmp_path, tmp_path / "out")
+
+
 def test_axes_by_hand():
     force, torque = to_thruster(np.array([[1.0, 2, 3]]), np.array([[4.0, 5, 6]]), reversed_fixture=False)
     assert force.tolist() == [[-2, 1, 3]] and torque.tolist() == [[5, -4, -6]]

@@ -90,5 +90,7 @@ def _step(current: Earned, offer: Callable[[Hypothesis], Sequence[Suspect]], inn
 def _with(found: Hypothesis, suspect: Suspect, sizes: Array) -> Earned:
     suspects = (*found.suspects, suspect)
     posed = found.system.with_effects(tuple(slot for each in suspects for slot in each.slots))
-    start = fit(posed, found.noise, np.concatenate((found.fitted.x, sizes)), iterations=4, near=found.fitted)
+    start = fit(
+        posed, found.noise, np.concatenate((found.fitted.x, sizes)), iterations=4, near=found.fitted, polish=False
+    )
     return _judged(found, suspects, *fit_to_free_runs(start, found.noise))

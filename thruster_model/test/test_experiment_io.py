@@ -135,7 +135,15 @@ def test_a_slow_tachometer_keeps_its_own_instants(bench, tmp_path):
     bench.speed("thruster_0/state", SLOW, 1.2, INFERRED)
     speed = bench.prepared(tmp_path / "run").measurements["speed"]
     np.testing.assert_allclose(speed.time, SLOW[: speed.time.size], atol=1e-9)
-    assert np.isfinite(speed.values).all()
+
+
+def test_about_a_reversal_no_sign_is_believed_that_was_inferred(bench, tmp_path):
+    bench.speed("thruster_0/state", SLOW, 1.2, INFERRED)
+    speed = bench.prepared(tmp_path / "run").measurements["speed"]
+    unknown = speed.time[~np.isfinite(speed.values)]
+    assert 0 < unknown.size <= 6 and np.ptp(unknown) < 0.3
+    before, after = speed_at(unknown[0] - 0.1), speed_at(unknown[-1] + 0.1)
+    assert before * after < 0.0
 
 
 @pytest.mark.parametrize("gone", ["thruster_0/state", "load", "flow"])

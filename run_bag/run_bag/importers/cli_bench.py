@@ -13,7 +13,7 @@ from rich.progress import Progress
 from ..command_line import exit_status, user_arguments
 from ..errors import CannotWriteError, RunError
 from .bench import Group, Imported, find, import_recording
-from .options import BenchOptions
+from .options import THROTTLE_LIMIT, BenchOptions
 
 TOLD = (
     "throttle at the plateau", "start of the ramp", "duration of the ramp", "shutdown", "last column",
@@ -38,6 +38,13 @@ def parser() -> argparse.ArgumentParser:
         metavar=("LO", "HI"),
         default=(-0.83, 0.86),
         help="throttle at which the rotor starts, backward and forward [V] (default: %(default)s)",
+    )
+    p.add_argument(
+        "--throttle-limit",
+        type=float,
+        metavar="VOLTS",
+        default=THROTTLE_LIMIT,
+        help="largest throttle that the device takes [V] (default: %(default)s)",
     )
     p.add_argument("--water", choices=["yes", "no"], help="whether the thruster was in water")
     return p
@@ -66,6 +73,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     chosen = BenchOptions(
         throttle_set=options.throttle_set, adv=options.adv, adv_offset=options.adv_offset,
         load_cell=options.load_cell, dead_zone_edge=(lo, hi),
+        throttle_limit=options.throttle_limit,
         water=None if options.water is None else options.water == "yes",
     )  # fmt: skip
     return exit_status("import_bench", lambda: _run(options.paths, options.out, chosen))

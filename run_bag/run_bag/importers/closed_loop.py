@@ -34,10 +34,12 @@ def closed_loop_topics(
     log.add("instant of y[k] relative to u[k]", None, "s", "not recorded; both are stamped alike")
     at, longer = stamps(time[:-1], offset), stamps(time, offset)
 
-    sign = infer_sign(time[:-1], n, u)
-    log.add("sign of n", "inferred", "1", "that of u, switching at the least |n| after u changes sign")
+    edge = max(map(abs, options.dead_zone_edge))
+    sign = infer_sign(time[:-1], n, u, edge)
+    how = f"that of u, switching at the least |n| between u's change of sign and 0.25 s beyond {edge:g} V"
+    log.add("sign of n", "inferred", "1", how)
     index = np.clip(np.searchsorted(time[:-1] + offset, csv.time, side="right") - 1, 0, len(u) - 1)
-    dense = infer_sign(csv.time, speed, np.where(csv.time < offset, 0.0, u[index]))
+    dense = infer_sign(csv.time, speed, np.where(csv.time < offset, 0.0, u[index]), edge)
     topics = [
         _topic("thruster_0/thrust_setpoint", "ThrustSetpoint", at, {"thrust": mat.series["Td"]}),
         _throttle(csv, at, u, log),

@@ -27,13 +27,20 @@ def flow_topics(
     """Return flow and raw samples; `sign` is that of the throttle.
 
     Raises:
-        RecordingError: the offset puts the recording before the start of the clock.
+        RecordingError: the offset puts the recording before the start of the clock, or nothing tells it.
     """
     kind = options.adv or ("ambient" if "ambient" in stem.lower() else "axial")
     log.add("flow measured", kind, "", "told by the user" if options.adv else "from the name of the recording")
     time = dat.time - dat.time[0]
     longer = float(time[-1] - (csv_time[-1] - csv_time[0]))
     step = float(np.median(np.diff(time)))
+    shorter = float(min(time[-1], csv_time[-1] - csv_time[0]))
+    if options.adv_offset is None and abs(longer) > shorter:
+        text = (
+            f"{stem}: expected velocimeter and load cell to start together and last about as long, found "
+            f"{time[-1]:.4g} and {csv_time[-1] - csv_time[0]:.4g} s; --adv-offset SECONDS tells where the first begins"
+        )
+        raise RecordingError(text, expected=shorter, found=longer)
     if options.adv_offset is None:
         how = f"both recordings taken to start together; the velocimeter's is {longer:+.3f} s longer"
         log.add("offset of the velocimeter's clock", 0.0, "s", how, float(np.hypot(WINDOW_AGREEMENT, longer / 2)))

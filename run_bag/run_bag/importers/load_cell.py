@@ -12,7 +12,7 @@ from .bench_files import LoadCellFile
 from .decisions import Decisions
 from .options import START_NS, BenchOptions
 from .signals import glitches, rest_window
-from .wrench import STANDARD_ERRORS, forward_thrust, to_thruster
+from .wrench import LEAST_THRUST, STANDARD_ERRORS, forward_thrust, to_thruster
 
 Array = NDArray[np.float64]
 FRAME = "thruster_0"
@@ -82,6 +82,10 @@ def _reversed(
         log.add(what, False, "1", "taken as recorded: too little rotation above 50 rad/s to tell")
         return False
     mean, error = found
+    if abs(mean) < LEAST_THRUST:
+        how = f"thrust in the direction of rotation is {mean:.2f} N, too little to tell; taken as recorded"
+        log.add(what, False, "1", how)
+        return False
     opposite = mean < -STANDARD_ERRORS * error
     how = (
         f"thrust in the direction of rotation is {mean:.2f} +- {error:.2f} N "

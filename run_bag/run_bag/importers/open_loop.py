@@ -16,13 +16,12 @@ from .options import BenchOptions, throttle_from_name
 from .programme import programme
 from .ramp import fit_ramp
 from .signals import LEAST_REST, REST_MARGIN, period, smooth, takes_both_signs
-from .wrench import forward_thrust, turns
+from .wrench import LEAST_THRUST, forward_thrust, turns
 
 Array = NDArray[np.float64]
 LEAST_THROTTLE = 0.5  # [V] beyond which, to both sides, the last column cannot be the unsigned tachometer
 CUTOFF = 20.0  # [Hz] of the smoothed throttle
 SIGN_INFERRED = 2
-LEAST_WATER_THRUST = 1.0  # [N] at more than 50 rad/s; less is air
 
 
 def open_loop_topics(
@@ -43,7 +42,7 @@ def open_loop_topics(
     """
     describe_clock(csv, log)
     if takes_both_signs(csv.time, csv.last, LEAST_THROTTLE):
-        topics, sign, direction, rest = _measured_throttle(csv, log)
+        topics, sign, direction, rest = _measured_throttle(csv, options, log)
     else:
         topics, sign, direction, rest = _reconstructed_throttle(stem, csv, options, log)
     _water(csv, direction, rest, options, log, in_air)
@@ -54,7 +53,7 @@ def open_loop_topics(
 
 
 def _measured_throttle(
-    csv: LoadCellFile, log: Decisions
+    csv: LoadCellFile, options: BenchOptions, log: Decisions
 ) -> tuple[list[Topic], float, Array, tuple[float, float] | None]:
     raw = csv.last
     log.add(
@@ -69,6 +68,13 @@ def _measured_throttle(
     log.add("throttle, commanded", "smoothed", "V",
             f"second-order low pass of {CUTOFF:g} Hz without delay; `sent` holds the column as recorded",
             noise)  # fmt: skip
+    largest = float(np.max(np.abs(clean)))
+    if largest > options.throttle_limit + 6 * noise:
+        text = (
+            f"last column: expected a throttle of at most {options.throttle_limit:g} V, as the device takes, found "
+            f"{largest:.3g} V; --throttle-limit VOLTS tells another device"
+        )
+        raise RecordingError(text, expected=options.throttle_limit, found=largest)
     moved = np.flatnonzero(np.abs(clean) > max(6 * noise, 0.1))
     end = float(csv.time[moved[0]]) - REST_MARGIN if moved.size else float(csv.time[-1])
     rest = (float(csv.time[0]), end) if end - csv.time[0] >= LEAST_REST else None
@@ -95,6 +101,12 @@ def _reconstructed_throttle(
         raise RecordingError(text, expected="p3V", found=stem)
     source = "told by the user" if options.throttle_set is not None else "from the name of the recording"
     log.add("throttle at the plateau", setting, "V", source)
+    if abs(setting) > options.throttle_limit:
+        text = (
+            f"{stem}: expected a throttle of at most {options.throttle_limit:g} V, as the device takes, found "
+            f"{setting:g} V {source}; --throttle-set VOLTS tells another one, --throttle-limit VOLTS another device"
+        )
+        raise RecordingError(text, expected=options.throttle_limit, found=setting)
     sign = float(np.sign(setting))
     edge = options.dead_zone_edge[0] if sign < 0 else options.dead_zone_edge[1]
     log.add("edge of the dead zone", edge, "V", "option")
@@ -152,6 +164,6 @@ def _water(
     if found is None:
         log.add("water", True, "1", "assumed: too little rotation above 50 rad/s to tell")
     else:
-        water = abs(found[0]) >= LEAST_WATER_THRUST
-        how = f"mean thrust above 50 rad/s is {found[0]:.2f} N; below {LEAST_WATER_THRUST:g} N is taken as air"
+        water = abs(found[0]) >= LEAST_THRUST
+        how = f"mean thrust above 50 rad/s is {found[0]:.2f} N; below {LEAST_THRUST:g} N is taken as air"
         log.add("water", water, "1", how if water else f"run in air: {how}")

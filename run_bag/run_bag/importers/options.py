@@ -8,6 +8,8 @@ from typing import Literal
 
 TACHOMETER_GAIN = 49.9723
 """[rad/s per V] of the bench's tachometer."""
+THROTTLE_LIMIT = 5.0
+"""[V] of the bench's amplifier, to either side."""
 START_NS = 1_000_000_000
 """Stamp of the first csv sample: the date is mostly unknown, so the clock starts at one second."""
 
@@ -24,6 +26,7 @@ class BenchOptions:
         adv: which velocity the velocimeter measured; None: ambient if the name says so, else axial.
         adv_offset: time of the first velocimeter sample after the first load-cell sample [s]; None: 0.
         load_cell: whether the fixture was turned round.
+        throttle_limit: largest throttle that the device takes [V]; what is said to be larger is not believed.
         dead_zone_edge: throttle at which the rotor starts, backward and forward [V].
         tachometer_gain: rad/s per volt.
         water: whether the thruster was in water; None: from name and thrust.
@@ -33,6 +36,7 @@ class BenchOptions:
     adv: Literal["axial", "ambient"] | None = None
     adv_offset: float | None = None
     load_cell: Literal["auto", "as-recorded", "reversed"] = "auto"
+    throttle_limit: float = THROTTLE_LIMIT
     dead_zone_edge: tuple[float, float] = (-0.83, 0.86)
     tachometer_gain: float = TACHOMETER_GAIN
     water: bool | None = None

@@ -88,10 +88,11 @@ def takes_both_signs(time: Array, values: Array, least: float) -> bool:
     return bool(np.max(calm) > least and np.min(calm) < -least)
 
 
-def infer_sign(time: Array, speed: Array, throttle: Array) -> Array:
+def infer_sign(time: Array, speed: Array, throttle: Array, edge: float = 0.0) -> Array:
     """Return the sign of the rotation, +1 or -1 (N,): the throttle's, switching at the least |n| after it.
 
-    The least |n| is looked for within 0.25 s after the throttle changes its sign; how small it is does not
+    The least |n| is looked for from where the throttle changes its sign until 0.25 s after it has left the dead zone,
+    of which `edge` [V] is the farther edge: within it nothing turns the rotor round. How small it is does not
     matter, for a tachometer with a filter need not come near zero in a fast reversal. A throttle that
     changes back within 0.15 s turns nothing round. Without any throttle the sign is positive.
     """
@@ -107,7 +108,10 @@ def infer_sign(time: Array, speed: Array, throttle: Array) -> Array:
         held = time[following - 1] - time[change]
         if filled[change] == current or held < LEAST_HOLD:
             continue
-        last = min(following, int(np.searchsorted(time, time[change] + REVERSAL)) + 1)
+        driven = change + np.flatnonzero(np.abs(throttle[change:following]) > edge)
+        if not driven.size:
+            continue
+        last = min(following, int(np.searchsorted(time, time[driven[0]] + REVERSAL)) + 1)
         lowest = change + int(np.argmin(magnitude[change:last]))
         result[switched:lowest] = current
         current, switched = float(filled[change]), lowest

@@ -21,6 +21,7 @@ HALF_TURN = np.array([-1.0, -1.0, 1.0])
 BLOCK = 0.5  # [s]
 LEAST_SPEED = 50.0  # [rad/s]
 STANDARD_ERRORS = 5.0
+LEAST_THRUST = 1.0  # [N] at more than 50 rad/s; less is air, and tells no direction
 LEAST_BLOCKS = 3
 
 

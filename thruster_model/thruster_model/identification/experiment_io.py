@@ -172,6 +172,10 @@ class _Preparation:
         taring = tare_unsigned_speed if unsigned(sources, values) else tare
         if signless:
             values = signed_speed(time, values, (self.grid, self.throttle))
+        elif unsigned(sources, values) and np.any(self.throttle):
+            # An importer's sign is inferred from the throttle too: about a reversal nothing tells it.
+            told = signed_speed(time, np.abs(values), (self.grid, self.throttle))
+            values = np.where(np.isfinite(told), values, np.nan)
         values, offset, offset_std = taring(time, values, self.rest)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
