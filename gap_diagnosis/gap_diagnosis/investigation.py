@@ -27,7 +27,7 @@ from system_identification.left_out import (
 from system_identification.loose import groups_of, learned_levels, unsteady
 from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
 from system_identification.rating import Rated
-from system_identification.search import Search, searched
+from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
 
 __all__ = ["Investigation", "Left", "investigate"]
@@ -107,7 +107,9 @@ class Investigation:
             self.free[1].level(signal) / self.left.noise.level(signal) for signal in self.none.system.signal_names
         )
         few = np.unique(folds_of(self.none.system)).size < FEWEST_RUNS
-        return [] if few or off < RULES.off else earned(self.none, self.offer)
+        if few or off < RULES.off:
+            return []
+        return earned(self.none, lambda found: [thinned(each, self.search.sizes) for each in self.offer(found)])
 
     @cached_property
     def as_stated(self) -> Array:

@@ -5,7 +5,7 @@ ones beside it, learns the noise that each of them leaves, and compares evidence
 effects are rare: each further one is `MORE` times as likely as one less, all of a size alike.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +20,7 @@ from system_identification.rating import Rated, Trial, rated, tried
 from system_identification.suspects import Suspect
 from system_identification.system import System
 
-__all__ = ["Offer", "Search", "searched"]
+__all__ = ["Offer", "Search", "searched", "thinned"]
 
 Array = NDArray[np.float64]
 Offer = Callable[[Hypothesis], Sequence[Suspect]]
@@ -63,6 +63,7 @@ class Search:
         best: the set with most evidence.
         weighed: every set that was fitted, by its keys.
         rated: the first look at all suspects beside nothing.
+        sizes: by suspect those that this look found worth trying, see `thinned`.
         offered: how many suspects there are.
     """
 
@@ -70,6 +71,7 @@ class Search:
     best: Hypothesis
     weighed: dict[frozenset[str], Hypothesis]
     rated: list[Rated]
+    sizes: Mapping[str, Array]
     offered: int
 
     def score(self, found: Hypothesis) -> float:
@@ -117,6 +119,14 @@ def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
     return found
 
 
+def thinned(suspect: Suspect, sizes: Mapping[str, Array]) -> Suspect:
+    """Return a suspect with those of its sizes that were the best in a first look, and small ones."""
+    grid = sizes.get(suspect.key)
+    if grid is None or suspect.price or suspect.grid.shape[0] <= grid.shape[0]:
+        return suspect
+    return replace(suspect, grid=grid)
+
+
 def _posed(system: Any, suspects: Sequence[Suspect]) -> Any:
     """Return a system with the sizes of suspects as unknowns."""
     gates = next((tuple(each.gates) for each in suspects if each.gates), ())
@@ -152,6 +162,7 @@ class _Searching:
             best=self.exchanged(current),
             weighed=self.found,
             rated=first,
+            sizes=self.sizes,
             offered=self.offered,
         )
 
@@ -164,7 +175,7 @@ class _Searching:
         if keys not in self.trials:
             named = {each.effect for each in current.suspects}
             suspects = [each for each in self.offer(current) if each.effect not in named or each.channel]
-            suspects = [self.thinned(each) for each in suspects if each.key not in keys]
+            suspects = [thinned(each, self.sizes) for each in suspects if each.key not in keys]
             self.offered = max(self.offered, len(suspects) + len(keys))
             self.trials = {
                 keys: tried(current.fitted, suspects, lambda each: current.system.tried(current.fitted.x, each))
@@ -209,13 +220,6 @@ class _Searching:
                 each = replace(again, visibility=each.visibility, suspect=each.suspect, order=each.order)
             spacing *= 0.3
         return each
-
-    def thinned(self, suspect: Suspect) -> Suspect:
-        """Return a suspect with those sizes that were the best in the first look, and small ones."""
-        grid = self.sizes.get(suspect.key)
-        if grid is None or suspect.price or suspect.grid.shape[0] <= grid.shape[0]:
-            return suspect
-        return replace(suspect, grid=grid)
 
     def step(self, current: Hypothesis, tries: Sequence[Rated]) -> Hypothesis | None:
         """Return the set with one of the suspects more that is likeliest; None where none is likelier than without.
