@@ -15,6 +15,7 @@ from gap_diagnosis.rules import RULES
 from system_identification.earning import Earned, earned
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis, traces_of
+from system_identification.learning import Caps, learned
 from system_identification.left_out import (
     FEWEST_RUNS,
     LeftOut,
@@ -24,8 +25,9 @@ from system_identification.left_out import (
     helps_by,
     left_out,
 )
+from system_identification.levels import plain_levels
 from system_identification.loose import groups_of, learned_levels, unsteady
-from system_identification.noise import Caps, Whitener, learned, plain_levels, whitener
+from system_identification.noise import Whitener, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect

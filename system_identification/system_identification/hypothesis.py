@@ -7,8 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.fitting import Fitted, fit
+from system_identification.learning import Caps, learned
 from system_identification.loose import Loose, groups_of, learned_levels
-from system_identification.noise import Caps, Whitener, learned, whitener
+from system_identification.noise import Whitener, whitener
 from system_identification.suspects import Suspect
 
 __all__ = ["Hypothesis", "traces_of", "weighed"]

@@ -1,7 +1,6 @@
 r"""The noise of a disturbed system: what sensors add, what pushes the states, and residuals whitened by both.
 
-A level says how many times the noise of a single reading a disturbance moves the signal that answers most; a colour is
-what a signal carries beside white noise, over that noise. Levels are learned from residuals by maximum likelihood.
+What they are made of: `levels`; how that is learned from residuals: `learning`.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,80 +14,16 @@ from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
 from system_identification.kalman import driven_by, gains_of, innovations_of
+from system_identification.levels import LEAST, Levels, plain_levels
 from system_identification.moves import TakenOff
 from system_identification.system import Linear, System
 
-__all__ = ["Caps", "Levels", "Whitener", "learned", "white_noise", "whitener"]
+__all__ = ["Whitener", "white_noise", "whitener"]
 
 Array = NDArray[np.float64]
-_MEMORIES = (0.3, 6.0)  # [s], of disturbances
-_COLOURS = (0.1, 10.0)  # [s], memories of what sensors carry
-_LEAST = 0.03
-"""Level below which there is nothing."""
-_NO_COLOUR = 1.001 * _LEAST
-_PULL = 0.02
-"""Of logarithms of levels to ordinary ones: where the rows do not say."""
+_NO_COLOUR = 1.001 * LEAST
 _OUTLYING = 16.0
 """Square of a white row beyond which it tells of itself, not of the noise."""
-_NARROW, _HOW_FAR = 4.0, 0.5
-"""What it costs, nats, that parameters scatter more widely than stated: one set in fifty states too little. By how much
-these are wrong: the standard deviation of the logarithm."""
-_STEP = 0.02
-_DONE = 0.3  # of the deviance
-
-
-@dataclass(frozen=True, kw_only=True)
-class Levels:
-    """What the noise is made of.
-
-    Attributes:
-        sensors: standard deviation of each signal's white noise, in its unit.
-        colours: of what it carries beside, over that of its white noise, by signal.
-        colour_memory: of that [s], by signal.
-        pushes: level of each disturbance.
-        memory: of the disturbances [s].
-        parameters: how many times wider than stated the parameters scatter.
-    """
-
-    sensors: Mapping[str, float]
-    colours: Mapping[str, float]
-    colour_memory: Mapping[str, float]
-    pushes: tuple[float, ...]
-    memory: float = 1.5
-    parameters: float = 1.0
-
-    @property
-    def log_prior(self) -> float:
-        """Logarithm of how probable it is that parameters scatter as widely."""
-        far = float(np.log(self.parameters)) / _HOW_FAR
-        return -_NARROW - 0.5 * far**2 if self.parameters > 1.0 else 0.0
-
-    def towards(self, other: "Levels", share: float) -> "Levels":
-        """Return levels a share of the way to others, in logarithms."""
-
-        def between(a: float, b: float) -> float:
-            return float(max(a, _LEAST) ** (1.0 - share) * max(b, _LEAST) ** share) if share < 1.0 else b
-
-        def each(a: Mapping[str, float], b: Mapping[str, float]) -> dict[str, float]:
-            return {name: between(a[name], b[name]) for name in a}
-
-        return Levels(
-            sensors={n: float(v ** (1.0 - share) * other.sensors[n] ** share) for n, v in self.sensors.items()},
-            colours=each(self.colours, other.colours),
-            colour_memory=each(self.colour_memory, other.colour_memory),
-            pushes=tuple(between(a, b) for a, b in zip(self.pushes, other.pushes, strict=True)),
-            memory=between(self.memory, other.memory),
-            parameters=other.parameters,
-        )
-
-
-@dataclass(frozen=True, kw_only=True)
-class Caps:
-    """What noise may be: ranges of white noise over the samples' own, of colours, and the largest level of pushes."""
-
-    sensors: tuple[float, float] = (0.5, 30.0)
-    colours: float = 30.0
-    pushes: float = 5.0
 
 
 class _Filter(NamedTuple):
@@ -222,17 +157,6 @@ class Whitener:
         return float(self.levels.sensors[signal] * np.hypot(1.0, self.levels.colours[signal]))
 
 
-def plain_levels(system: System, pushes: int, level: float) -> Levels:
-    """Return the samples' own white noise, and disturbances of a level."""
-    names = system.signal_names
-    return Levels(
-        sensors=dict(system.levels),
-        colours=dict.fromkeys(names, 0.0),
-        colour_memory=dict.fromkeys(names, 1.0),
-        pushes=(level,) * pushes,
-    )
-
-
 def white_noise(system: System, sensors: Mapping[str, float] | None = None) -> Whitener:
     """Return the map for white noise alone, the samples' own where `sensors` does not say otherwise."""
     levels = plain_levels(system, 0, 0.0)
@@ -280,96 +204,3 @@ def _moved(run: Linear, keep: float) -> Array:
     out = np.zeros((count, q, m))
     driven_by(run.transition, run.push, walks, out)
     return out
-
-
-def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, taken: float = 0.0) -> Whitener:
-    """Return the map with levels under which residuals (R,) are most likely, within caps, by Fisher scoring.
-
-    Args:
-        base: where to start.
-        residuals: measured less predicted, NaN where nothing counts.
-        caps: what noise may be.
-        steps: at most so many.
-        taken: how many degrees of freedom fitting has used up.
-    """
-    system, bare = base.system, replace(base, loose=None)
-    rows, known = np.nan_to_num(residuals), system.known
-    share = 1.0 - min(taken / max(int(np.sum(known)), 1), 0.5)
-    names, pushes = system.signal_names, len(base.levels.pushes)
-    s = len(names)
-
-    def levels_at(z: Array) -> Levels:
-        values = np.exp(z)
-        return replace(
-            base.levels,
-            sensors={n: float(system.levels[n] * v) for n, v in zip(names, values[:s], strict=True)},
-            colours=dict(zip(names, values[s : 2 * s].tolist(), strict=True)),
-            colour_memory=dict(zip(names, values[2 * s : 3 * s].tolist(), strict=True)),
-            pushes=tuple(values[3 * s : 3 * s + pushes].tolist()),
-            memory=float(values[-1]),
-        )
-
-    def seen(z: Array) -> tuple[Array, Array]:
-        """Return white rows and logarithms of the innovations' variances."""
-        trial = replace(bare, levels=levels_at(z))
-        return trial.whiten(rows)[known], 2.0 * np.log(trial.deviations[known])
-
-    pulled = np.concatenate((np.zeros(s), np.full(2 * s + pushes + 1, _PULL)))
-
-    def deviance(white: Array, logs: Array, z: Array) -> float:
-        return float(white @ white) / share + float(np.sum(logs)) + float(pulled @ (z - centre) ** 2)
-
-    low = np.log([caps.sensors[0]] * s + [_LEAST] * s + [_COLOURS[0]] * s + [_LEAST] * pushes + [_MEMORIES[0]])
-    high = np.log(
-        [caps.sensors[1]] * s + [caps.colours] * s + [_COLOURS[1]] * s + [caps.pushes] * pushes + [_MEMORIES[1]]
-    )
-    centre = np.log([1.0] * s + [0.1] * s + [1.0] * s + [0.5] * pushes + [1.5])
-    z = np.log(
-        [
-            *(base.levels.sensors[n] / system.levels[n] for n in names),
-            *(max(base.levels.colours[n], 0.1) for n in names),
-            *(base.levels.colour_memory[n] for n in names),
-            *(max(level, 0.1) for level in base.levels.pushes),
-            base.levels.memory,
-        ]
-    )
-
-    def differences(z: Array) -> Array:
-        """Return steps for the slopes; at its least a colour is none, and has no memory."""
-        step = np.where(z + _STEP <= high, _STEP, -_STEP)
-        colours, memories = slice(s, 2 * s), slice(2 * s, 3 * s)
-        none = z[colours] <= low[colours]
-        step[colours] = np.where(none, (centre - low)[colours], step[colours])
-        step[memories] = np.where(none, 0.0, step[memories])
-        return step
-
-    z = np.clip(z, low, high)
-    white, logs = seen(z)
-    here, damping = deviance(white, logs, z), 1e-3
-    for _ in range(steps):
-        by_white, by_logs = np.zeros((white.size, z.size)), np.zeros((white.size, z.size))
-        steps_of_z = differences(z)
-        for k in np.flatnonzero(steps_of_z):
-            there = seen(z + np.where(np.arange(z.size) == k, steps_of_z, 0.0))
-            by_white[:, k], by_logs[:, k] = (there[0] - white) / steps_of_z[k], (there[1] - logs) / steps_of_z[k]
-        slope = np.sum(by_logs, axis=0) + 2.0 * by_white.T @ white / share + 2.0 * pulled * (z - centre)
-        innovation = by_white + 0.5 * white[:, None] * by_logs
-        curvature = 2.0 * innovation.T @ innovation + by_logs.T @ by_logs + np.diag(2.0 * pulled)
-        held = ((z <= low) & (slope > 0.0)) | ((z >= high) & (slope < 0.0))
-        curvature[held] = curvature[:, held] = 0.0
-        curvature[np.diag_indices(z.size)] += np.where(held, 1.0, 1e-6)
-        slope = np.where(held, 0.0, slope)
-        gained = 0.0
-        for _ in range(4):
-            move = np.linalg.solve(curvature + damping * np.diag(np.diag(curvature)), -slope)
-            trial = np.clip(z + np.clip(move, -1.5, 1.5), low, high)
-            there = seen(trial)
-            value = deviance(*there, trial)
-            if value < here:
-                gained, z, (white, logs), here = here - value, trial, there, value
-                damping = max(0.1 * damping, 1e-6)
-                break
-            damping = max(10.0 * damping, 1e-2)
-        if gained < _DONE:
-            break
-    return replace(bare, levels=levels_at(z))

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from system_identification.exchange import Proposal, exchanges
 from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
-from system_identification.noise import Caps, whitener
+from system_identification.learning import Caps
+from system_identification.noise import whitener
 from system_identification.rating import Rated, Trial, rated, tried
 from system_identification.suspects import Suspect
 from system_identification.system import System

@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 from spring import DT, Spring, recorded
 
+from system_identification.learning import Caps, learned
+from system_identification.levels import Levels
 from system_identification.moves import Moves, TakenOff
-from system_identification.noise import Caps, Levels, learned, white_noise, whitener
+from system_identification.noise import white_noise, whitener
 
 
 def small():
