@@ -198,11 +198,30 @@ class Investigation:
         return taken / (taken + self.left.of(self.unexplained.explained)) if taken > 0.0 else 0.0
 
     @cached_property
+    def distances(self) -> dict[str, float]:
+        """Squared Fisher distance of each effect of the best set from none, all else re-tuned.
+
+        Where readings are rounded, the likelihood is jagged: an effect of next to no size may come out ahead by chance.
+        """
+        fitted = self.best.fitted
+        found = {}
+        for suspect in self.best.suspects:
+            own = self.best.sizes_of(suspect)
+            # As far as readings are not rounded: the slopes are those of what is.
+            trace = fitted.jacobian[:, own[0]] * fitted.x[own[0]]
+            beside = np.delete(np.arange(fitted.x.size), own)
+            prior = np.append(fitted.prior, np.full(beside.size - fitted.prior.size, 1e-9))
+            along = fitted.jacobian[:, beside].T @ trace
+            information = fitted.jacobian[:, beside].T @ fitted.jacobian[:, beside] + np.diag(prior)
+            found[suspect.key] = float(trace @ trace - along @ np.linalg.solve(information, along))
+        return found
+
+    @cached_property
     def resembling(self) -> dict[str, float]:
         """Which share of the evidence for the best set each of those effects has that only resembles what is at work.
 
-        Its size is not one size, functions without a name would explain as much in its place, or it does not help on
-        runs that were left out.
+        Its size is not one size, functions without a name would explain as much in its place, it does not help on
+        runs that were left out, or it is so small that it cannot be told from none.
         """
         best = self.best
         found = unsteady(best.fitted, best.noise, best.loose, traces_of(best.fitted, best.suspects))
@@ -210,7 +229,10 @@ class Investigation:
         return {
             key: max(self.gained[key], 0.0) / max(whole, 1e-9)
             for key, value in found.items()
-            if value > RULES.unsteady or self.ahead[key] < RULES.ahead or self.helps[key] < RULES.helps
+            if value > RULES.unsteady
+            or self.ahead[key] < RULES.ahead
+            or self.helps[key] < RULES.helps
+            or self.distances[key] < RULES.apart
         }
 
     @property

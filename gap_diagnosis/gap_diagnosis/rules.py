@@ -17,8 +17,8 @@ class Rules:
             is what the report says it means.
         evident: evidence, prior included, by which the sets with effects must exceed none before anything is said to be
             wrong. Of 41 tuning cases without effect two exceeded it.
-        apart: squared distance (Fisher, in standard deviations) below which two effects cannot be told apart: three
-            standard deviations.
+        apart: squared distance (Fisher, in standard deviations) below which two effects, or one and none, cannot be
+            told apart: three standard deviations.
         alike: evidence by which a look-alike may be behind: nine halves is the same three standard deviations.
         pulled: share of an effect's energy outside the span of the parameters below which it counts as parametric.
         pressed: deviations by which the data want more of an effect than the largest plausible size; then it only
