@@ -206,7 +206,7 @@ class Investigation:
         fitted = self.best.fitted
         found = {}
         for suspect in self.best.suspects:
-            own = self.best.sizes_of(suspect)
+            own = self.best.sizes_of(suspect).astype(np.int64)
             # As far as readings are not rounded: the slopes are those of what is.
             trace = fitted.jacobian[:, own[0]] * fitted.x[own[0]]
             beside = np.delete(np.arange(fitted.x.size), own)
