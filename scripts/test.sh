@@ -37,7 +37,7 @@ done
 check format ruff format --check --quiet .
 check lint ruff check --quiet .
 check types env MYPYPATH="$roots" mypy --no-error-summary "${sources[@]}"
-check pages scripts/docs.sh >/dev/null
+check pages scripts/docs.sh
 printf '[test] tests\n'
 chosen=(-m 'not long')
 if [ "${1-}" = --long ]; then
