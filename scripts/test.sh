@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The one check, the same for a person and for CI: format, lint, types, tests. Runs all of them, fails when one fails.
+# The one check, the same for a person and for CI: format, lint, types, pages, tests. Runs all of them, fails when one fails.
 #
 # usage: scripts/test.sh [--long] [arguments of pytest]      for example: scripts/test.sh thruster_runtime -k executor
 #
@@ -37,6 +37,7 @@ done
 check format ruff format --check --quiet .
 check lint ruff check --quiet .
 check types env MYPYPATH="$roots" mypy --no-error-summary "${sources[@]}"
+check pages scripts/docs.sh
 printf '[test] tests\n'
 chosen=(-m 'not long')
 if [ "${1-}" = --long ]; then

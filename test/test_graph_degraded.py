@@ -76,6 +76,41 @@ def test_in_real_time_a_sensor_that_falls_silent_is_said_and_the_dive_goes_on(
     assert graph.until(lambda: len(graph.listener.of("rov/odometry")) > before + 25)
 
 
+@pytest.mark.parametrize(
+    ("sensor", "fields", "words"),
+    [
+        ("velocity", ["twist_twist_linear_x"], "no velocity log for too long"),
+        ("depth", ["depth"], "no depth for too long"),
+        ("imu", ["orientation_w"], "no attitude for too long: it follows from the gyro"),
+    ],
+)
+def test_readings_that_are_no_numbers_are_as_if_the_sensor_were_lost_and_it_is_said(
+    make: Callable[..., Any], sensor: str, fields: list[str], words: str
+) -> None:
+    graph = make(feedback="estimator", handing_over=True)
+    spoil(graph.plant._sensors.publishers[sensor, -1], 0.8, 90.0, **dict.fromkeys(fields, math.nan))
+    graph.run(90)
+    assert graph.until(lambda: graph.listener.heard_of("navigation", WARN, words)), graph.listener.said
+    assert 0.1 < graph.plant.vehicle._plant.truth().velocity[0] < 0.3, "it still follows its set point"
+    throttles = numbers(graph, "thruster_0/throttle", "commanded")
+    assert all(map(math.isfinite, throttles.values())) and abs(throttles[74]) > 0.3
+
+
+def test_an_imu_that_tells_nothing_for_some_periods_is_bridged_by_what_it_told_last_and_it_is_said(
+    make: Callable[..., Any],
+) -> None:
+    graph = make(feedback="estimator", handing_over=True)
+    rates = {f"{name}_{axis}": math.nan for name in ("angular_velocity", "linear_acceleration") for axis in "xyz"}
+    turns = {f"orientation_{axis}": math.nan for axis in "wxyz"}
+    spoil(graph.plant._sensors.publishers["imu", -1], 1.2, 1.6, **rates, **turns)
+    graph.run(90)
+    words = "no angular velocity or specific force: the last ones were held"
+    assert graph.until(lambda: graph.listener.heard_of("navigation", WARN, words)), graph.listener.said
+    throttles = numbers(graph, "thruster_0/throttle", "commanded")
+    assert all(map(math.isfinite, throttles.values())) and abs(throttles[85]) > 0.3
+    assert 0.1 < graph.plant.vehicle._plant.truth().velocity[0] < 0.3
+
+
 def test_odometry_that_is_no_number_is_no_thrust_until_it_is_one_again_and_is_said(make: Callable[..., Any]) -> None:
     graph = make(handing_over=True)
     spoil(graph.plant._rov["odometry"], 1.2, 1.6, pose_pose_orientation_w=math.nan)

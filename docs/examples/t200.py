@@ -32,11 +32,11 @@ def sheet(path):
 
 
 def recording(path, seed=1):
-    """Write 60 s at 50 Hz: rest, steps of all sizes, ramps through the dead band."""
+    """Write 33 s at 50 Hz: rest, steps of all sizes, ramps through the dead band."""
     rng = np.random.default_rng(seed)
-    pulses = np.concatenate([[1500.0], rng.choice([1500, 1620, 1700, 1800, 1380, 1300, 1220, 1650], 44)])
+    pulses = np.concatenate([[1500.0], rng.choice([1500, 1620, 1700, 1800, 1380, 1300, 1220, 1650], 20)])
     steps = np.repeat(pulses, round(1.0 / STEP))
-    ramps = 1500.0 + 330.0 * np.sin(2.0 * np.pi * 0.16 * STEP * np.arange(round(15.0 / STEP)))
+    ramps = 1500.0 + 330.0 * np.sin(2.0 * np.pi * 0.16 * STEP * np.arange(round(12.0 / STEP)))
     command = np.round(np.concatenate([steps, ramps]) / 2.0) * 2.0
     held = np.repeat(command[:: round(0.02 / STEP)], round(0.02 / STEP))  # sent at 50 Hz
     volts = 15.8 - 0.9 * np.arange(held.size) / held.size

@@ -4,10 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numba import njit
 
+from rov_sim.vehicle import kernel, plant
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.plant import VehiclePlant, VehicleSettings, simulate
+from rov_sim.vehicle.rates import thruster_row
 from rov_sim.vehicle.settings_io import load_vehicle_settings
+from rov_sim.vehicle.tables import BODY, STATE, empty_sheet
 from rov_sim.vehicle.truth import at_rest
 from thruster_model.effects.stages import NEUTRAL
 from thruster_model.equations.attitude import quaternion_from_euler, rotated
@@ -117,13 +121,38 @@ def test_the_acceleration_told_is_the_slope_of_the_velocity(ngs) -> None:
     np.testing.assert_allclose(run.acceleration[101:399], slope[100:398], atol=2e-4)
 
 
-@pytest.mark.parametrize("model", ["simplified", "hl", "kim_chung", "four_quadrant", "static_quadratic", "table",
-                                   "airfoil", "two_state", "force_table"])  # fmt: skip
-def test_every_class_of_thrusters_drives_a_vehicle(model) -> None:
-    settings = load_vehicle_settings("ngs", thruster=model)
+OTHERS = ["kim_chung", "four_quadrant", "static_quadratic", "table", "airfoil", "two_state"]
+
+
+def assert_driven(settings: VehicleSettings) -> None:
+    """Assert that the four horizontal thrusters drive forward."""
     run = simulate(settings, np.tile([2.0, 2.0, 2.0, 2.0, 0, 0], (50, 1)), 0.04)
     assert run.velocity[-1, 0] > 0.05
     assert np.all(run.thrust[-1, :4] > 0.0)
+
+
+@pytest.mark.parametrize(
+    "model", ["simplified", "hl", "force_table", *(pytest.param(each, marks=pytest.mark.long) for each in OTHERS)]
+)
+def test_every_class_of_thrusters_drives_a_vehicle(model) -> None:
+    assert_driven(load_vehicle_settings("ngs", thruster=model))
+
+
+@pytest.mark.parametrize("model", OTHERS)
+def test_uncompiled_every_class_drives_a_vehicle_too_and_compiles_where_a_kernel_touches_it(model, monkeypatch) -> None:
+    """Whole kernels take ten seconds a class to compile, which the test above does at length."""
+    for name in ("run_vehicle", "measured"):
+        monkeypatch.setattr(kernel, name, getattr(kernel, name).py_func)
+    monkeypatch.setattr(kernel, "advance_period", kernel.advance)
+    monkeypatch.setattr(plant, "run_vehicle", kernel.run_vehicle)
+    settings = load_vehicle_settings("ngs", thruster=model, largest_step=0.02)
+    assert_driven(settings)
+    tables, sheet = settings.tables, empty_sheet(6)
+    sheet[STATE, BODY : BODY + 24] = np.random.default_rng(5).uniform(0.1, 2.0, 24)
+    given = (sheet, STATE, 0.1, np.ones(6), 0.97, tables.layout, tables.p, tables.e)
+    row = njit(error_model="numpy")(thruster_row)
+    for i in range(6):
+        assert row(i, *given) == pytest.approx(thruster_row(i, *given), rel=1e-12)
 
 
 def test_thrusters_of_several_classes_are_refused(ngs) -> None:

@@ -37,6 +37,7 @@ class Limits:
     content: tuple[float, float] = (256 << 20, 100)  # [B] unpacked
     memory: tuple[float, float] = (512 << 20, 100)  # [B] kept: content, and what every message costs beside it
     messages: tuple[float, float] = (2e6, 1 / 4)
+    lines: tuple[float, float] = (2e6, 1 / 4)  # of a text
     numbers: tuple[float, float] = (32e6, 16)  # values in channels
     steps: tuple[float, float] = (1e6, 1 / 2)  # fields looked at to find where they lie
     definitions: tuple[float, float] = (1 << 20, 1 / 64)  # [B] of message definitions that are parsed
@@ -47,6 +48,7 @@ NAMES = {
     "content": "bytes of unpacked content",
     "memory": "bytes of messages in memory",
     "messages": "messages",
+    "lines": "lines",
     "numbers": "values in channels",
     "steps": "fields of messages that differ in their layout",
     "definitions": "bytes of message definitions",

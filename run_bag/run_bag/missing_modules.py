@@ -9,7 +9,7 @@ __all__ = ["PIP_ONLY", "tell_missing"]
 
 PIP_ONLY = {
     "filterpy": "filterpy", "lz4": "lz4", "mcap": "mcap", "numba": "numba", "plotly": "plotly", "proadv": "proadv",
-    "pyswarms": "pyswarms", "rich": "rich", "rosbags": "rosbags", "threadpoolctl": "threadpoolctl", "typer": "typer",
+    "rich": "rich", "rosbags": "rosbags", "threadpoolctl": "threadpoolctl", "typer": "typer",
     "zstandard": "zstandard",
 }  # fmt: skip
 """What pip has to bring where `scripts/setup.sh` does not: module, and what pip knows it as."""

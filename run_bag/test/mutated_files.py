@@ -5,6 +5,7 @@ python run_bag/test/mutated_files.py --seconds 600 --seed 7 [READER...]      the
 
 import argparse
 import random
+import shutil
 import sys
 import tempfile
 import time
@@ -15,10 +16,14 @@ from pathlib import Path
 import numpy as np
 from foreign_recordings import autopilot_log, ros1_bag, ros2_bag, table, telemetry_log
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
+from synthetic_bench import controlled_recording, write_pool
 
 from run_bag import RunError, Topic, read_run, write_run
+from run_bag.importers import bench
+from run_bag.importers.cli_pool import import_pool
 from run_bag.importers.cli_recording import import_recording, open_source
 from run_bag.importers.guess import guess
+from run_bag.importers.options import BenchOptions
 from run_bag.importers.recording_map import read_map
 from safe_files.errors import YamlError
 from safe_files.yaml_io import read_yaml
@@ -52,9 +57,20 @@ def _import(path: Path) -> None:
     target, told = path.parent / "out", path.parent / "map.yaml"
     told.write_text(MAP)
     import_recording([path], told, target)
-    for file in target.iterdir():
-        file.unlink()
-    target.rmdir()
+    shutil.rmtree(target)
+
+
+def _bench(path: Path) -> None:
+    """Import the recording whose files lie beside one that is spoiled."""
+    (group,) = bench.find([path]).groups or [None]
+    if group is not None:  # else it is told why it is no recording
+        bench.import_recording(group, path.parent / "out", BenchOptions())
+        shutil.rmtree(path.parent / "out")
+
+
+def _pool(path: Path) -> None:
+    import_pool(path, path.parent / "out")
+    shutil.rmtree(path.parent / "out")
 
 
 def _folder(path: Path) -> None:
@@ -87,6 +103,12 @@ READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
     "tlog": (lambda f: telemetry_log(f / "x.tlog"), _guess),
     "csv": (lambda f: table(f / "x.csv"), _import),
     "csv guessed": (lambda f: table(f / "g.csv", separator=";", comma=True), _guess),
+    "bench csv": (lambda f: controlled_recording(f) / "CL.csv", _bench),
+    "bench csv.xz": (lambda f: controlled_recording(f, packed=True) / "CL.csv.xz", _bench),
+    "bench dat": (lambda f: controlled_recording(f) / "CL.dat", _bench),
+    "bench mat": (lambda f: controlled_recording(f) / "CL.mat", _bench),
+    "bench mat packed": (lambda f: controlled_recording(f, packed=True) / "CL.mat", _bench),
+    "pool npz": (lambda f: write_pool(f / "dive.npz"), _pool),
     "map": (_text("m.yaml", MAP), read_map),
     "yaml": (_text("any.yaml", "a: [1, {b: 2e3}]\nc:\n- 'd'\n- |\n  text\n? e\n: \"\\x41\"\n"), read_yaml),
 }

@@ -82,7 +82,7 @@ def write_dat(path: Path, time, velocity, *, seed=2) -> Path:
     return path
 
 
-def write_mat(path: Path, *, u, n, flow=None, estimate=None) -> Path:
+def write_mat(path: Path, *, u, n, flow=None, estimate=None, packed=False) -> Path:
     """Write a mat of the controller; `estimate`: None, "scalar" or "full" covariance."""
     count = len(u)
     content = {
@@ -96,5 +96,42 @@ def write_mat(path: Path, *, u, n, flow=None, estimate=None) -> Path:
         content["P"] = np.full((count + 1, 1), 3.0)
         if estimate == "full":
             content["P"] = np.broadcast_to(np.diag([3.0, 0.2, 0.1])[:, :, None], (3, 3, count + 1)).copy()
-    savemat(path, content)
+    savemat(path, content, do_compression=packed)
+    return path
+
+
+def controlled_recording(folder: Path, *, packed: bool = False) -> Path:
+    """Write a short recording with a controller as csv, dat and mat of one name; return the folder."""
+    folder.mkdir(exist_ok=True)
+    time, grid = np.arange(400) * 0.01, np.arange(76) * 0.04
+    u = np.where(grid < 1.5, -2.0, 2.0)
+    n = rotor(time, np.where((time >= 0.5) & (time < 3.5), np.where(time < 2.0, -2.0, 2.0), 0.0))
+    write_csv(folder / f"CL.csv{'.xz' if packed else ''}", load_cell(time, n, tachometer(n)), "Author,Engineer\n\n")
+    write_dat(folder / "CL.dat", time[::4], 0.001 * n[::4])
+    measured = np.abs(np.interp(grid + 0.5, time, n))
+    write_mat(folder / "CL.mat", u=u, n=measured, flow=0.1 * np.sin(grid), estimate="full", packed=packed)
+    return folder
+
+
+def pool_arrays() -> dict[str, np.ndarray]:
+    """Return a recording of four states, two commands and three readings of the imu, as of a pool vehicle's topics."""
+    start = 1.4609e9
+    states = np.zeros((4, 10), dtype=np.float32)
+    states[:, 0], states[:, 2] = 3.0, 0.5
+    states[:, 3:6], states[:, 9] = (0.1, -0.2, 0.3), 1.5
+    pulses = np.array([[1500, 1500, 1220, 1780, 1500, 1500], [1500, 1500, 1500, 1500, 1900, 1100]], dtype=np.float32)
+    imu = np.array([[7.0, 0.1, 0.2, 0.3, 0.0, 0.0, -9.81]] * 3, dtype=np.float32)
+    return {
+        "sensor_fusion__states": states,
+        "sensor_fusion__states__t": start + np.array([0.0, 0.005, 0.01, 3.0]),
+        "rovio__thrusters": pulses,
+        "rovio__thrusters__t": start + np.array([1.0, 2.0]),
+        "rovio__imu__data": imu,
+        "rovio__imu__data__t": start + np.array([0.1, 0.2, 0.3]),
+    }
+
+
+def write_pool(path: Path) -> Path:
+    """Write such a recording."""
+    np.savez_compressed(path, **pool_arrays())
     return path

@@ -6,7 +6,7 @@ import pytest
 from thruster_model.errors import UnfitDataError
 from thruster_model.load_cell.calibration import LoadData, calibrate, wrench
 from thruster_model.load_cell.geometry import Hexapod, HexapodError, leg_lines
-from thruster_model.load_cell.swarm import swarm_calibrate
+from thruster_model.load_cell.population_search import searched
 
 
 def platform(radius=0.1, height=0.2, twist=0.4):
@@ -112,15 +112,13 @@ def test_least_squares_finds_the_matrix_within_its_stated_deviations():
     assert np.std(scores) == pytest.approx(1.0, abs=0.06)
 
 
-def test_the_swarm_of_the_thesis_agrees_with_least_squares_and_leaves_the_process_alone(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
+@pytest.mark.parametrize("known", [True, False])
+def test_a_search_by_a_population_agrees_with_least_squares_and_is_that_of_its_seed(known):
     H, _, legs, W = loads()
-    data = LoadData.of(legs, W)
-    before = np.random.get_state()[1].copy()  # noqa: NPY002
-    swarm = swarm_calibrate(data, H, bound=0.3)
-    np.testing.assert_allclose(swarm, calibrate(data).matrix, atol=1e-6)
-    np.testing.assert_array_equal(np.random.get_state()[1], before)  # noqa: NPY002
-    assert not list(tmp_path.iterdir())
+    data, nominal, bound = LoadData.of(legs, W), H if known else None, 0.3 if known else 2.0
+    found = searched(data, nominal, bound=bound)
+    np.testing.assert_allclose(found, calibrate(data).matrix, atol=1e-9)
+    np.testing.assert_array_equal(searched(data, nominal, bound=bound), found)
 
 
 def test_pooled_data_give_what_all_loads_at_once_give():

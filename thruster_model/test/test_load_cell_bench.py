@@ -53,9 +53,9 @@ def test_relative_to_the_loads_it_is_1e_3_wherever_rounding_allows(calibrated):
         assert calibrated.reproduced[name].moment < 1e-3
 
 
-def test_the_swarm_finds_the_same_matrix(calibrated):
+def test_a_population_search_finds_the_same_matrix(calibrated):
     assert calibrated.calibration.complete
-    np.testing.assert_allclose(calibrated.swarm, calibrated.calibration.matrix, atol=1e-6)
+    np.testing.assert_allclose(calibrated.searched, calibrated.calibration.matrix, atol=1e-6)
 
 
 def test_the_recording_in_air_has_another_matrix_and_is_left_out(calibrated):

@@ -3,8 +3,13 @@
 A tuple of N `ThrusterCoefficients` is N times 28 numbers that a kernel would hand from function to function. Here they
 are rows of one array, and `thruster(rows, i)` is the tuple of thruster i again, of the same class: its equations do not
 notice.
+
+A kernel is compiled for the class of the rows, which their `kind` tells: an empty class of its own for each class of
+thrusters, made when it is first needed. Another process, which finds the kernel in the cache, has to find the same one:
+its name says of what it is made, and this module makes what it is asked for.
 """
 
+import importlib
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -60,9 +65,20 @@ def _compile_thruster(rows, i):  # type: ignore[no-untyped-def]
     return build
 
 
+def __getattr__(name: str) -> Any:
+    """Return the class of that name, for whoever unpickles one."""
+    module, *rest = name.replace("/", ".").split("|")
+    if not rest:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _kind_of(getattr(importlib.import_module(module), rest[0]), tuple(rest[1:])).marker
+
+
 def _kind_of(kind: type, stacked: tuple[str, ...]) -> _Kind:
     if (kind, stacked) not in _KINDS:
-        marker = namedtuple(f"Kind{kind.__name__}", ("nothing",), module=__name__)  # type: ignore[misc]
+        marker: Any = namedtuple("marker", ("nothing",), module=__name__)
+        marker.__name__ = marker.__qualname__ = "|".join((kind.__module__, kind.__qualname__, *stacked)).replace(
+            ".", "/"
+        )
         column, array, terms = 0, 0, []
         for name in kind._fields:  # type: ignore[attr-defined]
             if name in stacked:

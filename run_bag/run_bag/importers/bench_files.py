@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import lzma
 import re
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,13 +12,23 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RecordingError
+from ..budget import Budget
+from ..errors import RecordingError, RunError
 
 Array = NDArray[np.float64]
 CSV_COLUMNS = 21
 DAT_COLUMNS = 19
-MAX_TEXT_BYTES = 1 << 30
+LONGEST = 3600.0
+"""[s]; the bench's recordings last a minute."""
+LONGEST_AWAKE = 1e6
+"""[s]; a velocimeter goes on by itself, and its clock does."""
+LEAST_SAMPLES = 10
+"""Of a controller, to be brought onto the load cell's clock."""
+LONGEST_LINE = 4096
+"""Characters; the bench's lines have 200."""
 MAT_PERIOD = 0.04
+_MAT_HEADER, _MAT_COMPRESSED = 128, 15
+_MAT_VARIABLES = ("Td", "nd", "u", "y", "nhat", "vhat", "vahat", "P")
 _NUMBER = re.compile(r"\s*[-+]?(\d|\.\d|nan|inf)", re.IGNORECASE)
 _HEADER_LINES = 20
 
@@ -73,20 +84,18 @@ def read_text(path: Path) -> list[str]:
 
     Raises:
         RecordingError: it cannot be read or decompressed, or is no text.
+        TooLargeError: more text or lines than its size lets expect.
     """
     try:
-        if path.suffix.lower() == ".xz":
-            with lzma.open(path) as file:
-                data = file.read(MAX_TEXT_BYTES + 1)
-        else:
-            with path.open("rb") as file:
-                data = file.read(MAX_TEXT_BYTES + 1)
-        if len(data) > MAX_TEXT_BYTES:
-            text = f"{path}: expected at most {MAX_TEXT_BYTES} bytes of text, found more"
-            raise RecordingError(text, path=path, expected=MAX_TEXT_BYTES)
-        return data.decode("utf-8-sig").splitlines()
+        budget = Budget(path.stat().st_size)
+        with lzma.open(path) if path.suffix.lower() == ".xz" else path.open("rb") as file:
+            data = file.read(budget.left_content() + 1)
+        budget.content(len(data), path)
+        text = data.decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except (OSError, lzma.LZMAError, EOFError, UnicodeDecodeError) as error:
         raise RecordingError(f"{path}: cannot be read as text: {error}", path=path) from error
+    budget.take("lines", text.count("\n"), path)
+    return text.split("\n")
 
 
 def numbers(path: Path, lines: list[str], first: int, delimiter: str | None, columns: int) -> Array:
@@ -99,6 +108,11 @@ def numbers(path: Path, lines: list[str], first: int, delimiter: str | None, col
     if not body:
         text = f"{path}, line {first + 1}: expected lines of {columns} numbers, found none"
         raise RecordingError(text, path=path, position=first + 1, expected=columns, found=0)
+    longest = max(range(first, len(lines)), key=lambda i: len(lines[i]))
+    if len(lines[longest]) > LONGEST_LINE:
+        found = len(lines[longest])
+        text = f"{path}, line {longest + 1}: expected at most {LONGEST_LINE} characters, found {found}"
+        raise RecordingError(text, path=path, position=longest + 1, expected=LONGEST_LINE, found=found)
     try:
         table = np.loadtxt(body, delimiter=delimiter, ndmin=2, dtype=np.float64, comments=None)
         if table.shape[1] == columns and np.isfinite(table).all():
@@ -131,7 +145,7 @@ def data_start(lines: list[str]) -> int:
     return next((i for i, line in enumerate(lines[:_HEADER_LINES]) if _NUMBER.match(line)), 0)
 
 
-def _check_clock(path: Path, time: Array, first: int) -> None:
+def _check_clock(path: Path, time: Array, first: int, longest: float) -> None:
     falls = np.flatnonzero(np.diff(time) <= 0)
     if falls.size:
         i = int(falls[0])
@@ -140,6 +154,9 @@ def _check_clock(path: Path, time: Array, first: int) -> None:
         raise RecordingError(text, path=path, position=line, expected=float(time[i]), found=float(time[i + 1]))
     if len(time) < 2:
         raise RecordingError(f"{path}: expected at least two samples, found {len(time)}", path=path, found=len(time))
+    if not (abs(time[0]) <= longest and time[-1] - time[0] <= longest):
+        text = f"{path}: expected times within {longest:g} s, found {time[0]:g} to {time[-1]:g} s"
+        raise RecordingError(text, path=path, expected=longest, found=float(time[-1]))
 
 
 def read_load_cell(path: Path) -> LoadCellFile:
@@ -152,7 +169,7 @@ def read_load_cell(path: Path) -> LoadCellFile:
     first = data_start(lines)
     table = numbers(path, lines, first, ",", CSV_COLUMNS)
     time = table[:, 1]
-    _check_clock(path, time, first)
+    _check_clock(path, time, first, LONGEST)
     pairs = (line.split(",", 1) for line in lines[:first] if line.count(",") == 1)
     header = {key.strip(): value.strip() for key, value in pairs}
     return LoadCellFile(time, table[:, 2:8], table[:, 8:14], table[:, 14:17], table[:, 17:20], table[:, 20], header)
@@ -167,7 +184,7 @@ def read_velocimeter(path: Path) -> VelocimeterFile:
     lines = read_text(path)
     table = numbers(path, lines, 0, None, DAT_COLUMNS)
     time = table[:, 0]
-    _check_clock(path, time, 0)
+    _check_clock(path, time, 0, LONGEST_AWAKE)
     bits = [line.split()[2] for line in lines if line.strip()]
     wrong = next((i for i, b in enumerate(bits) if not re.fullmatch(r"[01]{1,8}", b)), None)
     if wrong is not None:
@@ -182,15 +199,19 @@ def read_controller(path: Path) -> ControllerFile:
 
     Raises:
         RecordingError: no MATLAB file, a variable is missing, or the lengths do not fit together.
+        TooLargeError: it unpacks to more than its size lets expect.
     """
     # these take a while to import; only controller files need them
     from scipy.io import loadmat
-    from scipy.io.matlab import MatReadError
 
     try:
-        found: dict[str, Any] = loadmat(path)
-    except (OSError, ValueError, NotImplementedError, TypeError, MatReadError) as error:
-        raise RecordingError(f"{path}: cannot be read as a MATLAB file: {error}", path=path) from error
+        _check_unpacked(path)
+        found: dict[str, Any] = loadmat(path, variable_names=_MAT_VARIABLES)
+    except RunError:
+        raise
+    except Exception as error:  # the library raises all kinds on broken files
+        why = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RecordingError(f"{path}: cannot be read as a MATLAB file: {why}", path=path) from error
     missing = [name for name in ("Td", "u", "y") if name not in found]
     if missing:
         names = sorted(k for k in found if not k.startswith("_"))
@@ -202,7 +223,7 @@ def read_controller(path: Path) -> ControllerFile:
         if name in found:
             expected = count + 1 if name.endswith("hat") else count
             series[name] = _vector(path, name, found[name], expected)
-    y = np.asarray(found["y"], dtype=np.float64)
+    y = _numeric(path, "y", found["y"])
     rows = y if y.ndim == 2 and y.shape[1] == count else y.T
     if rows.ndim != 2 or rows.shape[1] != count or rows.shape[0] not in (1, 2):
         text = f"{path}: expected y of one or two rows of {count} samples, found shape {y.shape}"
@@ -210,21 +231,57 @@ def read_controller(path: Path) -> ControllerFile:
     series["n"] = rows[0]
     if rows.shape[0] == 2:
         series["ambient"] = rows[1]
+    for name in ("u", "n"):
+        wrong = int(np.count_nonzero(~np.isfinite(series[name])))
+        if count < LEAST_SAMPLES or wrong:
+            text = (
+                f"{path}: expected {LEAST_SAMPLES} finite samples or more of {name}, found {count}, {wrong} not finite"
+            )
+            raise RecordingError(text, path=path, expected=LEAST_SAMPLES, found=count - wrong)
     return ControllerFile(series, _covariance(path, found.get("P"), count + 1))
 
 
+def _check_unpacked(path: Path) -> None:
+    """Refuse a file of version 5 whose compressed variables are larger than its size lets expect.
+
+    Raises:
+        ValueError: another version; scipy reads 4 too, but its sizes are whatever the file says.
+    """
+    data = path.read_bytes()
+    order = {b"IM": "little", b"MI": "big"}.get(data[126:128])
+    if order is None:
+        raise ValueError("expected version 5 to 7 (in MATLAB: save -v7)")
+    budget, at = Budget(len(data)), _MAT_HEADER
+    while at + 8 <= len(data):
+        kind, size = (int.from_bytes(data[at + i : at + i + 4], order) for i in (0, 4))  # type: ignore[arg-type]
+        if kind == _MAT_COMPRESSED:
+            unpack, rest = zlib.decompressobj(), data[at + 8 : at + 8 + size]
+            while rest and not unpack.eof:
+                budget.content(len(unpack.decompress(rest, 1 << 20)), path)
+                rest = unpack.unconsumed_tail
+        at += 8 + size
+
+
 def _vector(path: Path, name: str, value: Any, count: int) -> Array:
-    array = np.asarray(value)
-    if array.size != count or array.dtype.kind not in "fiu" or max(array.shape, default=0) != array.size:
+    array = _numeric(path, name, value)
+    if array.size != count or max(array.shape, default=0) != array.size:
         text = f"{path}: expected {name} to be a vector of {count} numbers, found shape {array.shape}"
         raise RecordingError(text, path=path, expected=count, found=array.shape)
-    return array.astype(np.float64).reshape(-1)
+    return array.reshape(-1)
+
+
+def _numeric(path: Path, name: str, value: Any) -> Array:
+    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
+        kind = value.dtype if isinstance(value, np.ndarray) else type(value).__name__
+        text = f"{path}: expected {name} to hold numbers, found {kind}"
+        raise RecordingError(text, path=path, expected="numbers", found=str(kind))
+    return value.astype(np.float64)
 
 
 def _covariance(path: Path, value: Any, count: int) -> Array | None:
     if value is None:
         return None
-    array = np.asarray(value, dtype=np.float64)
+    array = _numeric(path, "P", value)
     result = np.full((count, 3, 3), np.nan)
     if array.size == count:
         result[:, 0, 0] = array.reshape(-1)

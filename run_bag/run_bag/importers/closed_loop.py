@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import RecordingError
 from ..topic import Topic
 from .bench_files import MAT_PERIOD, ControllerFile, LoadCellFile
 from .clocks import match
@@ -27,6 +28,10 @@ def closed_loop_topics(
     rest = describe_tachometer(csv.time, speed, log)
     u, n = mat.series["u"], mat.series["n"]
     time = np.asarray(MAT_PERIOD * np.arange(len(u) + 1), dtype=np.float64)
+    lasts, longest = time[-2] - time[0], csv.time[-1] - csv.time[0]
+    if lasts > longest:
+        text = f"{stem}: expected the csv to cover the controller's recording of {lasts:g} s; found {longest:g} s"
+        raise RecordingError(text, expected=float(lasts), found=float(longest))
     offset, deviation, left = match(csv.time, speed, time[:-1], n)
     how = f"both tachometer signals matched below a sample; {left:.2f} rad/s of mean absolute difference left"
     log.add("start of the controller's recording", offset, "s", how, deviation)

@@ -16,6 +16,7 @@ said so.
 
 from __future__ import annotations
 
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,7 +24,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RecordingError
+from ..budget import Budget
+from ..errors import RecordingError, RunError
 from ..topic import Topic
 from .decisions import Decisions
 
@@ -33,6 +35,8 @@ Array = NDArray[np.float64]
 STOP_US, US_PER_VOLT = 1500.0, 80.0
 STOPS = 0.25
 """[s] after the last message; in the recordings one comes every 0.2 s."""
+LATEST = 9e9
+"""[s] What fits into a stamp."""
 STATES, THRUSTERS, IMU = "sensor_fusion__states", "rovio__thrusters", "rovio__imu__data"
 _WIDTHS = {STATES: 10, THRUSTERS: 6, IMU: 7}
 _EARTH, _BODY = "map_ned", "base_link_frd"
@@ -43,12 +47,20 @@ def read_arrays(path: Path) -> dict[str, tuple[Array, Array]]:
 
     Raises:
         RecordingError: all that is wrong with it.
+        TooLargeError: it unpacks to more than its size lets expect.
     """
+    wanted = [*_WIDTHS, *(f"{name}__t" for name in _WIDTHS)]
     try:
+        budget = Budget(path.stat().st_size)
+        with zipfile.ZipFile(path) as packed:  # what is unpacked is at most what is said here
+            budget.content(sum(each.file_size for each in packed.infolist()), path)
         with np.load(path, allow_pickle=False) as file:
-            held = {name: np.asarray(file[name], dtype=np.float64) for name in file.files}
-    except (OSError, ValueError, KeyError) as error:
-        raise RecordingError(f"{path}: cannot be read as npz: {error}", path=path) from error
+            held = {name: np.asarray(file[name], dtype=np.float64) for name in file.files if name in wanted}
+    except RunError:
+        raise
+    except Exception as error:  # the library raises all kinds on broken files
+        why = " ".join(str(error).split())[:200] or type(error).__name__
+        raise RecordingError(f"{path}: cannot be read as npz: {why}", path=path) from error
     problems, found = [], {}
     for name, width in _WIDTHS.items():
         values, times = held.get(name), held.get(f"{name}__t")
@@ -58,8 +70,8 @@ def read_arrays(path: Path) -> dict[str, tuple[Array, Array]]:
             problems.append(f"expected the arrays {name} and {name}__t; found {', '.join(sorted(held)) or 'none'}")
         elif times.ndim != 1 or times.size == 0 or values.shape != (times.size, width):
             problems.append(f"{name}: expected shape (N, {width}) beside N times; found {values.shape}, {times.shape}")
-        elif not (np.all(np.isfinite(times)) and np.all(np.diff(times) >= 0.0) and times[0] >= 0.0):
-            problems.append(f"{name}__t: expected finite times from 0 that never fall")
+        elif not (np.all(np.diff(times) >= 0.0) and 0.0 <= times[0] <= times[-1] < LATEST):
+            problems.append(f"{name}__t: expected times from 0 to {LATEST:g} s that never fall")
         elif not np.all(np.isfinite(values)):
             problems.append(f"{name}: expected finite numbers; found {np.count_nonzero(~np.isfinite(values))} others")
         else:

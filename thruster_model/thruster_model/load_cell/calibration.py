@@ -3,7 +3,8 @@
     H_A = H + H_E,      J = |F_w - H_A f|                          (3.4)
 
 Squared and summed over all loads, J is linear least squares in each row of H_A; it has one minimum and needs no
-swarm. `swarm` minimises the same J as the thesis did; both must agree wherever the loads determine H_A.
+swarm. `population_search` minimises the same J without derivatives, as the thesis did; both must agree wherever the
+loads determine H_A.
 """
 
 from collections.abc import Sequence

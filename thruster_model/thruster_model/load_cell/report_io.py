@@ -57,8 +57,8 @@ def _calibration(report: Report, study: CalibrationStudy) -> None:
     report.section("Matrix")
     report.paragraph(
         f"H_A (3.4) in the thruster's frame by linear least squares over {c.samples} samples; the gauges' forces have "
-        f"the condition number {c.condition:.1f}, rank {c.rank} of 6. A particle swarm on the same cost differs by at "
-        f"most {np.max(np.abs(study.swarm - c.matrix)):.1g}."
+        f"the condition number {c.condition:.1f}, rank {c.rank} of 6. A population search on the same cost differs by "
+        f"at most {np.max(np.abs(study.searched - c.matrix)):.1g}."
     )
     columns: list[Column | str] = ["Row", "Unit", *(Column(name=f"f_{i + 1}", format=".5f") for i in range(6))]
     columns.append(Column(name="largest deviation", format=".1e"))

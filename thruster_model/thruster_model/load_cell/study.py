@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from thruster_model.errors import UnfitDataError
 from thruster_model.load_cell.calibration import Calibration, LoadData, calibrate
+from thruster_model.load_cell.population_search import searched
 from thruster_model.load_cell.preparation import (
     Recording,
     around_jumps,
@@ -22,7 +23,6 @@ from thruster_model.load_cell.recovery import Recovered, Saved, recover, saved_s
 from thruster_model.load_cell.resonance import Resonance, identify
 from thruster_model.load_cell.ringdown import RingDown, ring_down
 from thruster_model.load_cell.structure import Stretch
-from thruster_model.load_cell.swarm import swarm_calibrate
 
 __all__ = ["CalibrationStudy", "RecoveryStudy", "Reproduced", "calibrate_recordings", "recover_recordings"]
 
@@ -53,7 +53,7 @@ class CalibrationStudy:
     """H_A of recordings with one matrix; what each of the others would give; names of those with another matrix."""
 
     calibration: Calibration
-    swarm: Array
+    searched: Array
     reproduced: Mapping[str, Reproduced]
     other: Mapping[str, Reproduced]
 
@@ -106,9 +106,7 @@ def calibrate_recordings(recordings: Sequence[Recording]) -> CalibrationStudy | 
     for name in kept:
         matrix = _without(kept, name) if len(kept) > 1 else calibrate(kept[name]).matrix
         judged[name] = _reproduced(kept[name].residual(matrix), size[name], steps[name], matrix)
-    return CalibrationStudy(
-        calibration=calibrate(pooled), swarm=swarm_calibrate(pooled), reproduced=judged, other=other
-    )
+    return CalibrationStudy(calibration=calibrate(pooled), searched=searched(pooled), reproduced=judged, other=other)
 
 
 def _without(data: Mapping[str, LoadData], name: str) -> Array:
