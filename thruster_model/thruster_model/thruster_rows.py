@@ -28,8 +28,27 @@ class _Kind(NamedTuple):
     build: Callable[..., Any]
 
 
+_MARKERS: dict[str, type] = {}
 _KINDS: dict[tuple[type, tuple[str, ...]], _Kind] = {}
 _BUILDERS: dict[type, Callable[..., Any]] = {}
+
+
+def __getattr__(name: str) -> type:
+    """Return a marker by its name: the cache of compiled kernels names the types of their arguments so."""
+    if not name.startswith("Kind"):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return _marker(name)
+
+
+def _marker(name: str) -> type:
+    """Return the class that stands for a class of coefficients in the types of kernels.
+
+    The same one for a name wherever it is asked for: a marker that a cache could not find again by module and name
+    would be another type in each process, and each process would compile every kernel anew.
+    """
+    if name not in _MARKERS:
+        _MARKERS[name] = namedtuple(name, ("nothing",), module=__name__)  # type: ignore[misc]
+    return _MARKERS[name]
 
 
 def rows_of(thrusters: Sequence[Any]) -> ThrusterRows:
@@ -62,7 +81,7 @@ def _compile_thruster(rows, i):  # type: ignore[no-untyped-def]
 
 def _kind_of(kind: type, stacked: tuple[str, ...]) -> _Kind:
     if (kind, stacked) not in _KINDS:
-        marker = namedtuple(f"Kind{kind.__name__}", ("nothing",), module=__name__)  # type: ignore[misc]
+        marker = _marker("_".join((f"Kind{kind.__name__}", *stacked)))
         column, array, terms = 0, 0, []
         for name in kind._fields:  # type: ignore[attr-defined]
             if name in stacked:

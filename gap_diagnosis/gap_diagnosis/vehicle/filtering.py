@@ -158,7 +158,7 @@ def prepared_with(
     A, H = _slopes_of(model, log, states, built)
     there = log.telling
     gains = filter_gains(A, H, there, noises, log.period)
-    speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
+    speed_gains, spread, _ = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
     return Prepared(
         log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base

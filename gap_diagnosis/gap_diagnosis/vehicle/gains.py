@@ -167,19 +167,28 @@ def filter_gains(
     return Gains(*made, float(total), wrench, channel, last)
 
 
-def rotor_gains(there: NDArray[np.bool_], decay: Array, noises: Noises) -> tuple[Array, Array]:
-    """Return gains and deviations of the innovations of the tachometers, (K, N) each.
+def rotor_gains(
+    there: NDArray[np.bool_], decay: Array, noises: Noises, before: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return gains and deviations of the innovations of the tachometers, (K, N) each, and variances at the end (N,).
 
     Args:
         there: (K, N), which tell at which instant; decay: (N,), share of a disturbance left after a period.
+        before: variances at the first instant (N,) [rad^2/s^2]; None: little is known.
     """
-    K, N = there.shape
-    gains, spread = np.zeros((K, N)), np.ones((K, N))
-    P = np.full(N, 25.0)
     R = np.where(np.isfinite(noises.speed), noises.speed, 1.0) ** 2
-    for k in range(K):
-        S = P + R
-        spread[k] = np.sqrt(S)
-        gains[k] = np.where(there[k], P / S, 0.0)
-        P = decay**2 * (1.0 - gains[k]) * P + noises.rotor**2
-    return gains, spread
+    P = np.full(there.shape[1], 25.0) if before is None else before
+    return _rotor_gains(there, decay**2, R, noises.rotor**2, P)  # type: ignore[no-any-return]
+
+
+@compiled
+def _rotor_gains(there, decay_squared, R, Q, before):  # type: ignore[no-untyped-def]
+    K, N = there.shape
+    gains, spread, last = np.zeros((K, N)), np.ones((K, N)), before.copy()
+    for i in range(N):
+        for k in range(K):
+            S = last[i] + R[i]
+            spread[k, i] = np.sqrt(S)
+            gains[k, i] = last[i] / S if there[k, i] else 0.0
+            last[i] = decay_squared[i] * (1.0 - gains[k, i]) * last[i] + Q[i]
+    return gains, spread, last
