@@ -71,7 +71,8 @@ class _Branch:
         kernel: Any = innovations
         done = kernel(
             self._sheet, np.ascontiguousarray(log.throttles), self._steps, log.period / self._steps, carried,
-            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery, log.lateness, gains, speed_gains, *out,
+            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
+            log.lateness, gains, speed_gains, *out,
         )  # fmt: skip
         self._wrench = self._wrench * keep[-1] + out[3][-1, 13:19] * keep[1]
         return bool(done == log.count)

@@ -21,7 +21,7 @@ from run_bag.command_line import user_arguments
 __all__ = ["main", "said"]
 
 _DIVES, _LOSSES = 30, 3
-"""Healthy dives of a vehicle before the next one is drawn; beside each third of them a thruster loses thrust in another."""
+"""Healthy dives of a vehicle before the next one is drawn; beside each third of them there is one with a loss."""
 _MINUTES = 10.0
 _LEVELS = ((0.0, 0.5), (0.5, 1.5), (1.5, 3.0), (3.0, 6.0), (6.0, np.inf))
 
