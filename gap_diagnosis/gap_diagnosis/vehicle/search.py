@@ -196,6 +196,7 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
     """Return the best hypotheses, fitted with all that is on, with log odds against nothing more, best first."""
     names, on = stage.gram.names, stage.fit.effects
     known = range(stage.fit.columns[0].shape[1])
+    product = stage.gram.A[: len(known), : len(known)]
     nothing = stage.fit.log_evidence
     quick = []
     for _, h in stage.offered[: rules.REFINED]:
@@ -204,7 +205,7 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
         starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
         start = max(starts, key=lambda there: problem.score(*there))
-        quick.append((problem.fit(*start, stage.fit.columns), problem))
+        quick.append((problem.fit(*start, stage.fit.columns, product), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
     found = []
     for place, (fit, problem) in enumerate(quick):

@@ -23,11 +23,13 @@ from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations
 from rov_sim.vehicle.plant import sheet_of
+from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
 
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
+_FARTHEST = 1e6  # square of a whitened reading: farther out a filter is lost, not more or less so
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,6 +67,11 @@ class _Branch:
         self._steps = built.settings.steps_in(log.period)
         self._wrench = np.zeros(6)
 
+    def follow(self, other: "_Branch") -> None:
+        """Take the state of another branch of this bank."""
+        self._sheet[STATE] = other._sheet[STATE]
+        self._wrench = other._wrench
+
     def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: Array, out: tuple[Array, ...]) -> bool:
         """Fill out as `innovations` does and return whether the state stayed finite; keep: (K,), of the wrench."""
         carried = self._wrench * keep[:-1, None]
@@ -101,7 +108,7 @@ def _accumulated(  # type: ignore[no-untyped-def]
                 else:
                     there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
                 if there:
-                    square = r * r if np.isfinite(r) else most * most
+                    square = min(r * r, _FARTHEST) if np.isfinite(r) else most * most
                     bounded[j] += min(square, most * most)
                     whole[j] += square
         for j in range(B - 1):
@@ -166,6 +173,9 @@ class Watch:
         decay = np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * log.period) for s in self._model.sets])
         speed_gains, spread, self._P_n = rotor_gains(np.isfinite(log.speeds), decay, noises, self._P_n)
         keep = np.exp(-log.period / noises.time) ** np.arange(log.count + 1)
+        for ratio, branch in zip(self.ratios, self._branches[1:], strict=True):
+            if ratio <= 0.0:  # a failure that is not believed has not begun yet
+                branch.follow(first)
         B, K, N = len(self._branches), log.count, log.thrusters
         out = [np.full((B, K, width), np.nan) for width in (13, N, 2, 19 + 2 * N)]
         done = [
