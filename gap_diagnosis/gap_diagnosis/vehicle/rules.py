@@ -56,6 +56,11 @@ WATCH_THRESHOLD = 100.0
 vehicle that moved otherwise than in its baseline reached 35 in two minutes; a loss of 30 % gained 170 a second."""
 WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
+WATCH_DOUBT = 0.5
+"""Share of what a failure would gain that is taken off. In an hour of three healthy vehicles (tuning seeds 101, 102,
+106) the highest sum fell from 48 to 31 by it, and delays of losses at the height of that sum stayed what they were."""
+WATCH_SETTLING = 5.0
+"""[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
 model of it many small things differ, and none of them is what anybody would repair."""

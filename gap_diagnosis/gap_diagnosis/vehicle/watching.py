@@ -2,7 +2,11 @@ r"""A vehicle watched on line: parallel filters, one as all is believed to be an
 
 Of each failure the log likelihood ratio of the readings accumulates as CUSUM:
 
-    g <- max(0, g + log p(y | failure) - log p(y | well) - forget dt),   alarm at g >= threshold
+    g <- max(0, g + log p(y | failure) - log p(y | well) - doubt d - forget dt),   alarm at g >= threshold
+
+with d = |r_well - r_failure|^2 / 2, what the failure would gain on average if it were there: the readings must lie well
+nearer to the failure, not only as near as a misfit of the healthy vehicle may push them for a while. A filter of a
+failure that is not believed (g = 0) begins at the believed state with each piece, as the failure would.
 
 A failure that does not matter (a thruster at rest) adds nothing either way. Loss of thrust is followed at two sizes, so
 that its own size comes from the parabola through both: l(s) = a s - b s^2 / 2.
@@ -87,7 +91,7 @@ class _Branch:
 
 @compiled
 def _accumulated(  # type: ignore[no-untyped-def]
-    body, rotor, whitener, spread, most, forget, period, begun, ratios, sums, since
+    body, rotor, whitener, spread, most, doubt, forget, period, begun, ratios, sums, since
 ):
     """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
 
@@ -95,11 +99,11 @@ def _accumulated(  # type: ignore[no-untyped-def]
     """
     B, K, M = body.shape
     N = rotor.shape[2]
-    bounded, whole = np.zeros(B), np.zeros(B)
+    believed, bounded, whole, apart = np.zeros(M + N), np.zeros(B), np.zeros(B), np.zeros(B)
     for k in range(K):
         now = begun + (k + 1) * period
         for j in range(B):
-            bounded[j], whole[j] = 0.0, 0.0
+            bounded[j], whole[j], apart[j] = 0.0, 0.0, 0.0
             for i in range(M + N):
                 if i < M:
                     there, r = np.isfinite(body[0, k, i]), 0.0
@@ -109,10 +113,13 @@ def _accumulated(  # type: ignore[no-untyped-def]
                     there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
                 if there:
                     square = min(r * r, _FARTHEST) if np.isfinite(r) else most * most
+                    believed[i] = r if j == 0 else believed[i]
+                    between = (r - believed[i]) ** 2
                     bounded[j] += min(square, most * most)
+                    apart[j] += min(between, most * most) if np.isfinite(between) else most * most
                     whole[j] += square
         for j in range(B - 1):
-            ratios[j] += 0.5 * (bounded[0] - bounded[j + 1]) - forget * period
+            ratios[j] += 0.5 * (bounded[0] - bounded[j + 1]) - 0.5 * doubt * apart[j + 1] - forget * period
             sums[0, j] += 0.5 * (whole[0] - whole[j + 1])
             if j < 2 * N:  # losses come in pairs of sizes
                 sums[1, j] += 0.5 * (whole[0] - whole[j + 2 if j % 2 == 0 else j])
@@ -146,7 +153,7 @@ class Watch:
         self._P: Array | None = None
         self._P_n: Array | None = None
         self._state: Array | None = None
-        self.time = 0.0
+        self.time = self._begun = 0.0
 
     def _effects(self, name: tuple[str, int | None, str | None, float]) -> tuple[ActiveVehicleEffect, ...]:
         effect, thruster, sensor, size = name
@@ -183,13 +190,15 @@ class Watch:
             for j, branch in enumerate(self._branches)
         ]
         _accumulated(
-            out[0], out[1], gains.whitener, spread, rules.MOST_DEVIATIONS, rules.WATCH_FORGET, log.period, self.time,
-            self.ratios, self._sums, self._since,
+            out[0], out[1], gains.whitener, spread, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET,
+            log.period, self.time, self.ratios, self._sums, self._since,
         )  # fmt: skip
         self.time += K * log.period
         self._state = out[3][0, -1]
+        if self.time < self._begun + rules.WATCH_SETTLING:
+            self.ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
         if not done[0]:  # the vehicle is lost: begin anew with what the sensors tell
-            self._branches, self._P, self._P_n, self._state = [], None, None, None
+            self._branches, self._P, self._P_n, self._state, self._begun = [], None, None, None, self.time
         return self._alarms()
 
     def _alarms(self) -> list[Alarm]:

@@ -26,9 +26,9 @@ def test_an_alarm_says_which_thruster_how_much_and_since_when() -> None:
 
 
 def accumulated(body, rotor, whitener, spread, ratios):  # type: ignore[no-untyped-def]
-    """Return ratios, sums and beginnings after innovations of a bank, forgetting 0.5 a second, bounded at 4."""
+    """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, bounded at 4, doubt 0.3."""
     sums, since = np.zeros((2, len(ratios))), np.zeros(len(ratios))
-    _accumulated(body, rotor, whitener, spread, 4.0, 0.5, 0.04, 10.0, ratios, sums, since)
+    _accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
     return ratios, sums, since
 
 
@@ -40,12 +40,13 @@ def test_log_ratios_are_cusums_of_halves_of_whitened_squares() -> None:
     body[:, rng.random((K, 13)) < 0.3] = np.nan
     ratios, sums, since = accumulated(body, rotor, whitener, spread, np.zeros(B - 1))
     r = np.einsum("kij,bkj->bki", whitener, np.nan_to_num(body)) * np.isfinite(body)
-    squares = np.concatenate((r, rotor / spread), axis=2) ** 2
+    r = np.concatenate((r, rotor / spread), axis=2)
+    squares, apart = r**2, np.minimum((r - r[:1]) ** 2, 16.0).sum(axis=2)
     told, whole = np.minimum(squares, 16.0).sum(axis=2), squares.sum(axis=2)
     for j in range(B - 1):
         g, own, other, begun = 0.0, 0.0, 0.0, 0.0
         for k in range(K):
-            g += 0.5 * (told[0, k] - told[j + 1, k]) - 0.02
+            g += 0.5 * (told[0, k] - told[j + 1, k]) - 0.15 * apart[j + 1, k] - 0.02
             own += 0.5 * (whole[0, k] - whole[j + 1, k])
             other += 0.5 * (whole[0, k] - whole[(2, 1)[j] if j < 2 else 0, k])
             if g < 0.0:
