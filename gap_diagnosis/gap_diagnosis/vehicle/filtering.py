@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -183,30 +182,41 @@ def prepared(
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
     The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
-    likelihood over `CORRELATION_TIMES`.
+    likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best of all
+    that was tried is kept.
     """
-    first = start or _first_noises(model, logs)
-    times = CORRELATION_TIMES if start is None and rounds > 0 else (first.time,)
-    best: tuple[float, list[Prepared]] | None = None
-    for time, patient in product(times, (False, True) if start is None and rounds > 0 else (False,)):
+    if rounds == 0:
+        noises = start or _first_noises(model, logs)
+        return [_weighted(p) for p in _all_prepared(model, logs, noises, values, effects, [None] * len(logs))]
+
+    def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
         states: list[Array | None] = [None] * len(logs)
-        noises = first._replace(time=time)
-        for turn in range(rounds):
+        best: tuple[float, list[Prepared]] | None = None
+        for turn in range(rounds + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
             states = [p.base.states if p.base.done else None for p in found]
-            if all(p.base.done for p in found):
-                learned = _learned(model, found)
-                # sensors are believed at first: else a filter may learn to do without one of them, and stay there
-                noises = learned._replace(channels=noises.channels) if patient and turn < rounds - 1 else learned
-            else:
-                noises = _looser(noises)
-        found = _all_prepared(model, logs, noises, values, effects, states)
-        lost = [p for p in found if not p.base.done]
-        score = -np.inf if lost else sum(log_likelihood(p) for p in found)
-        if best is None or score > best[0]:
-            best = (score, found)
-    assert best is not None
-    return [_weighted(p) for p in best[1]]
+            done = all(p.base.done for p in found)
+            score = sum(log_likelihood(p) for p in found) if done else -np.inf
+            if best is None or score > best[0]:
+                best = (score, found)
+            # sensors are believed at first: else a filter may learn to do without one of them, and stay there
+            held = {"channels": noises.channels} if patient and turn < rounds - 1 else {}
+            noises = _learned(model, found)._replace(**held) if done else _looser(noises)
+        assert best is not None
+        return best
+
+    if start is None:
+        first = _first_noises(model, logs)
+        ways = [
+            learned(first._replace(time=time), rounds, patient)
+            for time in CORRELATION_TIMES
+            for patient in (False, True)
+        ]
+    else:
+        ways = [learned(start, rounds)]
+        ended = learned_from(ways[0][1])
+        ways += [learned(ended._replace(time=t), rounds // 4) for t in CORRELATION_TIMES if t != start.time]
+    return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
 
 
 def learned_from(found: Sequence[Prepared]) -> Noises:

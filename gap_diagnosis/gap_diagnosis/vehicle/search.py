@@ -96,7 +96,9 @@ def search(
             break
         rivals.append(tuple((odds - left[0][0], each) for odds, each in left[1:]))
         accepted, values = candidates[0][1].effects, candidates[0][1].values
-        runs = prepared(model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=3)
+        runs = prepared(
+            model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
+        )
         runs, fit = settled(model, logs, free, runs, accepted, values)
     return Found(stages=tuple(stages), rivals=tuple(rivals), left=left, nuisances=free, tried=tuple(tried))
 
@@ -124,7 +126,7 @@ def settled(
         afresh = turn == 0 and not accepted
         start = None if afresh else learned_from(runs)
         runs = prepared(
-            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else 2
+            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
         )
     else:
         fit = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=problem).fit(
