@@ -116,7 +116,7 @@ def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, 
 
 
 @compiled
-def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
+def _riccati(F, H, Q, R, P, first, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
     K, m, _x = H.shape
     total = 0.0
     for k in range(K):
@@ -127,7 +127,7 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
         L = np.linalg.cholesky(S)
         W = np.linalg.inv(L)
         for j in range(m):
-            if R[k, j] < 1e11:
+            if R[k, j] < 1e11 and k >= first:
                 total += 2.0 * np.log(L[j, j])
         G = np.ascontiguousarray((W.T @ (W @ HP)).T)
         P = P - G @ HP
@@ -143,13 +143,15 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
 
 
 def filter_gains(
-    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None
-) -> Gains:
+    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None,
+    first: int = 0,
+) -> Gains:  # fmt: skip
     """Return the gains of one run.
 
     Args:
         A, H: `slopes`; there: (K, 13), which channels tell at which instant.
         before: covariance at the first instant (16, 16); None: little is known.
+        first: instant from which on log |S| is summed up.
     """
     K = len(A)
     step = A * period
@@ -163,7 +165,7 @@ def filter_gains(
     made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
     wrench, channel = np.empty((K, 6)), np.empty((K, CHANNELS))
     F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
-    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), *made, wrench, channel)
+    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), first, *made, wrench, channel)
     return Gains(*made, float(total), wrench, channel, last)
 
 

@@ -4,6 +4,9 @@ PERIOD = 0.04
 """[s] of the filter: commands of a vehicle come at 25 Hz, and its bodies and rotors are slower than that."""
 STEP = 0.02
 """[s] Longest step of the plant inside the filter: RK4 on a rotor of 14 1/s errs by 1e-5 a step then."""
+START = 1.0
+"""[s] of a recording whose innovations do not count: they tell how it began. A vehicle that starts at full throttle is
+20 deviations off until its velocity is found, and a random wrench ten times too large was learned from it."""
 SHARED = 0.05
 """Deviation of what all thrusters have in common, where the set states none."""
 OWN = 0.02
