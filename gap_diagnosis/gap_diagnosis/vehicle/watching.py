@@ -33,7 +33,7 @@ from thruster_model.compilation import compiled
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
-_FARTHEST = 1e6  # square of a whitened reading: farther out a filter is lost, not more or less so
+_FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -95,15 +95,17 @@ def _accumulated(  # type: ignore[no-untyped-def]
 ):
     """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
 
-    A reading that a failure's filter no longer foresees, since its state is not finite, counts as far out as `most`.
+    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
+    most^2 / 2, and failures are still told from each other where all of them are far off. One that a failure's filter
+    no longer foresees, since its state is not finite, is as far off as can be.
     """
     B, K, M = body.shape
     N = rotor.shape[2]
-    believed, bounded, whole, apart = np.zeros(M + N), np.zeros(B), np.zeros(B), np.zeros(B)
+    believed, gained, whole = np.zeros(M + N), np.zeros(B), np.zeros(B)
     for k in range(K):
         now = begun + (k + 1) * period
         for j in range(B):
-            bounded[j], whole[j], apart[j] = 0.0, 0.0, 0.0
+            gained[j], whole[j] = 0.0, 0.0
             for i in range(M + N):
                 if i < M:
                     there, r = np.isfinite(body[0, k, i]), 0.0
@@ -112,14 +114,14 @@ def _accumulated(  # type: ignore[no-untyped-def]
                 else:
                     there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
                 if there:
-                    square = min(r * r, _FARTHEST) if np.isfinite(r) else most * most
+                    r = min(max(r, -_FARTHEST), _FARTHEST) if np.isfinite(r) else _FARTHEST
                     believed[i] = r if j == 0 else believed[i]
-                    between = (r - believed[i]) ** 2
-                    bounded[j] += min(square, most * most)
-                    apart[j] += min(between, most * most) if np.isfinite(between) else most * most
-                    whole[j] += square
+                    well = believed[i]
+                    weight = 1.0 / (1.0 + (well / most) ** 2)
+                    gained[j] += weight * (well * well - r * r - doubt * (well - r) ** 2)
+                    whole[j] += r * r
         for j in range(B - 1):
-            ratios[j] += 0.5 * (bounded[0] - bounded[j + 1]) - 0.5 * doubt * apart[j + 1] - forget * period
+            ratios[j] += 0.5 * gained[j + 1] - forget * period
             sums[0, j] += 0.5 * (whole[0] - whole[j + 1])
             if j < 2 * N:  # losses come in pairs of sizes
                 sums[1, j] += 0.5 * (whole[0] - whole[j + 2 if j % 2 == 0 else j])

@@ -26,7 +26,7 @@ def test_an_alarm_says_which_thruster_how_much_and_since_when() -> None:
 
 
 def accumulated(body, rotor, whitener, spread, ratios):  # type: ignore[no-untyped-def]
-    """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, bounded at 4, doubt 0.3."""
+    """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, far beyond 4, doubt 0.3."""
     sums, since = np.zeros((2, len(ratios))), np.zeros(len(ratios))
     _accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
     return ratios, sums, since
@@ -41,12 +41,12 @@ def test_log_ratios_are_cusums_of_halves_of_whitened_squares() -> None:
     ratios, sums, since = accumulated(body, rotor, whitener, spread, np.zeros(B - 1))
     r = np.einsum("kij,bkj->bki", whitener, np.nan_to_num(body)) * np.isfinite(body)
     r = np.concatenate((r, rotor / spread), axis=2)
-    squares, apart = r**2, np.minimum((r - r[:1]) ** 2, 16.0).sum(axis=2)
-    told, whole = np.minimum(squares, 16.0).sum(axis=2), squares.sum(axis=2)
+    gain = (r[:1] ** 2 - r**2 - 0.3 * (r - r[:1]) ** 2) / (1.0 + (r[:1] / 4.0) ** 2)
+    whole = (r**2).sum(axis=2)
     for j in range(B - 1):
         g, own, other, begun = 0.0, 0.0, 0.0, 0.0
         for k in range(K):
-            g += 0.5 * (told[0, k] - told[j + 1, k]) - 0.15 * apart[j + 1, k] - 0.02
+            g += 0.5 * gain[j + 1, k].sum() - 0.02
             own += 0.5 * (whole[0, k] - whole[j + 1, k])
             other += 0.5 * (whole[0, k] - whole[(2, 1)[j] if j < 2 else 0, k])
             if g < 0.0:
@@ -60,3 +60,11 @@ def test_a_failure_whose_filter_has_lost_the_vehicle_is_not_believed() -> None:
     body[1, 2:] = np.nan
     ratios, _, _ = accumulated(body, rotor, np.tile(np.eye(13), (5, 1, 1)), np.ones((5, 1)), np.full(1, 300.0))
     assert ratios[0] == pytest.approx(0.0)
+
+
+def test_of_two_failures_that_are_both_far_off_the_nearer_one_gains() -> None:
+    body, rotor = np.zeros((3, 5, 13)), np.zeros((3, 5, 1))
+    body[0], body[1], body[2] = 50.0, 25.0, -60.0
+    args = np.tile(np.eye(13), (5, 1, 1)), np.ones((5, 1))
+    ratios, _, _ = accumulated(body, rotor, *args, np.zeros(2))
+    assert ratios[0] > 100.0 and ratios[1] == 0.0
