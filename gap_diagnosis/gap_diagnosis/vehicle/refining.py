@@ -34,6 +34,7 @@ _ENOUGH = 0.1
 _NEAR = 1.0
 """Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
 _ROWS = 4096
+_LEAST = 1e-9
 _Point = tuple[float, Array, list[Array]]
 
 
@@ -158,7 +159,8 @@ class Problem:
         for count in range(rules.FIT_STEPS):
             score, x, r = start
             H, slope = self._normal(J, r, x, product)
-            step: Array = np.linalg.solve(H + np.diag(self._weight), -slope).astype(np.float64)
+            # a limit that is never reached has neither a prior nor a column: it stays where it is
+            step: Array = np.linalg.solve(H + np.diag(np.maximum(self._weight, _LEAST)), -slope).astype(np.float64)
             first = step if count == 0 else first
             if -0.5 * float(slope @ step) < _ENOUGH:
                 return start, J, first, True
