@@ -126,7 +126,7 @@ run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
     start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/$name" \
         -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" -p "acknowledge:=[$acknowledged]" \
         -p "wait_for:=[$acknowledged,'/rov/setpoint','/rov/wrench','/rov/truth']" \
-        -p "about:='{experiment: vehicle, strategy: $strategy, truth: $truth, feedback: $feedback, rate: $rate, seed: $seed, failures: \"$fail\"}'"
+        -p "about:='{experiment: vehicle, strategy: $strategy, truth: $truth, feedback: $feedback, rate: $rate, seed: $seed${fail:+, failures: \"$fail\"}}'"
     start watch ros2 run rov_sim experiment_watch --ros-args -p vehicle:=true -p begin:=240.0 -p stall:=40.0 -p deadline:=3600.0
     ! $composed || start composed ros2 run thruster_runtime compose "$folder/nodes/composed.yaml"
     local package executable renamed other arguments
