@@ -207,8 +207,10 @@ def prepared(
             if best is None or score > best[0]:
                 best = (score, found)
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
-            held = {"channels": noises.channels} if patient and turn < rounds - 1 else {}
-            noises = _learned(model, found)._replace(**held) if done else _looser(noises)
+            channels = noises.channels
+            noises = _learned(model, found) if done else _looser(noises)
+            if done and patient and turn < rounds - 1:
+                noises = noises._replace(channels=channels)
         assert best is not None
         return best
 

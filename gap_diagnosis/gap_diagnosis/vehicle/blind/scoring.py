@@ -129,7 +129,9 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
         ("90 % intervals that hold the size", _share(covered, len(sizes))),
         (
             "calibration error of what is named",
-            f"{calibration_error(*zip(*named, strict=True))[0]:.2f} ({len(named)} names)" if named else "–",
+            f"{calibration_error([p for p, _ in named], [hit for _, hit in named])[0]:.2f} ({len(named)} names)"
+            if named
+            else "–",
         ),
     ]
 
