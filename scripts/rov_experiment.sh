@@ -26,6 +26,8 @@
 #   --no-flow            observers are told no ambient flow: they predict it by (4.5) alone
 #   --hardware T1=PORT   a thruster that is not simulated: a device at a port; 'emulated', or 'firmware': the board's own
 #                        on an emulated processor; may be repeated; real time
+#   --watch RUN          a node watches thrusters and gyro, taught by a run of the healthy vehicle (a dive's DIR/run); it
+#                        tells the allocator of failures, which the plant does not then
 #   --scene              a node draws frames, path and arrows for Foxglove and PlotJuggler; they are recorded too
 #   --real-time          by the wall's clock instead of in lockstep
 #   --composed           all nodes in one process instead of a process each
@@ -40,7 +42,7 @@ strategies=(lookup dead-zone simplified steady-flow hl-ekf hl-nlo hl-kfnlo hq-ek
 compared=(lookup simplified hl-ekf hl-nlo hl-kfnlo hq-ekf hq-nlo hq-kfnlo)
 
 
-given=() strategy=hq-ekf truth='' script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
+given=() fail='' strategy=hq-ekf truth='' script=surge_and_pitch rate=25 seed=0 out='' feedback=truth
 compare=false real_time=false composed=false firmware=false
 value() { [ $# -ge 2 ] || refuse "$1: expected a value"; }
 while [ $# -gt 0 ]; do
@@ -55,11 +57,12 @@ while [ $# -gt 0 ]; do
         printf -v "${1#--}" '%s' "$2"
         shift
         ;;
-    --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware)
+    --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware | --watch)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
         [[ "$1=$2" != --hardware=*=firmware ]] || firmware=true
         given+=("${1/--parameters/--parameter-set}" "$2")
+        [ "$1" != --fail ] || fail=$2
         shift
         ;;
     -h | --help)
@@ -123,7 +126,7 @@ run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
     start recorder ros2 run run_bag recorder --ros-args "${time[@]}" -p "out:=$folder/$name" \
         -p "topics:=['.*']" -p "exclude:=['/parameter_events','/rosout']" -p "acknowledge:=[$acknowledged]" \
         -p "wait_for:=[$acknowledged,'/rov/setpoint','/rov/wrench','/rov/truth']" \
-        -p "about:='{experiment: vehicle, strategy: $strategy, truth: $truth, feedback: $feedback, rate: $rate, seed: $seed}'"
+        -p "about:='{experiment: vehicle, strategy: $strategy, truth: $truth, feedback: $feedback, rate: $rate, seed: $seed${fail:+, failures: \"$fail\"}}'"
     start watch ros2 run rov_sim experiment_watch --ros-args -p vehicle:=true -p begin:=240.0 -p stall:=40.0 -p deadline:=3600.0
     ! $composed || start composed ros2 run thruster_runtime compose "$folder/nodes/composed.yaml"
     local package executable renamed other arguments

@@ -4,13 +4,19 @@
 # usage: scripts/scoreboard.sh quick DIR              some 200 frozen cases, for each change
 #        scripts/scoreboard.sh reported DIR           1,500 cases at full length; may be stopped and started again
 #        scripts/scoreboard.sh compare BEFORE AFTER   the cases that two folders answer differently
+#        scripts/scoreboard.sh vehicle DIR [BEFORE]   12 frozen cases of vehicles; against those of another folder
 #
 # More options, among them --processes and --docs: ros2 run gap_diagnosis scoreboard run --help
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 case "${1-}" in
-quick | reported) command=(run "$@") ;;
-compare) command=("$@") ;;
+quick | reported) command=(scoreboard run "$@") ;;
+compare) command=(scoreboard "$@") ;;
+vehicle)
+    [ $# -ge 2 ] || { printf 'scoreboard.sh: vehicle: expected a folder\n' >&2; exit 2; }
+    mkdir -p "$2"
+    command=(blind_vehicle "$2/vehicles.jsonl" --frozen ${3:+--compare "$3/vehicles.jsonl"})
+    ;;
 *)
     sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
     exit 2
@@ -18,4 +24,4 @@ compare) command=("$@") ;;
 esac
 "$root/scripts/setup.sh"
 . "$root/scripts/env.sh"
-exec ros2 run gap_diagnosis scoreboard "${command[@]}"
+exec ros2 run gap_diagnosis "${command[@]}"

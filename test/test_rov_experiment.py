@@ -11,11 +11,19 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from rov_sim.vehicle.recording_io import read_vehicle, signal
+from rov_sim.vehicle.run_failures_io import failures_of
 from run_bag.reader import read_run
 
 ROOT = Path(__file__).resolve().parents[1]
 LONGEST = 280.0
 """[s] Deadline of a dive; 5 s in the water take a tenth of that on a machine of its own."""
+MOVES = """moves:
+  - {time: 0.5, shape: quintic, duration: 2.0, size: {surge: 0.25, pitch: 0.2}}
+  - {time: 4.0, shape: quintic, duration: 3.0, size: {pitch: -0.2, yaw: 0.5}}
+  - {time: 9.0, shape: quintic, duration: 3.0, size: {pitch: 0.2, yaw: -0.5}}
+end: 16.0
+"""
 SCRIPT = "moves:\n  - {time: 0.5, shape: quintic, duration: 2.0, size: {surge: 0.2, pitch: 0.2}}\nend: 4.0\n"
 
 
@@ -40,10 +48,10 @@ class Done(NamedTuple):
     mark: str
 
 
-def dived(script: Path, out: Path, how: list[str]) -> Done:
+def dived(script: Path, out: Path, how: list[str], moves: str = SCRIPT) -> Done:
     """Run a dive in this run's domain."""
     mark = f"EXPERIMENT_MARK={uuid.uuid4().hex}"
-    script.write_text(SCRIPT, "utf-8")
+    script.write_text(moves, "utf-8")
     return ran(["scripts/rov_experiment.sh", "--script", str(script), "--out", str(out), *how], mark)
 
 
@@ -80,6 +88,28 @@ def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Pa
         assert again.status == 0, again.printed + again.errors
         assert again.printed.splitlines()[-1] == "equal" and "thruster_5/estimate" in again.printed
         assert processes_with(done.mark) == []
+
+
+def test_a_thruster_that_fails_in_mid_dive_is_found_by_the_watch_and_its_share_given_to_others(tmp_path: Path) -> None:
+    how = ["--composed", "--vehicle", "ngs", "--strategy", "lookup"]
+    healthy = dived(tmp_path / "moves.yaml", tmp_path / "healthy", how, MOVES)
+    assert healthy.status == 0, healthy.printed + healthy.errors
+    how += ["--watch", str(tmp_path / "healthy" / "run"), "--fail", "T2 weak 0.4 at 7 s"]
+    done = dived(tmp_path / "moves.yaml", tmp_path / "weak", how, MOVES)
+    assert done.status == 0, done.printed + done.errors
+    recording = read_vehicle(tmp_path / "weak" / "run")
+    (found,) = failures_of(recording)
+    assert (found.thruster, found.kind) == (1, "weak") and 7.0 < found.told < 14.0
+    assert abs(found.effectiveness - 0.4) < 0.15
+    asked = signal(recording.run, "thruster_1/thrust_setpoint.thrust")
+    true = signal(recording.run, "thruster_1/truth.thrust")
+    assert asked is not None and true is not None
+    late = asked[0] > found.told + 1.0
+    given = np.interp(asked[0][late], *true)
+    moving = np.abs(asked[1][late]) > 1.0
+    assert np.median(given[moving] / asked[1][late][moving]) < 0.55, "it is weak, and asked for what its share gives"
+    assert "failed, not told" in (tmp_path / "weak" / "scores" / "report.html").read_text("utf-8")
+    assert processes_with(done.mark) == []
 
 
 @pytest.mark.parametrize("device", ["emulated", "firmware"])

@@ -41,6 +41,7 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument("--no-noise", action="store_true", help="of odometry and sensors")
     parser.add_argument("--no-flow", action="store_true", help="observers are told no ambient flow")
     parser.add_argument("--scene", action="store_true", help="a node draws for viewers")
+    parser.add_argument("--watch", default="", metavar="RUN", help="a node watches, taught by a healthy vehicle's run")
     parser.add_argument("--real-time", action="store_true", help="by the wall's clock")
     parser.add_argument("--hardware", action="append", default=[], metavar="T1=PORT", help=_PORTS)
     parser.add_argument("--firmware", default="", help="folder in which the firmware was built, for T1=firmware")
@@ -91,7 +92,8 @@ def _experiment(given: argparse.Namespace) -> Experiment:
         start_delay=given.start_delay, feedback=given.feedback, rate=given.rate, gain=given.gain, u_max=given.u_max,
         parameter_set=given.parameter_set, allocation=given.allocation, given_up=given.given_up,
         flow=not given.no_flow, sensors_file=given.sensors, plant=plant,
-        scene=given.scene, seed=given.seed, lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),
+        scene=given.scene, watched=str(Path(given.watch).absolute()) if given.watch else "", seed=given.seed,
+        lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),
     )  # fmt: skip
 
 

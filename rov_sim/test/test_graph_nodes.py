@@ -44,3 +44,15 @@ def test_hardware_that_cannot_be_is_refused_with_a_sentence() -> None:
         given({0: EMULATED, 1: FIRMWARE}, lockstep=False)
     with pytest.raises(ValueError, match="expected a folder in which the firmware was built; found none"):
         graph_of(given({0: FIRMWARE}, lockstep=False))
+
+
+def test_a_vehicle_that_is_watched_is_told_of_failures_by_the_watch_alone() -> None:
+    def nodes(watched: str):  # type: ignore[no-untyped-def]
+        return {n.name: n for n in graph_of(Experiment(thrusters=6, sensors=load_sensors(), watched=watched))}
+
+    found = nodes("a/healthy/run")
+    assert found["vehicle_watch"].parameters["baseline"] == "a/healthy/run"
+    assert found["plant"].parameters["report_failures"] is False
+    assert "vehicle_watch/watched" in found["plant"].parameters["participants"]
+    alone = nodes("")
+    assert "vehicle_watch" not in alone and alone["plant"].parameters["report_failures"] is True

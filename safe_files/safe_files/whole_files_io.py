@@ -21,7 +21,7 @@ from types import FrameType
 
 from safe_files.errors import NotWrittenError
 
-__all__ = ["new_folder", "whole_file", "write_whole"]
+__all__ = ["new_folder", "refuse_full_folder", "whole_file", "write_whole"]
 
 
 def write_whole(path: Path, content: str | bytes, *, replace: bool = False) -> Path:
@@ -67,9 +67,8 @@ def new_folder(path: Path) -> Iterator[Path]:
         FileExistsError: there is something already that is no empty folder.
         NotWrittenError: the file system refuses.
     """
+    refuse_full_folder(path)
     given, path = path, Path(os.path.abspath(path))
-    if os.path.lexists(path) and not (path.is_dir() and not any(path.iterdir())):
-        raise FileExistsError(f"{given}: expected a new or empty folder; found something there")
     partial = _hidden(path)
     with _removed_where_not_finished(given, partial):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -79,6 +78,16 @@ def new_folder(path: Path) -> Iterator[Path]:
             _to_disk(each)
         partial.rename(path)  # refused where the folder has been filled meanwhile
         _to_disk(path.parent)
+
+
+def refuse_full_folder(path: Path) -> None:
+    """Refuse a place where `new_folder` would: for programs that work long before they write.
+
+    Raises:
+        FileExistsError: there is something already that is no empty folder.
+    """
+    if os.path.lexists(path) and not (path.is_dir() and not any(path.iterdir())):
+        raise FileExistsError(f"{path}: expected a new or empty folder; found something there")
 
 
 def _hidden(path: Path, ending: str = "") -> Path:

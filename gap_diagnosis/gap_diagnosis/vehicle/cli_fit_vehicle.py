@@ -13,6 +13,7 @@ from gap_diagnosis.vehicle.rules import PERIOD
 from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import refuse_full_folder
 from thruster_model.errors import ThrusterModelError
 from thruster_model.vehicle_set_io import available_vehicles
 
@@ -31,8 +32,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        if given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        refuse_full_folder(given.out)
         model = load_model(given.vehicle, given.model, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
         fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))

@@ -19,7 +19,7 @@ from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from run_bag.report import Report
-from safe_files.whole_files_io import new_folder, write_whole
+from safe_files.whole_files_io import new_folder, refuse_full_folder, write_whole
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
@@ -44,8 +44,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("trend"), help="new or empty folder")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        if given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        refuse_full_folder(given.out)
         if len(given.dives) < 3:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.model, given.sensors)

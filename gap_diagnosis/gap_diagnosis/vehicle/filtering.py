@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,7 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
-from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS
+from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS, START
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations
 from rov_sim.vehicle.plant import sheet_of
@@ -115,6 +114,11 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
 
 
+def _first(log: VehicleLog) -> int:
+    """Return the first instant that counts."""
+    return min(round(START / log.period), log.count // 2)
+
+
 def whitened(prepared: Prepared, result: Filtered) -> Array:
     """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
     e = np.nan_to_num(result.body)
@@ -123,6 +127,7 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
     rotor = np.nan_to_num(result.rotor / prepared.spread)
     battery = np.nan_to_num(result.battery / prepared.noises.battery)
     r = np.clip(np.nan_to_num(np.concatenate((body, rotor, battery), axis=1)), -_FARTHEST, _FARTHEST)
+    r[: _first(prepared.log)] = 0.0
     return r * prepared.weights if prepared.weights.size else r
 
 
@@ -157,8 +162,8 @@ def prepared_with(
     given, log = log, _shifted(log, values)
     A, H = _slopes_of(model, log, states, built)
     there = log.telling
-    gains = filter_gains(A, H, there, noises, log.period)
-    speed_gains, spread = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
+    gains = filter_gains(A, H, there, noises, log.period, first=_first(log))
+    speed_gains, spread, _ = rotor_gains(np.isfinite(log.speeds), _rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
     return Prepared(
         log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
@@ -169,6 +174,7 @@ def log_likelihood(prepared: Prepared) -> float:
     """Return that of the body's innovations at the point for which the gains were made; outliers count as the bound."""
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
+    body = body[_first(prepared.log) :]
     return -0.5 * float(np.sum(np.minimum(body**2, MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant
 
 
@@ -183,30 +189,43 @@ def prepared(
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
     The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
-    likelihood over `CORRELATION_TIMES`.
+    likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best of all
+    that was tried is kept.
     """
-    first = start or _first_noises(model, logs)
-    times = CORRELATION_TIMES if start is None and rounds > 0 else (first.time,)
-    best: tuple[float, list[Prepared]] | None = None
-    for time, patient in product(times, (False, True) if start is None and rounds > 0 else (False,)):
+    if rounds == 0:
+        noises = start or _first_noises(model, logs)
+        return [_weighted(p) for p in _all_prepared(model, logs, noises, values, effects, [None] * len(logs))]
+
+    def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
         states: list[Array | None] = [None] * len(logs)
-        noises = first._replace(time=time)
-        for turn in range(rounds):
+        best: tuple[float, list[Prepared]] | None = None
+        for turn in range(rounds + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
             states = [p.base.states if p.base.done else None for p in found]
-            if all(p.base.done for p in found):
-                learned = _learned(model, found)
-                # sensors are believed at first: else a filter may learn to do without one of them, and stay there
-                noises = learned._replace(channels=noises.channels) if patient and turn < rounds - 1 else learned
-            else:
-                noises = _looser(noises)
-        found = _all_prepared(model, logs, noises, values, effects, states)
-        lost = [p for p in found if not p.base.done]
-        score = -np.inf if lost else sum(log_likelihood(p) for p in found)
-        if best is None or score > best[0]:
-            best = (score, found)
-    assert best is not None
-    return [_weighted(p) for p in best[1]]
+            done = all(p.base.done for p in found)
+            score = sum(log_likelihood(p) for p in found) if done else -np.inf
+            if best is None or score > best[0]:
+                best = (score, found)
+            # sensors are believed at first: else a filter may learn to do without one of them, and stay there
+            channels = noises.channels
+            noises = _learned(model, found) if done else _looser(noises)
+            if done and patient and turn < rounds - 1:
+                noises = noises._replace(channels=channels)
+        assert best is not None
+        return best
+
+    if start is None:
+        first = _first_noises(model, logs)
+        ways = [
+            learned(first._replace(time=time), rounds, patient)
+            for time in CORRELATION_TIMES
+            for patient in (False, True)
+        ]
+    else:
+        ways = [learned(start, rounds)]
+        ended = learned_from(ways[0][1])
+        ways += [learned(ended._replace(time=t), rounds // 4) for t in CORRELATION_TIMES if t != start.time]
+    return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
 
 
 def learned_from(found: Sequence[Prepared]) -> Noises:
@@ -253,7 +272,9 @@ def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
 def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
     """Return the noises that the filters' own estimates speak for."""
     old = found[0].noises
-    w = np.concatenate([np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance for p in found])
+    w = np.concatenate(
+        [(np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance)[_first(p.log) :] for p in found]
+    )
     least = np.array([LEAST_FORCE] * 3 + [LEAST_MOMENT] * 3)
     wrench = np.maximum(np.sqrt(_trimmed(w)), least)
     left, spread = [], []
@@ -261,14 +282,15 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
         # what is left of the innovation once the state is corrected: e - H G e, and H P H^T beside it
         S_inverse = np.einsum("kji,kjl->kil", p.gains.whitener, p.gains.whitener)
         R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
-        left.append((R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2)
-        spread.append(np.where(np.isfinite(p.base.body), p.gains.channel_variance, np.nan))
+        far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
+        left.append(far[_first(p.log) :])
+        spread.append(np.where(np.isfinite(p.base.body), p.gains.channel_variance, np.nan)[_first(p.log) :])
     R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
     channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
     channels = np.maximum(channels, 0.5 * found[0].noises.channels)
-    e = np.concatenate([p.base.rotor for p in found])
+    e = np.concatenate([p.base.rotor[_first(p.log) :] for p in found])
     rotor, speed = old.rotor.copy(), old.speed.copy()
-    S = np.concatenate([p.spread for p in found]) ** 2
+    S = np.concatenate([p.spread[_first(p.log) :] for p in found]) ** 2
     for i in range(e.shape[1]):
         if np.isfinite(e[:, i]).sum() > 50:
             excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])

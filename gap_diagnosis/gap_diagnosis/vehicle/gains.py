@@ -116,7 +116,7 @@ def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, 
 
 
 @compiled
-def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
+def _riccati(F, H, Q, R, P, first, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
     K, m, _x = H.shape
     total = 0.0
     for k in range(K):
@@ -127,7 +127,7 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
         L = np.linalg.cholesky(S)
         W = np.linalg.inv(L)
         for j in range(m):
-            if R[k, j] < 1e11:
+            if R[k, j] < 1e11 and k >= first:
                 total += 2.0 * np.log(L[j, j])
         G = np.ascontiguousarray((W.T @ (W @ HP)).T)
         P = P - G @ HP
@@ -143,13 +143,15 @@ def _riccati(F, H, Q, R, P, gains, whitener, wrench_variance, channel_variance):
 
 
 def filter_gains(
-    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None
-) -> Gains:
+    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None,
+    first: int = 0,
+) -> Gains:  # fmt: skip
     """Return the gains of one run.
 
     Args:
         A, H: `slopes`; there: (K, 13), which channels tell at which instant.
         before: covariance at the first instant (16, 16); None: little is known.
+        first: instant from which on log |S| is summed up.
     """
     K = len(A)
     step = A * period
@@ -163,23 +165,32 @@ def filter_gains(
     made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
     wrench, channel = np.empty((K, 6)), np.empty((K, CHANNELS))
     F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
-    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), *made, wrench, channel)
+    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), first, *made, wrench, channel)
     return Gains(*made, float(total), wrench, channel, last)
 
 
-def rotor_gains(there: NDArray[np.bool_], decay: Array, noises: Noises) -> tuple[Array, Array]:
-    """Return gains and deviations of the innovations of the tachometers, (K, N) each.
+def rotor_gains(
+    there: NDArray[np.bool_], decay: Array, noises: Noises, before: Array | None = None
+) -> tuple[Array, Array, Array]:
+    """Return gains and deviations of the innovations of the tachometers, (K, N) each, and variances at the end (N,).
 
     Args:
         there: (K, N), which tell at which instant; decay: (N,), share of a disturbance left after a period.
+        before: variances at the first instant (N,) [rad^2/s^2]; None: little is known.
     """
-    K, N = there.shape
-    gains, spread = np.zeros((K, N)), np.ones((K, N))
-    P = np.full(N, 25.0)
     R = np.where(np.isfinite(noises.speed), noises.speed, 1.0) ** 2
-    for k in range(K):
-        S = P + R
-        spread[k] = np.sqrt(S)
-        gains[k] = np.where(there[k], P / S, 0.0)
-        P = decay**2 * (1.0 - gains[k]) * P + noises.rotor**2
-    return gains, spread
+    P = np.full(there.shape[1], 25.0) if before is None else before
+    return _rotor_gains(there, decay**2, R, noises.rotor**2, P)  # type: ignore[no-any-return]
+
+
+@compiled
+def _rotor_gains(there, decay_squared, R, Q, before):  # type: ignore[no-untyped-def]
+    K, N = there.shape
+    gains, spread, last = np.zeros((K, N)), np.ones((K, N)), before.copy()
+    for i in range(N):
+        for k in range(K):
+            S = last[i] + R[i]
+            spread[k, i] = np.sqrt(S)
+            gains[k, i] = last[i] / S if there[k, i] else 0.0
+            last[i] = decay_squared[i] * (1.0 - gains[k, i]) * last[i] + Q[i]
+    return gains, spread, last

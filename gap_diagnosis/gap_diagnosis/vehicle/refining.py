@@ -12,6 +12,7 @@ uphill, and the next one, with columns made there, falls back into it far ahead.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,8 +31,10 @@ _GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturat
 _SHARES = (0.5, 0.2, 0.05)
 _ENOUGH = 0.1
 """Gain in log likelihood below which a step is the last one along its columns."""
-_NEAR = 0.1
+_NEAR = 1.0
 """Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
+_ROWS = 4096
+_LEAST = 1e-9
 _Point = tuple[float, Array, list[Array]]
 
 
@@ -83,44 +86,44 @@ class Problem:
     nuisances: Mapping[Key, float]
     effects: tuple[Hypothesis, ...]
 
-    def fit(self, moved: Array, sizes: Sequence[tuple[float, ...]], columns: Sequence[NDArray[np.float32]] = ()) -> Fit:
+    def fit(
+        self, moved: Array, sizes: Sequence[tuple[float, ...]], columns: Sequence[NDArray[np.float32]] = (),
+        product: Array | None = None,
+    ) -> Fit:  # fmt: skip
         """Return the fit from a point.
 
         Args:
             moved: nuisances in their deviations, (m,).
             sizes: of each effect.
             columns: of the nuisances and of all effects but the last one, made nearby, (rows, m + ...) of each run: a
-                quick fit along these, to see which deserves a whole one. None: made anew at each step.
+                quick fit along these, to see which deserves a whole one. None: made where the fit is.
+            product: of these columns, J^T J over all runs, where it is known.
         """
         x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
         x = self._held(x)
         r, score = self._scored(x)
         best, uphill = (score, x, r), False
         here: Array = np.zeros(len(x))
-        made: Array | None = None
+        made = x
         J: list[NDArray[np.float32]] = []
         for _ in range(rules.FIT_STEPS):
             J, made = self._columns(x, r, columns), x
-            H, slope = self._normal(J, r, x)
-            step: Array = np.linalg.solve(H + np.diag(self._weight), -slope).astype(np.float64)
-            if not uphill and -0.5 * float(slope @ step) < _ENOUGH:
-                best = self._further(J, H, best)
-                break
-            if not uphill:
-                here = step
-            x = self._held(x + step)
-            r, score = self._scored(x)
-            if score > best[0]:
-                gained, best, uphill = score - best[0], (score, x, r), False
-                if gained < _ENOUGH:
+            end, J, step, settled = self._along(J, (score, x, r), columns, product)
+            if end[0] > best[0]:
+                gained, best, uphill = end[0] - best[0], end, False
+                if settled or gained < _ENOUGH:
                     break
-                if not columns:
-                    score, x, r = best = self._further(J, H, best)
+                score, x, r = best
                 continue
+            if settled and not uphill:
+                break
             if not uphill and not columns:
-                uphill = True
+                here, uphill = step, True
+                x = self._held(x + step)
+                r, score = self._scored(x)
                 continue
             # neither the step nor a second one from its end: go back, and less far
+            here = here if uphill else step
             uphill, before = False, best
             for share in _SHARES:
                 x = self._held(before[1] + share * here)
@@ -131,10 +134,10 @@ class Problem:
             if best[0] - before[0] < _ENOUGH:
                 break
         score, x, r = best
-        H, _ = self._normal(J, r, x)
-        if made is None or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
+        H, _ = self._normal(J, r, x, product)
+        if float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
             J = self._columns(x, r, columns)
-            H, _ = self._normal(J, r, x)
+            H, _ = self._normal(J, r, x, product)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)
         spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
@@ -143,22 +146,32 @@ class Problem:
             log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
         )  # fmt: skip
 
-    def _further(self, J: list[NDArray[np.float32]], H: Array, best: _Point) -> _Point:
-        """Return the point after further steps along the same columns, as long as they gain: each costs one run of the
-        filter, new columns one for each unknown."""
-        for _ in range(rules.FIT_STEPS):
-            score, x, r = best
-            slope = self._weight * x + sum(each.T @ a.astype(np.float32) for each, a in zip(J, r, strict=True))
-            step = np.linalg.solve(H + np.diag(self._weight), -slope)
-            if -0.5 * float(slope @ step) < 0.1 * _ENOUGH:
-                break
+    def _along(
+        self, J: list[NDArray[np.float32]], start: _Point, columns: Sequence[Any], product: Array | None
+    ) -> tuple[_Point, list[NDArray[np.float32]], Array, bool]:
+        """Return the point after steps along columns as long as they gain, the columns, the first step, and whether
+        nothing more is foreseen to be gained.
+
+        A step costs one run of the filter, new columns one for each unknown. So what a step has changed beyond what
+        they foresaw corrects them (Broyden), unless they are `columns`, which stay as they are.
+        """
+        first: Array = np.zeros(len(start[1]))
+        for count in range(rules.FIT_STEPS):
+            score, x, r = start
+            H, slope = self._normal(J, r, x, product)
+            # a limit that is never reached has neither a prior nor a column: it stays where it is
+            step: Array = np.linalg.solve(H + np.diag(np.maximum(self._weight, _LEAST)), -slope).astype(np.float64)
+            first = step if count == 0 else first
+            if -0.5 * float(slope @ step) < _ENOUGH:
+                return start, J, first, True
             there = self._held(x + step)
-            r, further = self._scored(there)
-            if further > score:
-                best = (further, there, r)
-            if further < score + 0.1 * _ENOUGH:
-                break
-        return best
+            r_there, further = self._scored(there)
+            if not columns:
+                J = _corrected(J, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
+            if further <= score:
+                return start, J, first, False
+            start = (further, there, r_there)
+        return start, J, first, False
 
     def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
         """Return the log likelihood at a point, priors included."""
@@ -246,13 +259,20 @@ class Problem:
             out.append(J)
         return out
 
-    def _normal(self, J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array) -> tuple[Array, Array]:
-        """Return J^T J and the slope J^T r + W x."""
+    def _normal(
+        self, J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array, product: Array | None
+    ) -> tuple[Array, Array]:
+        """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
         H, slope = np.zeros((len(x), len(x))), self._weight * x
+        known = 0 if product is None else len(product)
         for each, residual in zip(J, r, strict=True):
-            full = each.astype(np.float64)
-            H += full.T @ full
-            slope += full.T @ residual
+            for first in range(0, len(each), _ROWS):  # in double precision: sums of squares reach 1e10
+                some = each[first : first + _ROWS].astype(np.float64)
+                H[known:] += some[:, known:].T @ some
+                slope += some.T @ residual[first : first + _ROWS]
+        if product is not None:
+            H[:known, known:] = H[known:, :known].T
+            H[:known, :known] = product
         return H, slope
 
     def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]]) -> float:
@@ -286,6 +306,15 @@ class Problem:
             return 1.0
         around = ((s - s.sum(axis=0) / np.maximum(total, 1e-9) * q) ** 2).sum(axis=0)
         return max(float(np.mean(around[seen] / total[seen])), 1.0)
+
+
+def _corrected(
+    J: Sequence[NDArray[np.float32]], step: Array, change: Sequence[Array]
+) -> list[NDArray[np.float32]]:  # fmt: skip
+    """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made."""
+    along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
+    short = step.astype(np.float32)
+    return [each + np.outer(d.astype(np.float32) - each @ short, along) for each, d in zip(J, change, strict=True)]
 
 
 def _flat(sizes: Sequence[tuple[float, ...]]) -> list[float]:

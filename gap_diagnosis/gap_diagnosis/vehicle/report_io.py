@@ -34,7 +34,10 @@ def report_of(
     if content["effects"]:
         rows = []
         for e in content["effects"]:
-            sizes = "; ".join(f"{n} {p['value']:.3g} ± {p['std']:.2g} {p['unit']}" for n, p in e["parameters"].items())
+            sizes = "; ".join(
+                f"{n} {p['value']:.3g} ± {p['std']:.2g}{'' if p['unit'] == '1' else ' ' + p['unit']}"
+                for n, p in e["parameters"].items()
+            )
             near = ", ".join(f"{r['id']} ({r['probability']:.2f})" for r in e["indistinguishable_from"]) or "none"
             rows.append([e["words"], e["probability"], sizes or "on", near])
         report.table(
@@ -96,7 +99,11 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
     reach = max(float(np.abs([t.position for t in vehicle.layout]).max()), 0.1)
     offset = 3.2 * reach
     for view, (right, up, shift) in {"above": (1, 0, 0.0), "side": (0, 2, offset)}.items():
+        places: dict[tuple[float, float], list[int]] = {}
         for i, t in enumerate(vehicle.layout):
+            places.setdefault((round(t.position[right], 2), round(t.position[up], 2)), []).append(i)
+        for i, t in enumerate(vehicle.layout):
+            together = places[round(t.position[right], 2), round(t.position[up], 2)]
             colour = _SUSPECT if i in suspects else _CALM
             x, y = shift + t.position[right], t.position[up] * (1.0 if view == "above" else -1.0)
             dx, dy = 0.45 * reach * t.axis[right], 0.45 * reach * t.axis[up] * (1.0 if view == "above" else -1.0)
@@ -105,7 +112,7 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
                     x=[x],
                     y=[y],
                     mode="markers+text",
-                    text=[f"{i}"],
+                    text=[", ".join(map(str, together)) if i == together[-1] else ""],
                     textposition="top center",
                     marker={"size": 12, "color": colour},
                     showlegend=False,
@@ -113,7 +120,8 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
                 )
             )
             figure.add_annotation(
-                x=x + dx, y=y + dy, ax=x, ay=y, axref="x", ayref="y", arrowhead=2, arrowcolor=colour, text="",
+                x=x + dx, y=y + dy, ax=x, ay=y, axref="x", ayref="y", showarrow=True, arrowhead=2, arrowwidth=2,
+                arrowcolor=colour, text="",
             )  # fmt: skip
         figure.add_annotation(
             x=shift, y=1.5 * reach, showarrow=False,

@@ -96,7 +96,9 @@ def search(
             break
         rivals.append(tuple((odds - left[0][0], each) for odds, each in left[1:]))
         accepted, values = candidates[0][1].effects, candidates[0][1].values
-        runs = prepared(model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=3)
+        runs = prepared(
+            model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
+        )
         runs, fit = settled(model, logs, free, runs, accepted, values)
     return Found(stages=tuple(stages), rivals=tuple(rivals), left=left, nuisances=free, tried=tuple(tried))
 
@@ -124,7 +126,7 @@ def settled(
         afresh = turn == 0 and not accepted
         start = None if afresh else learned_from(runs)
         runs = prepared(
-            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else 2
+            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
         )
     else:
         fit = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=problem).fit(
@@ -196,6 +198,7 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
     """Return the best hypotheses, fitted with all that is on, with log odds against nothing more, best first."""
     names, on = stage.gram.names, stage.fit.effects
     known = range(stage.fit.columns[0].shape[1])
+    product = stage.gram.A[: len(known), : len(known)]
     nothing = stage.fit.log_evidence
     quick = []
     for _, h in stage.offered[: rules.REFINED]:
@@ -204,7 +207,7 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
         starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
         start = max(starts, key=lambda there: problem.score(*there))
-        quick.append((problem.fit(*start, stage.fit.columns), problem))
+        quick.append((problem.fit(*start, stage.fit.columns, product), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
     found = []
     for place, (fit, problem) in enumerate(quick):

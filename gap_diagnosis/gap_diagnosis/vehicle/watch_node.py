@@ -1,11 +1,11 @@
 """The vehicle's health on line: sequential tests on innovations, in /diagnostics; rov/thruster_failure on request.
 
 subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/depth, rov/velocity; what is not there is done without
-publishes   /diagnostics; rov/thruster_failure on request
+publishes   /diagnostics; rov/thruster_failure on request; ~/watched, stamped with each instant that all throttles have
+            come for: what a lockstep waits for, so that an alarm does not depend on how fast time is simulated
 """
 
 import sys
-from collections.abc import Callable
 from functools import partial
 from math import nan
 from pathlib import Path
@@ -14,6 +14,7 @@ from typing import Any
 from geometry_msgs.msg import TwistWithCovarianceStamped
 from rclpy.node import Node
 from sensor_msgs.msg import Imu
+from std_msgs.msg import Header
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import baseline
@@ -28,11 +29,11 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare
-from thruster_runtime.qos import RELIABLE
-from thruster_runtime.stamps import nanoseconds
+from thruster_runtime.records import RecordPublisher, format_of, listen
 
 __all__ = ["PARAMETERS", "VehicleWatch", "main"]
 
+_FAILURE, _HEADER = format_of(ThrusterFailure), format_of(Header)
 PARAMETERS = (
     Parameter(name="vehicle", default="", description="set of the vehicle, a name or a file"),
     Parameter(name="model", default="", description="parameter set of its thrusters; empty: the vehicle's own"),
@@ -65,44 +66,42 @@ class VehicleWatch(Node):
         self._watch, self._feed = Watch(model, noises, known, values["threshold"]), Feed(model.thrusters)
         self._report_failures, self._reported = values["report_failures"], set[int]()
         self._diagnostics = Diagnostics(self)
-        self._failures = self.create_publisher(ThrusterFailure, "rov/thruster_failure", RELIABLE)
+        self._failures = RecordPublisher(self, ThrusterFailure, "rov/thruster_failure")
+        self._watched = RecordPublisher(self, Header, f"{self.get_name()}/watched")
+        self._throttles: dict[int, int] = dict.fromkeys(range(model.thrusters), -1)
         for i in range(model.thrusters):
-            self.create_subscription(Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i), RELIABLE)
-            self.create_subscription(ThrusterState, f"thruster_{i}/state", partial(self._on_state, i), RELIABLE)
-        others: tuple[tuple[Any, str, Callable[[Any], None]], ...] = (
-            (Imu, "rov/imu", self._on_imu),
-            (Depth, "rov/depth", self._on_depth),
-            (TwistWithCovarianceStamped, "rov/velocity", self._on_velocity),
-        )
-        for kind, topic, callback in others:
-            self.create_subscription(kind, topic, callback, RELIABLE)
+            listen(self, Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i))
+            listen(self, ThrusterState, f"thruster_{i}/state", partial(self._on_state, i))
+        listen(self, Imu, "rov/imu", self._on_imu)
+        listen(self, Depth, "rov/depth", self._on_depth)
+        listen(self, TwistWithCovarianceStamped, "rov/velocity", self._on_velocity)
         self._diagnostics.report("ok", "waiting for throttles")
 
-    def _on_throttle(self, i: int, message: Throttle) -> None:
-        stamp = nanoseconds(message.header.stamp)
-        self._feed.add(f"thruster_{i}/throttle.commanded", stamp, message.commanded)
-        self._look()
+    def _on_throttle(self, i: int, throttle: Any) -> None:
+        self._feed.add(f"thruster_{i}/throttle.commanded", throttle.stamp, throttle.commanded)
+        self._throttles[i] = throttle.stamp
+        if min(self._throttles.values()) == throttle.stamp:
+            self._look(throttle.stamp)
+            self._watched.publish(_HEADER.record(throttle.stamp, ""))
 
-    def _on_state(self, i: int, message: ThrusterState) -> None:
-        stamp = nanoseconds(message.header.stamp)
-        self._feed.add(f"thruster_{i}/state.n", stamp, message.n)
-        self._feed.add(f"thruster_{i}/state.sign_source", stamp, float(message.sign_source))
+    def _on_state(self, i: int, state: Any) -> None:
+        self._feed.add(f"thruster_{i}/state.n", state.stamp, state.n)
+        self._feed.add(f"thruster_{i}/state.sign_source", state.stamp, float(state.sign_source))
 
-    def _on_imu(self, message: Imu) -> None:
-        stamp = nanoseconds(message.header.stamp)
+    def _on_imu(self, imu: Any) -> None:
         for field, axes in (("orientation", "wxyz"), ("angular_velocity", "xyz"), ("linear_acceleration", "xyz")):
             for axis in axes:
-                self._feed.add(f"rov/imu.{field}.{axis}", stamp, getattr(getattr(message, field), axis))
+                self._feed.add(f"rov/imu.{field}.{axis}", imu.stamp, getattr(imu, f"{field}_{axis}"))
 
-    def _on_depth(self, message: Depth) -> None:
-        self._feed.add("rov/depth.depth", nanoseconds(message.header.stamp), message.depth)
+    def _on_depth(self, depth: Any) -> None:
+        self._feed.add("rov/depth.depth", depth.stamp, depth.depth)
 
-    def _on_velocity(self, message: TwistWithCovarianceStamped) -> None:
-        stamp, linear = nanoseconds(message.header.stamp), message.twist.twist.linear
+    def _on_velocity(self, velocity: Any) -> None:
         for axis in "xyz":
-            self._feed.add(f"rov/velocity.twist.twist.linear.{axis}", stamp, getattr(linear, axis))
+            value = getattr(velocity, f"twist_twist_linear_{axis}")
+            self._feed.add(f"rov/velocity.twist.twist.linear.{axis}", velocity.stamp, value)
 
-    def _look(self) -> None:
+    def _look(self, stamp: int) -> None:
         piece = self._feed.piece()
         if piece is None:
             return
@@ -116,17 +115,17 @@ class VehicleWatch(Node):
         }
         self._diagnostics.report("error", alarms[0].words, ratios)
         if self._report_failures:
-            self._fail(alarms[0])
+            self._fail(alarms[0], stamp)
 
-    def _fail(self, alarm: Alarm) -> None:
+    def _fail(self, alarm: Alarm, stamp: int) -> None:
         if alarm.thruster is None or alarm.deviation > _SURE or alarm.thruster in self._reported:
             return
         self._reported.add(alarm.thruster)
         left = max(1.0 - alarm.size, 0.0)
         kind = ThrusterFailure.KIND_DEAD if left < 0.1 else ThrusterFailure.KIND_WEAK
-        message = ThrusterFailure(thruster=alarm.thruster, kind=kind, effectiveness=left, stuck_thrust=nan)
-        message.header.stamp = self.get_clock().now().to_msg()
-        self._failures.publish(message)
+        self._failures.publish(
+            _FAILURE.record(stamp, "", thruster=alarm.thruster, kind=kind, effectiveness=left, stuck_thrust=nan)
+        )
 
 
 def main() -> int:

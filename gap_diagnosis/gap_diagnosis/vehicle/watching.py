@@ -2,7 +2,11 @@ r"""A vehicle watched on line: parallel filters, one as all is believed to be an
 
 Of each failure the log likelihood ratio of the readings accumulates as CUSUM:
 
-    g <- max(0, g + log p(y | failure) - log p(y | well) - forget dt),   alarm at g >= threshold
+    g <- max(0, g + log p(y | failure) - log p(y | well) - doubt d - forget dt),   alarm at g >= threshold
+
+with d = |r_well - r_failure|^2 / 2, what the failure would gain on average if it were there: the readings must lie well
+nearer to the failure, not only as near as a misfit of the healthy vehicle may push them for a while. A filter of a
+failure that is not believed (g = 0) begins at the believed state with each piece, as the failure would.
 
 A failure that does not matter (a thruster at rest) adds nothing either way. Loss of thrust is followed at two sizes, so
 that its own size comes from the parabola through both: l(s) = a s - b s^2 / 2.
@@ -23,10 +27,13 @@ from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations
 from rov_sim.vehicle.plant import sheet_of
+from rov_sim.vehicle.tables import STATE
+from thruster_model.compilation import compiled
 
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
+_FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,23 +65,68 @@ class _Branch:
     def __init__(
         self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog
     ) -> None:
-        self.built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
-        self.sheet = sheet_of(self.built.settings)
-        self.wrench = np.zeros(6)
+        built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
+        self.body = built.settings.coefficients
+        self._sheet, self._tables, self._sensing = sheet_of(built.settings), built.settings.tables, built[1:]
+        self._steps = built.settings.steps_in(log.period)
+        self._wrench = np.zeros(6)
 
-    def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: float) -> tuple[Array, Array, Array]:
-        K, N = log.count, log.thrusters
-        out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.zeros((K, 19 + 2 * N))
-        steps = self.built.settings.steps_in(log.period)
-        carried = self.wrench * keep ** np.arange(K)[:, None]
+    def follow(self, other: "_Branch") -> None:
+        """Take the state of another branch of this bank."""
+        self._sheet[STATE] = other._sheet[STATE]
+        self._wrench = other._wrench
+
+    def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: Array, out: tuple[Array, ...]) -> bool:
+        """Fill out as `innovations` does and return whether the state stayed finite; keep: (K,), of the wrench."""
+        carried = self._wrench * keep[:-1, None]
         kernel: Any = innovations
-        kernel(
-            self.sheet, np.ascontiguousarray(log.throttles), steps, log.period / steps, carried, keep,
-            *self.built.settings.tables, self.built.sensors, self.built.tach, log.attitude, log.told, log.speeds,
-            log.battery, log.lateness, gains, speed_gains, *out,
+        done = kernel(
+            self._sheet, np.ascontiguousarray(log.throttles), self._steps, log.period / self._steps, carried,
+            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
+            log.lateness, gains, speed_gains, *out,
         )  # fmt: skip
-        self.wrench = (carried[-1] + out[3][-1, 13:19]) * keep
-        return out[0], out[1], out[3]
+        self._wrench = self._wrench * keep[-1] + out[3][-1, 13:19] * keep[1]
+        return bool(done == log.count)
+
+
+@compiled
+def _accumulated(  # type: ignore[no-untyped-def]
+    body, rotor, whitener, spread, most, doubt, forget, period, begun, ratios, sums, since
+):
+    """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
+
+    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
+    most^2 / 2, and failures are still told from each other where all of them are far off. One that a failure's filter
+    no longer foresees, since its state is not finite, is as far off as can be.
+    """
+    B, K, M = body.shape
+    N = rotor.shape[2]
+    believed, gained, whole = np.zeros(M + N), np.zeros(B), np.zeros(B)
+    for k in range(K):
+        now = begun + (k + 1) * period
+        for j in range(B):
+            gained[j], whole[j] = 0.0, 0.0
+            for i in range(M + N):
+                if i < M:
+                    there, r = np.isfinite(body[0, k, i]), 0.0
+                    for m in range(M):
+                        r += whitener[k, i, m] * body[j, k, m] if np.isfinite(body[0, k, m]) else 0.0
+                else:
+                    there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
+                if there:
+                    r = min(max(r, -_FARTHEST), _FARTHEST) if np.isfinite(r) else _FARTHEST
+                    believed[i] = r if j == 0 else believed[i]
+                    well = believed[i]
+                    weight = 1.0 / (1.0 + (well / most) ** 2)
+                    gained[j] += weight * (well * well - r * r - doubt * (well - r) ** 2)
+                    whole[j] += r * r
+        for j in range(B - 1):
+            ratios[j] += 0.5 * gained[j + 1] - forget * period
+            sums[0, j] += 0.5 * (whole[0] - whole[j + 1])
+            if j < 2 * N:  # losses come in pairs of sizes
+                sums[1, j] += 0.5 * (whole[0] - whole[j + 2 if j % 2 == 0 else j])
+            if ratios[j] < 0.0:
+                ratios[j], sums[0, j], sums[1, j], since[j] = 0.0, 0.0, 0.0, now
 
 
 class Watch:
@@ -101,8 +153,9 @@ class Watch:
         self._since = np.zeros(len(self.names))
         self._branches: list[_Branch] = []
         self._P: Array | None = None
+        self._P_n: Array | None = None
         self._state: Array | None = None
-        self.time = 0.0
+        self.time = self._begun = 0.0
 
     def _effects(self, name: tuple[str, int | None, str | None, float]) -> tuple[ActiveVehicleEffect, ...]:
         effect, thruster, sensor, size = name
@@ -122,35 +175,33 @@ class Watch:
         nu[:, 3:] = np.where(np.isfinite(rates), rates, nu[:, 3:])
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
         places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-        A, H = slopes(q, nu, first.built.settings.coefficients, *places)
+        A, H = slopes(q, nu, first.body, *places)
         there = log.telling
         gains = filter_gains(A, H, there, noises, log.period, self._P)
         self._P = gains.last
         decay = np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * log.period) for s in self._model.sets])
-        speed_gains, spread = rotor_gains(np.isfinite(log.speeds), decay, noises)
-        keep = float(np.exp(-log.period / noises.time))
-        squares, whole = [], []
-        for k, branch in enumerate(self._branches):
-            body, rotor, states = branch.step(log, gains.gains, speed_gains, keep)
-            r = np.einsum("kij,kj->ki", gains.whitener, np.nan_to_num(body)) * np.isfinite(body)
-            r = np.concatenate((r, np.nan_to_num(rotor / spread)), axis=1)
-            squares.append(np.minimum(r**2, rules.MOST_DEVIATIONS**2).sum(axis=1))
-            whole.append((r**2).sum(axis=1))
-            if k == 0:
-                self._state = states[-1]
-        gained = 0.5 * (squares[0] - np.array(squares[1:])).T  # (K, hypotheses)
-        self._accumulate(gained, 0.5 * (whole[0] - np.array(whole[1:])).T, log.period)
+        speed_gains, spread, self._P_n = rotor_gains(np.isfinite(log.speeds), decay, noises, self._P_n)
+        keep = np.exp(-log.period / noises.time) ** np.arange(log.count + 1)
+        for ratio, branch in zip(self.ratios, self._branches[1:], strict=True):
+            if ratio <= 0.0:  # a failure that is not believed has not begun yet
+                branch.follow(first)
+        B, K, N = len(self._branches), log.count, log.thrusters
+        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, 19 + 2 * N)]
+        done = [
+            branch.step(log, gains.gains, speed_gains, keep, tuple(each[j] for each in out))
+            for j, branch in enumerate(self._branches)
+        ]
+        _accumulated(
+            out[0], out[1], gains.whitener, spread, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET,
+            log.period, self.time, self.ratios, self._sums, self._since,
+        )  # fmt: skip
+        self.time += K * log.period
+        self._state = out[3][0, -1]
+        if self.time < self._begun + rules.WATCH_SETTLING:
+            self.ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        if not done[0]:  # the vehicle is lost: begin anew with what the sensors tell
+            self._branches, self._P, self._P_n, self._state, self._begun = [], None, None, None, self.time
         return self._alarms()
-
-    def _accumulate(self, gained: Array, whole: Array, period: float) -> None:
-        N = 2 * self._model.thrusters
-        for row, every in zip(gained, whole, strict=True):
-            self.time += period
-            self.ratios += row - rules.WATCH_FORGET * period
-            self._sums[0] += every
-            self._sums[1, :N] += every[:N].reshape(-1, 2)[:, ::-1].ravel()
-            reset = self.ratios < 0.0
-            self.ratios[reset], self._sums[:, reset], self._since[reset] = 0.0, 0.0, self.time
 
     def _alarms(self) -> list[Alarm]:
         found: list[Alarm] = []

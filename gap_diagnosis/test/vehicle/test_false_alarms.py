@@ -45,10 +45,12 @@ def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytes
     file = tmp_path / "dives.jsonl"
     rows = [
         {"seed": 1, "run": 0, "hours": 100.0, "peaks": [float(k) for k in range(1, 31)]},
-        {"seed": 1, "run": 0, "thrust": 4.0, "ratios": [0.0, 10.0, 60.0, 200.0], "others": [0.0] * 4},
+        {"seed": 1, "run": 0, "kind": "steps", "thrust": 4.0, "ratios": [0.0, 10.0, 60.0, 200.0], "others": [0.0] * 4},
     ]
     file.write_text("".join(json.dumps(r) + "\n" for r in rows), "utf-8")
-    assert main([str(file)]) == 0
+    picture = tmp_path / "delays.svg"
+    assert main([str(file), "--plot", str(picture)]) == 0
+    assert "not found in 60 s" in picture.read_text("utf-8")
     told = capsys.readouterr().out
     assert "100.0 h of 1 healthy vehicles, 30 excursions." in told
     assert "| 3 to 6 | 1 | 1 | 1 | 3 |" in told

@@ -65,3 +65,17 @@ def test_a_size_does_not_leave_its_range() -> None:
 
 def test_scores_of_a_true_effect_scatter_by_chance_once_it_is_on() -> None:
     assert problem().fit(np.zeros(1), [(0.3,)]).scatter < 1.6
+
+
+def test_a_limit_that_is_never_reached_stays_where_it_was_tried() -> None:
+    limit = Hypothesis(
+        effect="throttle_saturation", thruster=0, parameters=("limit",), scale=(1.0,), probe=(2.0,), lower=(0.5,),
+        upper=(5.0,),
+    )  # fmt: skip
+
+    class Unreached(Bilinear):
+        def at(self, k: int, values: Any, effects: Any) -> Any:
+            return super().at(k, values, ())
+
+    one = Problem(screen=Unreached(), nuisances={THRUST: 0.02}, effects=(limit,))  # type: ignore[arg-type]
+    assert one.fit(np.zeros(1), [(4.0,)]).effects[0].sizes == (4.0,)

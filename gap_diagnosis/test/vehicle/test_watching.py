@@ -1,8 +1,9 @@
 """The arithmetic of the watch; what it finds in recordings is counted by its command."""
 
+import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.watching import Alarm, _parabola
+from gap_diagnosis.vehicle.watching import Alarm, _accumulated, _parabola
 
 
 def test_a_size_is_the_top_of_the_parabola_through_both_sizes() -> None:
@@ -22,3 +23,48 @@ def test_a_ratio_that_only_grows_with_the_size_keeps_the_larger_size() -> None:
 def test_an_alarm_says_which_thruster_how_much_and_since_when() -> None:
     alarm = Alarm(effect="thrust_loss", thruster=3, sensor=None, size=0.25, deviation=0.04, log_ratio=20.0, since=12.0)
     assert alarm.words == "thruster 3: loses 25 ± 4 % thrust, since 12 s"
+
+
+def accumulated(body, rotor, whitener, spread, ratios):  # type: ignore[no-untyped-def]
+    """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, far beyond 4, doubt 0.3."""
+    sums, since = np.zeros((2, len(ratios))), np.zeros(len(ratios))
+    _accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
+    return ratios, sums, since
+
+
+def test_log_ratios_are_cusums_of_halves_of_whitened_squares() -> None:
+    rng = np.random.default_rng(3)
+    B, K, N = 5, 40, 1
+    body, rotor = rng.normal(size=(B, K, 13)), rng.normal(size=(B, K, N))
+    whitener, spread = rng.normal(size=(K, 13, 13)) * 0.3, rng.uniform(0.5, 2.0, (K, N))
+    body[:, rng.random((K, 13)) < 0.3] = np.nan
+    ratios, sums, since = accumulated(body, rotor, whitener, spread, np.zeros(B - 1))
+    r = np.einsum("kij,bkj->bki", whitener, np.nan_to_num(body)) * np.isfinite(body)
+    r = np.concatenate((r, rotor / spread), axis=2)
+    gain = (r[:1] ** 2 - r**2 - 0.3 * (r - r[:1]) ** 2) / (1.0 + (r[:1] / 4.0) ** 2)
+    whole = (r**2).sum(axis=2)
+    for j in range(B - 1):
+        g, own, other, begun = 0.0, 0.0, 0.0, 0.0
+        for k in range(K):
+            g += 0.5 * gain[j + 1, k].sum() - 0.02
+            own += 0.5 * (whole[0, k] - whole[j + 1, k])
+            other += 0.5 * (whole[0, k] - whole[(2, 1)[j] if j < 2 else 0, k])
+            if g < 0.0:
+                g, own, other, begun = 0.0, 0.0, 0.0, 10.0 + 0.04 * (k + 1)
+        assert (ratios[j], sums[0, j], since[j]) == pytest.approx((g, own, begun))
+        assert j >= 2 or sums[1, j] == pytest.approx(other)
+
+
+def test_a_failure_whose_filter_has_lost_the_vehicle_is_not_believed() -> None:
+    body, rotor = np.zeros((2, 5, 13)), np.zeros((2, 5, 1))
+    body[1, 2:] = np.nan
+    ratios, _, _ = accumulated(body, rotor, np.tile(np.eye(13), (5, 1, 1)), np.ones((5, 1)), np.full(1, 300.0))
+    assert ratios[0] == pytest.approx(0.0)
+
+
+def test_of_two_failures_that_are_both_far_off_the_nearer_one_gains() -> None:
+    body, rotor = np.zeros((3, 5, 13)), np.zeros((3, 5, 1))
+    body[0], body[1], body[2] = 50.0, 25.0, -60.0
+    args = np.tile(np.eye(13), (5, 1, 1)), np.ones((5, 1))
+    ratios, _, _ = accumulated(body, rotor, *args, np.zeros(2))
+    assert ratios[0] > 100.0 and ratios[1] == 0.0

@@ -58,6 +58,8 @@ class Experiment:
         lockstep: on /clock; false: by the wall's clock.
         recorded: whether lockstep waits for the recorder.
         scene: whether a node draws for viewers; nobody waits for it.
+        watched: run of the healthy vehicle from which a node learns that watches thrusters and gyro; it alone tells of
+            failures then, the plant does not; "": nobody watches.
         hardware: ports of thrusters that are not simulated, by index; `EMULATED` or `FIRMWARE`: the emulated bench.
 
     Raises:
@@ -85,6 +87,7 @@ class Experiment:
     lockstep: bool = True
     recorded: bool = True
     scene: bool = False
+    watched: str = ""
     hardware: Mapping[int, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -136,6 +139,9 @@ def graph_of(given: Experiment, *, link: str = "", firmware: str = "") -> list[G
         nodes.append(_node(given, "inner_loop", "thruster_control", _inner_loop(given, i), i))
     if given.scene:
         nodes.append(_node(given, "scene", "rov_sim", {"vehicle": given.vehicle}))
+    if given.watched:
+        watching = {"vehicle": given.vehicle, "baseline": given.watched, "report_failures": True}
+        nodes.append(_node(given, "watch", "gap_diagnosis", watching)._replace(name="vehicle_watch"))
     for i, port in given.hardware.items():
         emulated = port in (EMULATED, FIRMWARE)
         if emulated:
@@ -152,6 +158,7 @@ _CLASSES = {
     "observer": "thruster_estimation.observer_node:ObserverNode",
     "inner_loop": "thruster_control.inner_loop_node:InnerLoopNode",
     "scene": "rov_sim.vehicle.scene_node:SceneNode",
+    "watch": "gap_diagnosis.vehicle.watch_node:VehicleWatch",
     "driver": "bench_driver.driver_node:Driver",
     "emulated_bench": "rov_sim.emulated_bench_node:EmulatedBenchNode",
 }
@@ -176,11 +183,14 @@ def _plant(given: Experiment) -> GraphNode:
         wires += ["rov/imu", "rov/velocity", "rov/depth"]
     if given.recorded and given.lockstep:
         participants.append("recorder/recorded")
+    if given.watched and given.lockstep:
+        participants.append("vehicle_watch/watched")
+        wires += ["rov/thruster_failure"]
     parameters = {
         "vehicle": given.vehicle, "truth": given.truth, "sensors": given.sensors_file, "seed": given.seed,
         "rate": given.rate, "feedback": given.feedback, "lockstep": given.lockstep,
         "elsewhere": " ".join(f"T{i + 1}" for i in given.hardware), "participants": " ".join(participants),
-        "wires": " ".join(wires), **given.plant,
+        "wires": " ".join(wires), "report_failures": not given.watched, **given.plant,
     }  # fmt: skip
     return _node(given, "plant", "rov_sim", parameters)
 

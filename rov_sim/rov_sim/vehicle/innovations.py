@@ -12,7 +12,7 @@ Gains do not depend on the state: what another coefficient changes in e is a dif
 
 import numpy as np
 
-from rov_sim.vehicle.kernel import advance_period, measured, record_width
+from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import BODY, STATE
 from thruster_model.compilation import compiled
@@ -111,7 +111,7 @@ def innovations(  # type: ignore[no-untyped-def]
             states[k, j] = sheet[STATE, j]
         for j in range(6):
             states[k, 13 + j] = w[j]
-        advance_period(sheet, commands[k], steps, step, gate, wrench, body, layout, p, e)
+        advance_together(sheet, commands[k], steps, step, gate, wrench, body, layout, p, e)
         for j in range(6):
             w[j] *= keep
         if not np.all(np.isfinite(sheet[STATE])):

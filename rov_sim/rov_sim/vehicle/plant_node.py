@@ -49,8 +49,8 @@ __all__ = ["PlantNode", "main"]
 
 _TYPES = {
     "rov/setpoint": VehicleSetpoint, "rov/wrench": WrenchStamped, "rov/odometry": Odometry, "recorded": Header,
-    "throttle": Throttle, "throttle_sent": Throttle, "estimate": ThrusterEstimate, "flow": FlowVelocity,
-    "thrust_setpoint": ThrustSetpoint,
+    "watched": Header, "throttle": Throttle, "throttle_sent": Throttle, "estimate": ThrusterEstimate,
+    "flow": FlowVelocity, "thrust_setpoint": ThrustSetpoint,
 }  # fmt: skip
 _POLL = {True: 0.001, False: 0.002}  # s, in lockstep or not
 _LATE = 0.25  # s of the wall that are lost rather than caught up with

@@ -12,7 +12,7 @@ __all__ = ["Motion", "SetPoints", "VehicleRecording", "read_vehicle", "signal"]
 
 Array = NDArray[np.float64]
 
-_VEHICLE = ("truth", "odometry", "setpoint", "wrench", "depth", "battery")
+_VEHICLE = ("truth", "odometry", "setpoint", "wrench", "depth", "battery", "thruster_failure")
 _THRUSTER = ("throttle", "state", "estimate", "truth", "thrust_setpoint")
 _MOST_THRUSTERS = 32
 _POSE = "rov/{}.pose.pose."

@@ -7,6 +7,7 @@ import numpy as np
 
 from rov_sim.vehicle.path_plot_io import path_plot
 from rov_sim.vehicle.recording_io import VehicleRecording
+from rov_sim.vehicle.run_failures_io import add_failures
 from rov_sim.vehicle.run_panels_io import (
     attitude_panels,
     battery_panels,
@@ -45,6 +46,7 @@ def build_report(runs: Sequence[Scored], about: Mapping[str, Any]) -> Report:
     for name, recording, scores in runs:
         report.section("Scores" if len(runs) == 1 else f"Run {name}")
         _tracking_table(report, scores)
+        add_failures(report, recording)
         _motion(report, recording, scores)
         if recording.thrusters:
             _thrusters(report, recording, scores)

@@ -14,14 +14,15 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.blind.watch_plot_io import draw_delays
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import most_alarms, rate_at, threshold_for
 from run_bag.command_line import user_arguments
 
 __all__ = ["main", "said"]
 
-_DIVES = 6
-"""Healthy dives of a vehicle, and losses of it, before the next one is drawn."""
+_DIVES, _LOSSES = 30, 3
+"""Healthy dives of a vehicle before the next one is drawn; beside each third of them there is one with a loss."""
 _MINUTES = 10.0
 _LEVELS = ((0.0, 0.5), (0.5, 1.5), (1.5, 3.0), (3.0, 6.0), (6.0, np.inf))
 
@@ -33,6 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--hours", type=float, default=0.0, help="in all (default: only print what there is)")
     parser.add_argument("--first", type=int, default=2000, help="seed of the first vehicle (default %(default)s)")
     parser.add_argument("--rate", type=float, default=0.1, help="false alarms per hour that are accepted")
+    parser.add_argument("--plot", type=Path, metavar="FILE.svg", help="picture of delays against mean thrust")
     given = parser.parse_args(user_arguments(arguments))
     if not given.rate > 0.0:
         print(f"--rate: expected a number above 0; found {given.rate:g}", file=sys.stderr)
@@ -50,8 +52,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             draw = watched_draw(seed)
             watched = Watched(draw, load_model(draw.vehicle))
         of = {"seed": seed, "run": run, "vehicle": watched.draw.vehicle}
-        # the healthy dive last: it is what tells that both are done
-        for dive in ({**of, **watched.loss(run)}, {**of, **watched.healthy(run, _MINUTES)}):
+        dives = [watched.loss(run // _LOSSES)] if run % _LOSSES == 0 else []
+        for each in (*dives, watched.healthy(run, _MINUTES)):  # the healthy one last: it tells that all is done
+            dive = {**of, **each}
             with given.dives.open("a", encoding="utf-8") as file:
                 file.write(json.dumps(dive) + "\n")
             done.append(dive)
@@ -60,7 +63,21 @@ def main(arguments: Sequence[str] | None = None) -> int:
             f"{sum(d.get('hours', 0.0) for d in done):.2f} h, vehicle {seed}, dive {run}", file=sys.stderr, flush=True
         )
     print(said(done, given.rate))
+    if given.plot is not None:
+        threshold = _threshold(done, given.rate)
+        lost = {(d["seed"], d["run"]): d for d in done if "ratios" in d}.values()
+        draw_delays(given.plot, [(d["kind"], d["thrust"], _delay(d["ratios"], threshold)) for d in lost], threshold)
+        print(given.plot)
     return 0
+
+
+def _threshold(done: Sequence[dict[str, Any]], rate: float) -> float:
+    """Return the threshold for a rate where the count tells one, else the one that stands in the rules."""
+    healthy = [d for d in done if "peaks" in d]
+    try:
+        return threshold_for(rate, [p for d in healthy for p in d["peaks"]], sum(d["hours"] for d in healthy))
+    except ValueError:
+        return rules.WATCH_THRESHOLD
 
 
 def said(done: Sequence[dict[str, Any]], rate: float) -> str:
@@ -89,7 +106,7 @@ def said(done: Sequence[dict[str, Any]], rate: float) -> str:
         )
     lines += ["", f"Loss of 30 %, at the threshold {wanted:.1f}:", ""]
     lines += [
-        "| mean thrust of it [N] | dives | found in 10 s | found in 100 s | median delay [s] |",
+        "| mean thrust of it [N] | dives | found in 10 s | found in 60 s | median delay [s] |",
         "|---|---|---|---|---|",
     ]
     for low, high in _LEVELS:

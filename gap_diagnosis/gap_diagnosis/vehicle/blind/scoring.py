@@ -5,7 +5,11 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["TWINS", "scored", "table"]
+from gap_diagnosis.blind_check.statistics import Share, calibration_error
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
+from thruster_model.effects import stages
+
+__all__ = ["TWINS", "differences", "scored", "table"]
 
 TWINS: tuple[frozenset[str], ...] = (
     frozenset({"thrust_loss", "propeller_fouling", "water_unloaded"}),
@@ -13,6 +17,15 @@ TWINS: tuple[frozenset[str], ...] = (
     frozenset({"thruster_polarity", "throttle_gain"}),
 )
 """Effects that these models cannot tell apart: on the same thruster either name counts."""
+
+
+BLOCKS = {"lift": ("body",), "leak": ("body",), "breathing_thrust": ("body", "thrusters")}
+"""Where what is hidden from outside the library acts."""
+ALWAYS = ("thruster_swap", "thruster_polarity", "thruster_failure")
+
+
+def _block(effect: str) -> str:
+    return str((VEHICLE_LIBRARY.get(effect) or stages.LIBRARY[effect]).block)
 
 
 def _same(hidden: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
@@ -53,19 +66,20 @@ def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[s
                         marks["sizes"].append([value, found["value"], found["std"]])
     if not hidden and not outside:
         marks["right"] = content["verdict"] in ("no_gap", "parameters")
+    marks["block"] = False
     if outside:
         marks["right"] = content["verdict"] == "unknown"
+        marks["block"] = marks["right"] or (bool(said) and all(_block(e["id"]) in BLOCKS[outside] for e in said))
     return marks
 
 
 def _share(hits: int, of: int) -> str:
-    """Return a share with its 90 % interval (Wilson)."""
+    """Return a share with its 95 % interval (Wilson)."""
     if of == 0:
         return "– (0 cases)"
-    z, p = 1.645, hits / of
-    middle = (p + z * z / (2 * of)) / (1 + z * z / of)
-    half = z * np.sqrt(p * (1 - p) / of + z * z / (4 * of * of)) / (1 + z * z / of)
-    return f"{100 * p:.0f} % ({100 * max(middle - half, 0):.0f} to {100 * min(middle + half, 1):.0f}; {hits} of {of})"
+    found = Share(hits, of)
+    low, high = found.interval
+    return f"{100 * found.value:.0f} % ({hits}/{of}; {100 * low:.0f} to {100 * high:.0f})"
 
 
 def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
@@ -78,6 +92,8 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
     every = [c["marks"] for c in cases]
     shown = [c["marks"] for c in cases if c["marks"]["kind"] == "one" and all(c.get("shown", ()))]
     poor = [c["marks"] for c in cases if "tachometer" in c["missing"] and c["marks"]["kind"] == "one"]
+    named = [(e["probability"], _is_hidden(e, c["hidden"])) for c in cases for e in c["marks"]["said"]]
+    wired = [c["marks"] for c in cases if len(c["hidden"]) == 1 and c["hidden"][0]["id"] in ALWAYS]
     places = [m["thruster"] for m in every if m["thruster"] is not None]
     sizes = np.array([s for m in every for s in m["sizes"]]).reshape(-1, 3)
     errors = np.abs(sizes[:, 1] - sizes[:, 0]) / np.abs(sizes[:, 0]) if len(sizes) else np.zeros(0)
@@ -99,6 +115,11 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
         ("thruster right, given the effect", _share(sum(places), len(places))),
         ("an effect claimed where there is none", _share(sum(m["claims"] > 0 for m in none), len(none))),
         ("outside the library: unknown", _share(sum(m["right"] for m in outside), len(outside))),
+        (
+            "outside: unknown, or all that is named is in the right block",
+            _share(sum(m["block"] for m in outside), len(outside)),
+        ),
+        ("swap, polarity, dead thruster: right", _share(sum(m["right"] for m in wired), len(wired))),
         ("both of a pair", _share(sum(m["hits"] == 2 for m in pair), len(pair))),
         ("no velocity log, tachometer, battery: right", _share(sum(m["right"] for m in poor), len(poor))),
         (
@@ -106,4 +127,41 @@ def table(cases: Sequence[Mapping[str, Any]]) -> list[tuple[str, str]]:
             f"{100 * float(np.median(errors)):.1f} % ({len(errors)} sizes)" if len(errors) else "–",
         ),
         ("90 % intervals that hold the size", _share(covered, len(sizes))),
+        (
+            "calibration error of what is named",
+            f"{calibration_error([p for p, _ in named], [hit for _, hit in named])[0]:.2f} ({len(named)} names)"
+            if named
+            else "–",
+        ),
     ]
+
+
+def _is_hidden(said: Mapping[str, Any], hidden: Sequence[Mapping[str, Any]]) -> bool:
+    return any(_same(h, said) for h in hidden)
+
+
+def differences(before: Sequence[Mapping[str, Any]], after: Sequence[Mapping[str, Any]]) -> list[tuple[str, ...]]:
+    """Return rows (seed, hidden, before, after, better, worse or other) of cases that are answered otherwise."""
+    former = {c["seed"]: c for c in before if "marks" in c}
+    rows = []
+    for case in after:
+        old = former.get(case["seed"])
+        if old is None or "marks" not in case:
+            continue
+        says = [_says(each["marks"]) for each in (old, case)]
+        right = [bool(each["marks"]["right"]) for each in (old, case)]
+        if says[0] != says[1] or right[0] != right[1]:
+            change = "better" if right[1] > right[0] else "worse" if right[1] < right[0] else "other"
+            hidden = ", ".join(_words(h) for h in case["hidden"]) or case["outside"] or "nothing"
+            rows.append((str(case["seed"]), hidden, *says, change))
+    return rows
+
+
+def _words(effect: Mapping[str, Any]) -> str:
+    place = [str(effect[k]) for k in ("thruster", "other", "axis") if effect.get(k) is not None]
+    return " ".join((effect["id"], *place))
+
+
+def _says(marks: Mapping[str, Any]) -> str:
+    named = ", ".join(_words(e) for e in marks["said"])
+    return f"{marks['verdict']}: {named}" if named else str(marks["verdict"])

@@ -22,7 +22,7 @@ __all__ = ["Watched", "watched_draw"]
 KINDS = ("hold", "steps", "sines")
 LEARNED = ("steps", "sines")
 """Runs of a minute each that the watch learns from, as an operator would record them first."""
-_MINUTE, _LATE = 60.0, 20.0
+_MINUTE, _LATE, _AFTER = 60.0, 20.0, 60.0
 _BASELINE, _LOSSES = 1000, 2000
 """Numbers of the runs: their programmes and noises differ from those of the hours."""
 
@@ -75,7 +75,7 @@ class Watched:
         i, kind = int(rng.integers(self.model.thrusters)), KINDS[run % len(KINDS)]
         table = self._truth.thrusters.copy()
         table[i, COLUMNS.index("share")], table[i, COLUMNS.index("since")] = 1.0 - share, _LATE
-        log = self._log(self._truth._replace(thrusters=table), _LOSSES + run, kind, 2.0 * _MINUTE)
+        log = self._log(self._truth._replace(thrusters=table), _LOSSES + run, kind, _LATE + _AFTER)
         watch, ratios = self._ratios(log)
         own = [j for j, name in enumerate(watch.names) if name[1] == i]
         late = round(_LATE)

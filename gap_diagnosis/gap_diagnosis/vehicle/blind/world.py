@@ -29,38 +29,70 @@ COLUMNS = (
 
 
 @compiled
-def _cross(a, b):  # type: ignore[no-untyped-def]
-    return np.array([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+def _crossed(a, b):  # type: ignore[no-untyped-def]
+    return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+
+
+@compiled
+def _times(A, x, out):  # type: ignore[no-untyped-def]
+    """Fill out with A x."""
+    for i in range(len(out)):
+        total = 0.0
+        for j in range(len(x)):
+            total += A[i, j] * x[j]
+        out[i] = total
 
 
 @compiled
 def _forces(  # type: ignore[no-untyped-def]
-    R, v, w, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction
+    R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench, out
 ):
-    """Return (f, m) on the body."""
+    """Fill out with force and moment on the body."""
     down = R[2]
-    nu = np.concatenate((v, w))
-    held = -(D_L @ nu) - D_Q @ (np.abs(nu) * nu)
-    f = held[:3] + (weight - buoyancy) * down
-    m = held[3:] + _cross(r_G, weight * down) - _cross(r_B, buoyancy * down)
+    for i in range(6):
+        held = 0.0
+        for j in range(6):
+            held += (D_L[i, j] + D_Q[i, j] * abs(nu[j])) * nu[j]
+        out[i] = wrench[i] - held
+    heavy, light = _crossed(r_G, down), _crossed(r_B, down)
+    for i in range(3):
+        out[i] += (weight - buoyancy) * down[i]
+        out[3 + i] += weight * heavy[i] - buoyancy * light[i]
     for i in range(len(T)):
         row = thrusters[i]
         left = 1.0
         for j in range(len(T)):
             left -= interaction[j, i] * abs(T[j])
-        push = row[EX : EX + 3] * T[i] * left
-        arm = _cross(row[RX : RX + 3], push)
-        whole = np.concatenate((push, arm))
+        push = T[i] * left
+        torque = row[HAND] * row[TORQUE] * n[i] * abs(n[i])
+        e = row[EX : EX + 3]
+        arm = _crossed(row[RX : RX + 3], e)
         axis = int(row[HULL_AXIS])
-        if axis >= 0:
-            whole[axis] *= 1.0 - row[HULL_SHARE]
-        f += whole[:3]
-        m += whole[3:]
-        m -= row[EX : EX + 3] * row[HAND] * row[TORQUE] * n[i] * abs(n[i])
-    at = tether[1:4]
-    here = v + _cross(w, at)
-    pull = -tether[0] * np.sqrt((here * here).sum()) * here
-    return f + pull, m + _cross(at, pull)
+        for j in range(3):
+            straight, turned = push * e[j], push * arm[j]
+            out[j] += straight * (1.0 - row[HULL_SHARE]) if j == axis else straight
+            out[3 + j] += turned * (1.0 - row[HULL_SHARE]) if 3 + j == axis else turned
+            out[3 + j] -= e[j] * torque
+    if tether[0] != 0.0:
+        at = tether[1:4]
+        round_it = _crossed(nu[3:], at)
+        here = (nu[0] + round_it[0], nu[1] + round_it[1], nu[2] + round_it[2])
+        size = -tether[0] * np.sqrt(here[0] ** 2 + here[1] ** 2 + here[2] ** 2)
+        pull = (size * here[0], size * here[1], size * here[2])
+        moment = _crossed(at, pull)
+        for i in range(3):
+            out[i] += pull[i]
+            out[3 + i] += moment[i]
+
+
+@compiled
+def _slope(nu, momentum, forces, out):  # type: ignore[no-untyped-def]
+    """Fill out with the momentum's rate in turning axes under forces."""
+    v, w, a, b = nu[:3], nu[3:], momentum[:3], momentum[3:]
+    w_a, w_b, v_a = _crossed(w, a), _crossed(w, b), _crossed(v, a)
+    for i in range(3):
+        out[i] = forces[i] - w_a[i]
+        out[3 + i] = forces[3 + i] - w_b[i] - v_a[i]
 
 
 @compiled
@@ -86,6 +118,10 @@ def run_world(  # type: ignore[no-untyped-def]
     inverse = np.linalg.inv(M)
     h = STEP
     momentum, n, va, u, heat, T = np.zeros(6), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N), np.zeros(N)
+    nu, nu2, slope, later, forces, trial = (
+        np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6)
+    )  # fmt: skip
+    R, turned, position = R.copy(), np.zeros((3, 3)), position.copy()
     past = np.zeros((N, 400))
     now = 0
     full = np.zeros(N)
@@ -93,7 +129,7 @@ def run_world(  # type: ignore[no-untyped-def]
         p = thrusters[i]
         full[i] = p[CU2] * (5.0 - p[D2]) / p[KN]
     for k in range(K):
-        nu = inverse @ momentum
+        _times(inverse, momentum, nu)
         roll = np.arctan2(R[2, 1], R[2, 2])
         pitch = -np.arcsin(min(max(R[2, 0], -1.0), 1.0))
         yaw = np.arctan2(R[1, 0], R[0, 0])
@@ -111,9 +147,7 @@ def run_world(  # type: ignore[no-untyped-def]
             sent[k, i] = min(max(total, -4.9), 4.9) if abs(total) > 0.86 else 0.0
         for s in range(steps):
             at = k * steps + s
-            nu = inverse @ momentum
-            v, w = nu[:3], nu[3:]
-            drift = R.T @ current
+            _times(inverse, momentum, nu)
             out_n[at] = n
             load = 0.0
             for i in range(N):
@@ -151,7 +185,8 @@ def run_world(  # type: ignore[no-untyped-def]
                 n[i] = p[TURNING] * (drive / rate + (n[i] - drive / rate) * np.exp(-rate * h))
                 if p[COULOMB] > 0.0 and before * n[i] < 0.0:
                     n[i] = 0.0
-                U = (p[EX : EX + 3] * (v + _cross(w, p[RX : RX + 3]))).sum()
+                moved = _crossed(nu[3:], p[RX : RX + 3])
+                U = p[EX] * (nu[0] + moved[0]) + p[EX + 1] * (nu[1] + moved[1]) + p[EX + 2] * (nu[2] + moved[2])
                 middle = 0.5 * (before + n[i])
                 flow = va[i]
                 for part in (0.5 * h, h):
@@ -162,34 +197,50 @@ def run_world(  # type: ignore[no-untyped-def]
                     flow = va[i] + part * change
                 T[i], va[i] = push, flow
             now += 1
-            f, m = _forces(R, v, w, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction)
-            f, m = f + wrench[k, :3], m + wrench[k, 3:]
-            a, b = momentum[:3], momentum[3:]
-            slope = np.concatenate((f - _cross(w, a), m - _cross(w, b) - _cross(v, a)))
-            trial = inverse @ (momentum + h * slope)
-            v2, w2 = trial[:3], trial[3:]
-            turned = R @ _turn(0.5 * h * (w + w2))
-            f2, m2 = _forces(turned, v2, w2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction)
-            f2, m2 = f2 + wrench[k, :3], m2 + wrench[k, 3:]
-            a2, b2 = momentum[:3] + h * slope[:3], momentum[3:] + h * slope[3:]
-            later = np.concatenate((f2 - _cross(w2, a2), m2 - _cross(w2, b2) - _cross(v2, a2)))
-            out[at, :3] = position
-            out[at, 3:12] = R.copy().ravel()
-            out[at, 12:15], out[at, 15:18] = v + drift, w
-            momentum = momentum + 0.5 * h * (slope + later)
-            nu2 = inverse @ momentum
-            position = position + h * (R @ (0.5 * (v + nu2[:3])) + current)
-            R = turned
+            for i in range(3):
+                out[at, i] = position[i]
+                out[at, 15 + i] = nu[3 + i]
+                out[at, 12 + i] = nu[i]
+                for j in range(3):
+                    out[at, 3 + 3 * i + j] = R[i, j]
+                    out[at, 12 + i] += R[j, i] * current[j]
+            _forces(
+                R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench[k], forces
+            )  # fmt: skip
+            _slope(nu, momentum, forces, slope)
+            for i in range(6):
+                trial[i] = momentum[i] + h * slope[i]
+            _times(inverse, trial, nu2)
+            half = 0.5 * h
+            _turn(R, half * (nu[3] + nu2[3]), half * (nu[4] + nu2[4]), half * (nu[5] + nu2[5]), turned)
+            _forces(
+                turned, nu2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench[k],
+                forces,
+            )  # fmt: skip
+            _slope(nu2, trial, forces, later)
+            for i in range(6):
+                momentum[i] += half * (slope[i] + later[i])
+            _times(inverse, momentum, nu2)
+            for i in range(3):
+                for j in range(3):
+                    position[i] += half * R[i, j] * (nu[j] + nu2[j])
+                position[i] += h * current[i]
+            R[:] = turned
             if not np.all(np.isfinite(momentum)):
                 return k
     return K
 
 
 @compiled
-def _turn(x):  # type: ignore[no-untyped-def]
-    """Return the matrix of a rotation vector."""
-    angle = np.sqrt((x * x).sum())
-    S = np.array([[0.0, -x[2], x[1]], [x[2], 0.0, -x[0]], [-x[1], x[0], 0.0]])
-    if angle < 1e-9:
-        return np.eye(3) + S
-    return np.eye(3) + np.sin(angle) / angle * S + (1.0 - np.cos(angle)) / angle**2 * (S @ S)
+def _turn(R, x, y, z, out):  # type: ignore[no-untyped-def]
+    """Fill out with a matrix after a turn about the rotation vector (x, y, z) of its own axes."""
+    square = x * x + y * y + z * z
+    angle = np.sqrt(square)
+    a = np.sin(angle) / angle if angle > 1e-9 else 1.0
+    b = (1.0 - np.cos(angle)) / square if angle > 1e-9 else 0.5
+    for i in range(3):
+        p, q, r = R[i, 0], R[i, 1], R[i, 2]
+        along = b * (p * x + q * y + r * z)
+        out[i, 0] = p * (1.0 - b * square) + along * x + a * (q * z - r * y)
+        out[i, 1] = q * (1.0 - b * square) + along * y + a * (r * x - p * z)
+        out[i, 2] = r * (1.0 - b * square) + along * z + a * (p * y - q * x)
