@@ -206,6 +206,9 @@ class Investigation:
         fitted = self.best.fitted
         found = {}
         for suspect in self.best.suspects:
+            if not suspect.scalable:  # no slope tells how far none is
+                found[suspect.key] = np.inf
+                continue
             own = self.best.sizes_of(suspect).astype(np.int64)
             # As far as readings are not rounded: the slopes are those of what is.
             trace = fitted.jacobian[:, own[0]] * fitted.x[own[0]]
