@@ -90,6 +90,7 @@ def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Pa
         assert processes_with(done.mark) == []
 
 
+@pytest.mark.long
 def test_a_thruster_that_fails_in_mid_dive_is_found_by_the_watch_and_its_share_given_to_others(tmp_path: Path) -> None:
     how = ["--composed", "--vehicle", "ngs", "--strategy", "lookup"]
     healthy = dived(tmp_path / "moves.yaml", tmp_path / "healthy", how, MOVES)
