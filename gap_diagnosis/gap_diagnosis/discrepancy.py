@@ -82,7 +82,7 @@ def discrepancy(fitted: Fitted, noise: Whitener, unlike: Array | None = None) ->
     if chosen:
         weights[chosen] = np.linalg.lstsq(gram[np.ix_(chosen, chosen)], slope[chosen], rcond=None)[0]
     # Beside the features the nuisances are re-tuned.
-    explained = waves - np.nan_to_num(fitted.sensitivities) @ (retuning @ weights)
+    explained = waves - fitted.sensitivities @ (retuning @ weights)
     for place, (signal, block) in enumerate(blocks):
         explained[problem.signal_rows[signal]] += block @ weights[place * len(names) : (place + 1) * len(names)]
     evidence += sum(line.evidence for line in lines if _matters(fitted, noise, line))

@@ -39,7 +39,7 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
         taken: how many degrees of freedom fitting has used up.
     """
     system, bare = base.system, replace(base, loose=None)
-    rows, known = np.nan_to_num(residuals), system.known
+    known = system.known
     share = 1.0 - min(taken / max(int(np.sum(known)), 1), 0.5)
     names, pushes = system.signal_names, len(base.levels.pushes)
     s = len(names)
@@ -58,7 +58,7 @@ def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, tak
     def seen(z: Array) -> tuple[Array, Array]:
         """Return white rows and logarithms of the innovations' variances."""
         trial = replace(bare, levels=levels_at(z))
-        return trial.whiten(rows)[known], 2.0 * np.log(trial.deviations[known])
+        return trial.whiten(residuals)[known], 2.0 * np.log(trial.deviations[known])
 
     pulled = np.concatenate((np.zeros(s), np.full(2 * s + pushes + 1, _PULL)))
 

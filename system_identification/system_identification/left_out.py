@@ -88,7 +88,7 @@ def foreseen(noise: Whitener, predicted: Array) -> Array:
     system = noise.system
     folds = folds_of(system)
     bare = replace(noise, loose=None)
-    white = bare.whiten(np.where(system.known, np.nan_to_num(system.measured - predicted), 0.0))
+    white = bare.whiten(system.measured - predicted)
     return np.array([-0.5 * float(np.sum(white[folds == k] ** 2)) for k in range(int(folds.max()) + 1)])
 
 

@@ -160,7 +160,7 @@ class _Searching:
             current = better
         return Search(
             none=self.found[frozenset()],
-            best=self.exchanged(current),
+            best=self.exchanged(),
             weighed=self.found,
             rated=first,
             sizes=self.sizes,
@@ -336,7 +336,7 @@ class _Searching:
                 break
         return found
 
-    def exchanged(self, current: Hypothesis) -> Hypothesis:
+    def exchanged(self) -> Hypothesis:
         """Return the likeliest set once those were fitted that lack one effect, or have one or two others instead.
 
         Sets that come out about as likely are left in the same way: two exchanged effects are one step each.
