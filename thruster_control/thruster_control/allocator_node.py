@@ -5,7 +5,7 @@ publishes   thruster_i/thrust_setpoint, thruster_i/flow, rov/wrench, /diagnostic
 
 What is stamped when and waits for what: `thruster_runtime.triggered_join`. Odometry in other frames than map_ned and
 base_link_frd is not used: its signs would be wrong. Where odometry stays away the node asks for no thrust, once, after
-`odometry_timeout` of its own clock.
+`odometry_timeout` of its own clock, stamped next to the last odometry: what comes late after all is younger than that.
 """
 
 import sys
@@ -60,6 +60,7 @@ class AllocatorNode(Node):
         self._join = TriggeredJoin("odometry", inputs)
         self._health = JoinHealth(self, self._join)
         self._heard: int | None = None  # when odometry was heard last, by the node's clock [ns]; None: not, or told
+        self._answered = 0  # the stamp of that odometry [ns]
         self._thrusts = [
             RecordPublisher(self, ThrustSetpoint, f"thruster_{i}/thrust_setpoint") for i in range(loop.thrusters)
         ]
@@ -101,7 +102,7 @@ class AllocatorNode(Node):
             self.get_logger().warning(f"rov/thruster_failure: {wrong}: not used")
 
     def _on_odometry(self, odometry: Any) -> None:
-        self._heard = self.get_clock().now().nanoseconds
+        self._heard, self._answered = self.get_clock().now().nanoseconds, odometry.stamp
         self._take("odometry", odometry.stamp, odometry)
 
     def _take(self, name: str, stamp: int, kept: Any) -> None:
@@ -148,7 +149,7 @@ class AllocatorNode(Node):
             return
         self._heard = None
         self._loop.restart()
-        self._publish_thrusts(now, self._loop.thrusters * [0.0])
+        self._publish_thrusts(self._answered + 1, self._loop.thrusters * [0.0])
         self._health.report(now, "error", "no odometry: no thrust")
 
 
