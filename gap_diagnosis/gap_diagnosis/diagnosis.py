@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.how_far import Errors, Shrink, Step, budget_of_steps, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
-from gap_diagnosis.jitter import is_at_random, jitter_in, scales_beside
+from gap_diagnosis.jitter import jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
@@ -232,11 +232,8 @@ def _beside_jitter(
     jitter = jitter_in(fitted)
     if jitter is None or _is_plain(found):
         return found, jitter
-    if is_at_random(fitted, jitter.size):
-        beside = investigated(replace(fitted.problem, scales=scales_beside(fitted, jitter.size)))
-        if _is_plain(beside):
-            return beside, jitter
-    return found, None
+    beside = investigated(replace(fitted.problem, scales=scales_beside(fitted, jitter.size)))
+    return (beside, jitter) if _is_plain(beside) else (found, None)
 
 
 def _is_plain(found: Investigation) -> bool:

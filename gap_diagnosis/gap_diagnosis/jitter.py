@@ -10,7 +10,7 @@ from gap_diagnosis.suspects import betrayed_by
 from system_identification.fitting import Fitted
 from system_identification.system import Series
 
-__all__ = ["is_at_random", "jitter_in", "jitter_of", "scales_beside"]
+__all__ = ["jitter_in", "jitter_of", "scales_beside"]
 
 Array = NDArray[np.float64]
 _STEEP = 2.0  # scatter on a slope over the noise, from which on it is seen by itself
@@ -27,9 +27,9 @@ class _Slope(NamedTuple):
 
 
 def jitter_in(fitted: Fitted) -> Scatter | None:
-    """Return what residuals say of stamps that scatter; None: they do not."""
+    """Return what residuals say of stamps that scatter; None: they do not, or what is wrong on slopes is no chance."""
     size, deviation, odds = jitter_of(fitted)
-    if odds < JITTER_ODDS:
+    if odds < JITTER_ODDS or not _is_at_random(fitted, size):
         return None
     return Scatter(
         effect=betrayed_by("stamps"),
@@ -80,7 +80,7 @@ def jitter_of(fitted: Fitted, sizes: Array | None = None) -> tuple[float, float,
     return mean, max(deviation, _CURVED * mean), float(total[best] - total[0] + occam)
 
 
-def is_at_random(fitted: Fitted, size: float) -> bool:
+def _is_at_random(fitted: Fitted, size: float) -> bool:
     """Tell whether errors on slopes look like stamps that scatter by a size [s], and not like a wrong model.
 
     Over the slope they are times: of either sign, and no two in a row have more to do with each other than others.
