@@ -4,14 +4,21 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.how_far import ChannelErrors
+from gap_diagnosis.problem import Problem
 from gap_diagnosis.verdict import Claim
 from system_identification.budget import PARAMETERS
+from system_identification.hypothesis import Hypothesis
+from system_identification.left_out import FEWEST_RUNS
+from system_identification.noise import Whitener
 
 __all__ = ["as_json"]
+
+Array = NDArray[np.float64]
 
 
 def as_json(
@@ -89,11 +96,12 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
     claims = {claim.key: claim for claim in (*diagnosis.verdict.claims, *diagnosis.verdict.resembles)}
     if diagnosis.nearest:
         last = diagnosis.nearest[-1]
-        whole, unknowns = last.found, last.out.unknowns
+        whole, unknowns, retuned = last.found, last.out.unknowns, diagnosis.nearest[0].out.unknowns
         helps = {each.found.keys[-1]: each.helps for each in diagnosis.nearest[1:]}
         chosen = {each.found.keys[-1]: each.chosen for each in diagnosis.nearest[1:]}
     else:
         whole, unknowns = found.best, found.held_out(found.best).unknowns
+        retuned = found.held_out(found.none).unknowns
         helps, chosen = {**found.helps}, {}
     causes = []
     for suspect in whole.suspects:
@@ -127,10 +135,31 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             "depends_on": [f"{f.signal}: {f.name}" for f in found.unexplained.features[:3]] if found.nameless else [],
         },
         "disturbance": dict(zip(("rotor", "flow"), levels.pushes, strict=False)),
+        "process_noise": {**_rates(found.noise), "memory": levels.memory},
+        "retuned_without_each_run": _by_run_left_out(found.none, retuned),
+        "with_causes_without_each_run": _by_run_left_out(whole, unknowns),
         "left_out": [
             {"step": step.name, "rms": step.rms, "by_run": list(step.by_fold), "helps": step.helps}
             for step in diagnosis.waterfall
         ],
+    }
+
+
+def _rates(noise: Whitener) -> dict[str, float]:
+    """Return the standard deviations of what pushes rotor [rad/s^2] and water [m/s^2] at random."""
+    pushed = zip(noise.levels.pushes, noise.units, strict=False)
+    return dict(zip(("rotor", "flow"), (level * float(unit) for level, unit in pushed), strict=False))
+
+
+def _by_run_left_out(found: Hypothesis, unknowns: Array) -> dict[str, Any] | None:
+    """Return parameters [SI] and sizes of effects as fitted without each run, by name; None: parts were left out."""
+    problem: Problem = found.system
+    names = [recording.name for recording in problem.recordings]
+    if len(names) < FEWEST_RUNS or len(unknowns) != len(names) or len(set(names)) != len(names):
+        return None
+    return {
+        name: {"parameters": problem.values(x), "effects": problem.sizes(x)}
+        for name, x in zip(names, unknowns, strict=True)
     }
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from rov_sim.bench_study.controllers import BELIEFS, EXTRA, FORMS, THESIS
 from rov_sim.bench_study.experiment import KINDS, SCORES
 from rov_sim.bench_study.plan_io import conditions_of, load_plant, plan_text
-from rov_sim.bench_study.real_runs_io import read_real_runs
+from rov_sim.bench_study.real_runs_io import add_controller_argument, controllers_told, read_real_runs
 from rov_sim.bench_study.report_io import build_report
 from rov_sim.bench_study.results_io import UNITS, run_shard
 from rov_sim.closed_loop import Timing
@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             timing=Timing(sample=given.sample, computation=given.computation),
             seed=given.seed,
         )
-        real = read_real_runs(given.real) if given.real is not None else []
+        real = read_real_runs(given.real, controllers_told(given.controller)) if given.real is not None else []
         store = Store(given.out, plan, SCORES)
         shards = shards_of(strategies, references, given.seeds)
         run_with_progress(store, shards, run_shard, given)
@@ -74,6 +74,7 @@ def _parser() -> argparse.ArgumentParser:
     p.add_argument("--sample", type=float, default=0.0, metavar="S", help="from u_k's sending to y_k (default 0)")
     p.add_argument("--computation", type=float, default=0.0, metavar="S", help="until u_k acts (default 0)")
     p.add_argument("--real", type=Path, metavar="PATH", help="recordings of the bench, to be scored beside")
+    add_controller_argument(p)
     add_running_arguments(p)
     p.add_argument("--out", type=Path, required=True, metavar="DIR", help="new folder, or one to resume")
     return p

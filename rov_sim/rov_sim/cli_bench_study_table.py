@@ -12,7 +12,7 @@ from rov_sim.bench_study.pictures_io import draw_errors, draw_prediction
 from rov_sim.bench_study.plan_io import conditions_of, load_plant, plan_text
 from rov_sim.bench_study.prediction import Prediction, predictions
 from rov_sim.bench_study.real_runs import RealRun, lookup_lines, measured_disturbances, recovered_map
-from rov_sim.bench_study.real_runs_io import read_real_runs
+from rov_sim.bench_study.real_runs_io import add_controller_argument, controllers_told, read_real_runs
 from rov_sim.bench_study.results_io import read_study
 from rov_sim.bench_study.tables import (
     claim_tables,
@@ -54,7 +54,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         given.out.mkdir(parents=True, exist_ok=True)
         draw_errors(main_study, given.out / "bench_study_errors.svg")
         if given.real is not None:
-            texts += _real(given, read_real_runs(given.real))
+            texts += _real(given, read_real_runs(given.real, controllers_told(given.controller)))
         write_whole(given.out / "tables.md", "\n\n".join(texts) + "\n", replace=True)
     except (RunError, ThrusterModelError, ThrusterControlError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
@@ -71,6 +71,7 @@ def _parser() -> argparse.ArgumentParser:
     text = "the same study as NAME without spikes"
     p.add_argument("--without-spikes", action="append", default=[], metavar="NAME=DIR", help=text)
     p.add_argument("--real", type=Path, metavar="PATH", help="recordings of the bench")
+    add_controller_argument(p)
     text = "to predict the real runs with: a set, a YAML file, a diagnosis.json; NAME= before it names it"
     p.add_argument("--plant", action="append", default=[], metavar="[NAME=]SET", help=text)
     p.add_argument("--seeds", type=int, default=50, help="of each prediction (default 50)")
@@ -99,23 +100,26 @@ def _real(given: argparse.Namespace, runs: list[RealRun]) -> list[str]:
     last = None
     for plant in given.plant or ["hl_bench"]:
         name, equals, path = plant.partition("=")
-        truth = load_plant(path if equals else name)
-        fitted = fitted_map(runs, truth.coefficients, truth.effects)
-        gamma = fitted.input_map
-        maps.append(
-            f"| {name} | {gamma.c_u1:.1f} | {gamma.delta_u1:.3f} | {gamma.c_u2:.1f} | {gamma.delta_u2:.3f} | "
-            f"{1e3 * fitted.tau:.1f} | {fitted.left:.2f} | {fitted.before:.2f} |"
-        )
-        for deviation in _DEVIATIONS:
+        chosen = load_plant(path if equals else name)
+        fitted = None
+        if not chosen.without:  # its map was fitted already, and without the run in question
+            fitted = fitted_map(runs, chosen.truth.coefficients, chosen.truth.effects)
+            gamma = fitted.input_map
+            maps.append(
+                f"| {name} | {gamma.c_u1:.1f} | {gamma.delta_u1:.3f} | {gamma.c_u2:.1f} | {gamma.delta_u2:.3f} | "
+                f"{1e3 * fitted.tau:.1f} | {fitted.left:.2f} | {fitted.before:.2f} |"
+            )
+        for deviation in _DEVIATIONS if not chosen.without else (0.0,):
             plan = plan_text(
-                truth, deviation=deviation, form="bench", beliefs="bench", rig=Rig(), timing=Timing(), seed=given.seed
+                chosen, deviation=deviation, form="bench", beliefs="bench", rig=Rig(), timing=Timing(), seed=given.seed
             )
             last = conditions_of(plan)
-            for chosen, p in predictions(runs, last, logged, table, fitted, given.seeds, rng).items():
-                found[name, deviation, chosen] = p
+            told = predictions(runs, last, logged, table, fitted, given.seeds, rng, chosen.without)
+            found |= {(name, deviation, title): p for title, p in told.items()}
     names = list(dict.fromkeys(name for name, _, _ in found))
     ends = [(names[0], _PLAIN), (names[0], _BEST), (names[-1], _BEST)]
-    shown = {f"{name}, {chosen}": found[name, _DEVIATIONS[-1], chosen] for name, chosen in dict.fromkeys(ends)}
+    widest = {name: deviation for name, deviation, _ in found}
+    shown = {f"{name}, {chosen}": found[name, widest[name], chosen] for name, chosen in dict.fromkeys(ends)}
     assert last is not None
     draw_prediction(runs, shown, last, given.out / "bench_study_real.svg")
     texts += ["## Plant's input map, fitted to the rotor", "\n".join(maps)]

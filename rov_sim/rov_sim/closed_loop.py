@@ -7,10 +7,12 @@ in an open-loop simulation. Effects on the log change no run and are left out.
 """
 
 from dataclasses import dataclass
+from math import exp, isfinite, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from scipy.signal import lfilter
 
 from rov_sim.closed_loop_kernel import COLUMNS, OUTPUTS, Clock, PlantSide, Wiring, run_loop
 from rov_sim.rig_sensors import Rig, disturbances, rung
@@ -22,18 +24,58 @@ from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.stepper import NO_GATES, ROWS, PlantState, new_memory, new_sensors, substeps_of
 
-__all__ = ["Controller", "LoopRun", "Plant", "Timing", "scatter_seed", "simulate_loop"]
+__all__ = ["CALM", "Controller", "LoopRun", "Plant", "ProcessNoise", "Timing", "scatter_seed", "simulate_loop"]
 
 Array = NDArray[np.float64]
 _LARGEST_STEP = 1e-3  # s
 
 
 @dataclass(frozen=True, kw_only=True)
+class ProcessNoise:
+    """What pushes a plant at random, beside its equations.
+
+    Attributes:
+        rotor: standard deviation of what is added to dn/dt [rad/s^2].
+        flow: of what is added to dU/dt, of the ambient flow [m/s^2].
+        memory: correlation time of both [s].
+
+    Raises:
+        ValueError: numbers that cannot be.
+    """
+
+    rotor: float = 0.0
+    flow: float = 0.0
+    memory: float = 1.5
+
+    def __post_init__(self) -> None:
+        given = {"rotor": self.rotor >= 0.0, "flow": self.flow >= 0.0, "memory": self.memory > 0.0}
+        wrong = [name for name, fits in given.items() if not (fits and isfinite(getattr(self, name)))]
+        if wrong:
+            found = ", ".join(f"{name} {getattr(self, name)}" for name in wrong)
+            raise ValueError(f"process noise: expected finite numbers, 0 or more, a memory above 0; found {found}")
+
+    def drawn(self, count: int, period: float, rng: np.random.Generator) -> Array:
+        """Return pushes of rotor [rad/s^2] and flow [m/s^2], each held over a period [s], (2, count)."""
+        keep = exp(-period / self.memory)
+        fresh = sqrt(1.0 - keep * keep)
+        white = rng.standard_normal((2, count + 1))
+        walks, _ = lfilter([fresh], [1.0, -keep], white[:, 1:], zi=keep * white[:, :1])
+        return np.ascontiguousarray(walks * np.array([[self.rotor], [self.flow]]))
+
+
+CALM = ProcessNoise()
+"""Nothing pushes."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Plant:
-    """The true thruster: coefficients of any model, effects, state at the beginning, gates as `flow_tank.simulate`."""
+    """The true thruster: coefficients of any model, effects, what pushes it at random, its state at the beginning, and
+    gates as `flow_tank.simulate`.
+    """
 
     coefficients: Any
     effects: ActiveEffects = NOTHING
+    process_noise: ProcessNoise = CALM
     start: flow_tank.PlantState = flow_tank.AT_REST
     gates: Any = None
 
@@ -170,9 +212,10 @@ def simulate_loop(
     read = dense if side.e_sensors is NO_EFFECTS else np.empty((len(OUTPUTS), dense.shape[1]))
     gates = NO_GATES if plant.gates is None else np.ascontiguousarray(plant.gates, dtype=np.float64)
     out = np.empty((len(COLUMNS), wanted.size))
+    pushes = plant.process_noise.drawn(wanted.size, timing.period, np.random.default_rng(_entropy(seed, 2)))
     run_loop(
-        wanted, noise, PlantState(*map(float, plant.start)), AT_REST, in_numbers(controller.belief), clock, wiring,
-        controller.observer, controller.law, controller.coefficients, side, gates, dense, read, out,
+        wanted, noise, pushes, PlantState(*map(float, plant.start)), AT_REST, in_numbers(controller.belief), clock,
+        wiring, controller.observer, controller.law, controller.coefficients, side, gates, dense, read, out,
     )  # fmt: skip
     told = read[OUTPUTS.index("thrust")]
     if np.isfinite(rig.resonance):

@@ -21,7 +21,7 @@ from thruster_estimation.belief import Level, Status, level
 from thruster_estimation.observers import observer_step
 from thruster_model.compilation import compiled, equation
 from thruster_model.effects.chains import SENSED as OUTPUTS
-from thruster_model.stepper import NOMINAL_SUPPLY, advance, sense
+from thruster_model.stepper import NOMINAL_SUPPLY, PlantState, advance, sense
 
 __all__ = ["COLUMNS", "OUTPUTS", "Clock", "PlantSide", "Wiring", "run_loop"]
 
@@ -103,14 +103,20 @@ def _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, l
     return memory, belief
 
 
+@equation
+def _pushed(state, n, U):  # type: ignore[no-untyped-def]
+    return PlantState(state.n + n, state.v, state.ambient + U, state.u, state.heat)
+
+
 @compiled
 def run_loop(  # type: ignore[no-untyped-def]
-    T_d, noise, start, controller, belief, clock, wiring, observer, law, p_c, plant, gates, dense, read, out
+    T_d, noise, pushes, start, controller, belief, clock, wiring, observer, law, p_c, plant, gates, dense, read, out
 ):
     """Run all periods; fill `dense` (6, N S + 1), `read` (5, N S + 1) and `out` (len(COLUMNS), N).
 
-    noise: `Disturbances`; observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows
-    of `stepper.ROWS`; read: what sensors make of them, `dense` itself where no sensor has an effect.
+    noise: `Disturbances`; pushes: what is added to dn/dt [rad/s^2] and dU/dt [m/s^2] over each period, at its end,
+    (2, N); observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows of
+    `stepper.ROWS`; read: what sensors make of them, `dense` itself where no sensor has an effect.
     """
     dt, S = clock.dt / clock.steps, clock.steps
     throttle = np.empty(S)
@@ -142,6 +148,7 @@ def run_loop(  # type: ignore[no-untyped-def]
             throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
             state = advance(state, throttle, dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         acting = out[1, k]
+        state = _pushed(state, pushes[0, k] * clock.dt, pushes[1, k] * clock.dt)
     if apart:
         sense(dense, known, dense.shape[1], dt, plant.e_sensors, plant.sensors, read)
     return state

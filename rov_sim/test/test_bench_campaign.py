@@ -143,7 +143,7 @@ def test_a_folder_with_files_in_it_is_not_written_to(tmp_path, capsys):
 
 def test_a_set_that_does_not_exist_is_refused_with_what_is_known(tmp_path, capsys):
     assert main(["--out", str(tmp_path / "out"), "--parameters", "none"]) == 1
-    assert "hl, hl_bench, hq, kim_chung" in capsys.readouterr().err
+    assert "hl, hl_bench, hq, hq_bench, kim_chung" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 

@@ -12,7 +12,7 @@ from rov_sim.bench_study.plan_io import conditions_of, load_plant, plan_text
 from rov_sim.bench_study.plants import drawn_plant
 from rov_sim.bench_study.results_io import read_study, run_shard
 from rov_sim.cli_bench_study import main
-from rov_sim.closed_loop import Timing
+from rov_sim.closed_loop import CALM, ProcessNoise, Timing
 from rov_sim.rig_sensors import Rig
 from rov_sim.study.results_io import read_results
 from rov_sim.study.running_io import StudyInterrupted, run_shards
@@ -25,7 +25,7 @@ STRATEGIES, REFERENCES = ("lookup", "hl-ekf"), ("sine",)
 
 def plan(**changes) -> str:  # type: ignore[no-untyped-def]
     options = {"deviation": 0.05, "form": "bench", "beliefs": "bench", "rig": Rig(), "timing": Timing(), "seed": 1}
-    return plan_text(load_parameter_set("hl_bench"), **{**options, **changes})
+    return plan_text(load_plant("hl_bench"), **{**options, **changes})
 
 
 @pytest.fixture(scope="module")
@@ -140,8 +140,22 @@ def test_re_tuned_parameters_of_a_diagnosis_become_a_plant(tmp_path: Path) -> No
     content = {"provenance": {"parameter_set": nominal.name}, "retuned_parameters": {"k_n": {"value": 12.5}}}
     file = tmp_path / "diagnosis.json"
     file.write_text(json.dumps(content))
-    found = load_plant(str(file))
+    found, noise, without = load_plant(str(file))
+    assert noise == CALM and not without
     assert found.values["k_n"] == 12.5 and found.values["k_v"] == nominal.values["k_v"]
+    content["budget"] = {
+        "process_noise": {"rotor": 20.0, "flow": 0.01, "memory": 0.8},
+        "with_causes_without_each_run": {
+            "CLx": {"parameters": {"k_n": 11.0}, "effects": {"thrust_loss": {"share": 0.2}}}
+        },
+    }
+    file.write_text(json.dumps(content))
+    plant = load_plant(str(file))
+    assert plant.process_noise == ProcessNoise(rotor=20.0, flow=0.01, memory=0.8)
+    assert plant.without["CLx"].values["k_n"] == 11.0
+    assert plant.without["CLx"].effects.sizes == {"thrust_loss": {"share": 0.2}}
+    options = {"deviation": 0.0, "form": "bench", "beliefs": "bench", "rig": Rig(), "timing": Timing(), "seed": 1}
+    assert conditions_of(plan_text(plant, **options)).process_noise == plant.process_noise
     file.write_text("{}")
     with pytest.raises(ParameterSetError, match=r"expected a diagnosis\.json with retuned_parameters"):
         load_plant(str(file))

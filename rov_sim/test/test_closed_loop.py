@@ -8,7 +8,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from rov_sim.bench_study.controllers import controller
-from rov_sim.closed_loop import Controller, LoopRun, Plant, Timing, simulate_loop
+from rov_sim.closed_loop import CALM, Controller, LoopRun, Plant, ProcessNoise, Timing, simulate_loop
 from rov_sim.rig_sensors import Rig
 from thruster_control.inner_loop import AT_REST, inner_loop_step
 from thruster_control.references import REFERENCES
@@ -43,6 +43,20 @@ def test_a_run_repeats_bit_for_bit_from_its_seed_and_only_from_its_seed() -> Non
     for a, b in zip(one, two, strict=True):
         assert a.tobytes() == b.tobytes()
     assert not np.array_equal(one.of("u"), other.of("u"))
+
+
+def test_process_noise_is_as_large_as_stated_remembers_as_long_and_moves_the_rotor() -> None:
+    noise = ProcessNoise(rotor=30.0, flow=0.02, memory=0.5)
+    drawn = noise.drawn(200_000, PERIOD, np.random.default_rng(0))
+    assert np.std(drawn, axis=1) == pytest.approx([30.0, 0.02], rel=0.03)
+    alike = [float(np.corrcoef(row[1:], row[:-1])[0, 1]) for row in drawn]
+    assert alike == pytest.approx(2 * [np.exp(-PERIOD / 0.5)], abs=0.01)
+    calm, pushed = (run(plant=Plant(coefficients=TRUTH, process_noise=each), seed=4) for each in (CALM, noise))
+    assert np.array_equal(calm.of("y_U")[:1], pushed.of("y_U")[:1])
+    moved = pushed.true("speed") - calm.true("speed")
+    assert moved[0] == 0.0 and 0.05 < np.std(moved) < 10.0
+    with pytest.raises(ValueError, match="process noise: expected finite numbers"):
+        ProcessNoise(rotor=-1.0)
 
 
 def integrated(state: np.ndarray, u_0: float, commands: list[tuple[float, float]]) -> tuple[np.ndarray, float]:

@@ -15,10 +15,11 @@ from rov_sim.bench_study.real_runs import (
     load_means,
     lookup_lines,
     measured_disturbances,
+    model_followed,
     real_score,
     recovered_map,
 )
-from rov_sim.bench_study.real_runs_io import read_real_runs
+from rov_sim.bench_study.real_runs_io import controllers_told, read_real_runs
 from rov_sim.closed_loop import LoopRun, Plant, Timing, simulate_loop
 from rov_sim.rig_sensors import Rig
 from rov_sim.study.results import Results
@@ -74,6 +75,23 @@ def test_the_controllers_input_map_is_read_off_the_law_that_was_run(ramp: RealRu
     assert found.largest_remainder < 1e-9
     with pytest.raises(ValueError, match="expected at least 10 samples in reverse; found 0"):
         recovered_map([RealRun(**{**vars(ramp), "n_hat": n_hat, "u": np.full(251, 1.0)})], HL)
+
+
+@pytest.mark.parametrize("model", ["hl", "hq"])
+def test_the_model_that_a_controller_followed_is_read_off_its_wanted_speed(model: str) -> None:
+    models = {name: load_parameter_set(f"{name}_bench").coefficients for name in ("hl", "hq")}
+    T_d = REFERENCES["sine"].thrust(TIME)
+    run = simulate_loop(T_d, Plant(coefficients=HL), controller(f"{model}-ekf", models[model]), seed=3)
+    n_d = run.of("n_d")
+    assert model_followed(T_d, n_d, run.of("v"), models) == model
+    assert model_followed(T_d, 1.1 * n_d, run.of("v"), models) is None
+    assert model_followed(T_d, n_d, np.full(T_d.size, np.nan), models) is None
+
+
+def test_a_controller_is_told_as_hl_or_hq() -> None:
+    assert controllers_told(["CLx=hq"]) == {"CLx": "hq"}
+    with pytest.raises(ValueError, match="--controller: expected RUN=hl or RUN=hq; found 'CLx=ekf'"):
+        controllers_told(["CLx=ekf"])
 
 
 def test_a_recording_is_scored_as_a_simulation_is(ramp: RealRun) -> None:

@@ -150,7 +150,7 @@ def test_a_start_that_does_not_exist_is_refused_with_what_is_known(runs, tmp_pat
     refused(
         [*runs, "--start", "none", "--out", tmp_path / "out"],
         capsys,
-        "hl, hl_bench, hq, kim_chung",
+        "hl, hl_bench, hq, hq_bench, kim_chung",
     )
 
 

@@ -7,7 +7,7 @@ proper   the project's defaults: RK4 and matrix exponential, filtered dn_d/dt, e
 gated    as proper, with the flow's noise as it is (0.03 m/s instead of the 0.35 m/s of the bench's R), and measurements
          with a NIS above 16 (NLO: more than 0.1 m/s from the estimate) are refused
 
-What controllers believe in (`BELIEFS`): "bench": full-precision HL for HL, Table 4.2 for HQ; table and simplified model
+What controllers believe in (`BELIEFS`): "bench": the sets `hl_bench` and `hq_bench`; table and simplified model
 with T = 9.734848e-4 n|n|, the map used there, over HL's rotor. "published": the sets of the strategies (Table 3.1 for
 the table and the simplified model, which describes the thruster a year earlier).
 """
@@ -56,6 +56,8 @@ def parameter_sets(beliefs: str) -> dict[str, str]:
         for name in sets:
             if name in ("lookup", "simplified", "pi-thrust") or name.startswith("hl-"):
                 sets[name] = "hl_bench"
+            elif name.startswith("hq-"):
+                sets[name] = "hq_bench"
     return sets
 
 

@@ -5,7 +5,7 @@ meet the same thruster, the same noise, the same spikes.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from rov_sim.bench_study.controllers import controller, reads_load_cell
 from rov_sim.bench_study.plants import drawn_plant
-from rov_sim.closed_loop import LoopRun, Timing, simulate_loop
+from rov_sim.closed_loop import CALM, LoopRun, ProcessNoise, Timing, simulate_loop
 from rov_sim.rig_sensors import Rig
 from thruster_control.references import DURATION, REFERENCES
 from thruster_control.scores import overshoot, settling_time, tracking_scores
@@ -51,7 +51,7 @@ class Conditions:
     """What all experiments of a study share.
 
     Attributes:
-        truth: the plant's set; `deviation`: of its factors, see `plants.drawn_plant`.
+        truth: the plant's set; `deviation`: of its factors, see `plants.drawn_plant`; process_noise: what pushes it.
         believed: the controllers' sets by strategy; form, beliefs, input_map, table: see `controllers`.
         rig: sensors; timing: instants of sampling and acting.
         seed: of the study.
@@ -67,6 +67,7 @@ class Conditions:
     rig: Rig = field(default_factory=Rig)
     timing: Timing = field(default_factory=Timing)
     seed: int = 0
+    process_noise: ProcessNoise = CALM
 
 
 def set_point(reference: str, period: float) -> Array:
@@ -80,7 +81,8 @@ def run_experiment(experiment: Experiment, given: Conditions, flow: Array | None
     name, reference, seed = experiment
     p = given.believed[name].coefficients
     control = controller(name, p, form=given.form, beliefs=given.beliefs, input_map=given.input_map, table=given.table)
-    plant = drawn_plant(given.truth, given.deviation, np.random.default_rng((given.seed, seed, 0)))
+    drawn = drawn_plant(given.truth, given.deviation, np.random.default_rng((given.seed, seed, 0)))
+    plant = replace(drawn, process_noise=given.process_noise)
     rig = given.rig
     if reads_load_cell(control):
         rig = Rig(**{**vars(rig), "load_cell_in_loop": True})

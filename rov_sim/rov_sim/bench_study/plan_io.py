@@ -2,16 +2,19 @@
 
 import json
 from collections.abc import Mapping
+from dataclasses import replace
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from rov_sim.bench_study.controllers import InputMap, parameter_sets
 from rov_sim.bench_study.experiment import Conditions
-from rov_sim.closed_loop import Timing
+from rov_sim.closed_loop import CALM, ProcessNoise, Timing
 from rov_sim.rig_sensors import Rig
+from thruster_model.effects.active import ActiveEffects
 from thruster_model.errors import ParameterSetError
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import (
@@ -21,17 +24,26 @@ from thruster_model.parameter_set_io import (
     parse_parameter_set,
 )
 
-__all__ = ["conditions_of", "load_plant", "plan_text"]
+__all__ = ["GivenPlant", "conditions_of", "load_plant", "plan_text"]
+
+
+class GivenPlant(NamedTuple):
+    """A plant to study: its set, what pushes it, and where it was fitted to runs, the set as fitted without each."""
+
+    truth: ParameterSet
+    process_noise: ProcessNoise = CALM
+    without: Mapping[str, ParameterSet] = MappingProxyType({})
 
 
 def plan_text(
-    truth: ParameterSet, *, deviation: float, form: str, beliefs: str, rig: Rig, timing: Timing, seed: int,
+    plant: GivenPlant, *, deviation: float, form: str, beliefs: str, rig: Rig, timing: Timing, seed: int,
     input_map: InputMap | None = None, table: Any = None,
 ) -> str:  # fmt: skip
     """Return the plan as JSON, the same text for the same plan."""
     believed = {name: dump_parameter_set(load_parameter_set(s)) for name, s in parameter_sets(beliefs).items()}
     plan = {
-        "truth": dump_parameter_set(truth),
+        "truth": dump_parameter_set(plant.truth),
+        "process_noise": vars(plant.process_noise),
         "deviation": deviation,
         "believed": believed,
         "form": form,
@@ -61,32 +73,50 @@ def conditions_of(plan: str) -> Conditions:
         rig=Rig(**given["rig"]),
         timing=Timing(**given["timing"]),
         seed=given["seed"],
+        process_noise=ProcessNoise(**given["process_noise"]),
     )
 
 
-def load_plant(name_or_path: str) -> ParameterSet:
-    """Return the plant's set: a known one, a YAML file, or the re-tuned parameters of a `diagnosis.json`.
+def load_plant(name_or_path: str) -> GivenPlant:
+    """Return a plant: a known set, a YAML file, or what a `diagnosis.json` makes of one.
+
+    That has re-tuned parameters, the process noise that was learned and, where whole runs were left out in turn, the
+    parameters and effects that were fitted without each of them.
 
     Raises:
         ParameterSetError: neither of these, or its content is wrong.
     """
     path = Path(name_or_path)
     if path.suffix != ".json":
-        return load_parameter_set(name_or_path)
+        return GivenPlant(load_parameter_set(name_or_path))
     try:
         diagnosis = json.loads(path.read_text("utf-8"))
         found, title = diagnosis["retuned_parameters"], diagnosis["provenance"]["parameter_set"]
         values = {name: float(entry["value"]) for name, entry in found.items()}
+        budget = diagnosis.get("budget") or {}
+        noise = ProcessNoise(**budget.get("process_noise", {}))
+        without = dict(budget.get("with_causes_without_each_run") or {})
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         expected = "expected a diagnosis.json with retuned_parameters and provenance.parameter_set"
         raise ParameterSetError(str(path), [f"{expected}; found {error!r}"]) from error
     for known in available_sets():
         nominal = load_parameter_set(known)
         if nominal.name == title:
-            kept = {name: p.standard_deviation for name, p in nominal.parameters.items()}
-            return nominal.with_values(
-                {k: v for k, v in values.items() if k in nominal.parameters},
-                source=f"{path.name}: re-tuned from {known}",
-                standard_deviations=kept,
+            source = f"{path.name}: re-tuned from {known}"
+            return GivenPlant(
+                _retuned(nominal, values, source),
+                noise,
+                {run: _fitted_without(nominal, run, found, source) for run, found in without.items()},
             )
     raise ParameterSetError(str(path), [f"expected a diagnosis of one of the known sets; found {title!r}"])
+
+
+def _retuned(nominal: ParameterSet, values: Mapping[str, float], source: str) -> ParameterSet:
+    kept = {name: p.standard_deviation for name, p in nominal.parameters.items()}
+    known = {k: v for k, v in values.items() if k in nominal.parameters}
+    return nominal.with_values(known, source=source, standard_deviations=kept)
+
+
+def _fitted_without(nominal: ParameterSet, run: str, found: Mapping[str, Any], source: str) -> ParameterSet:
+    retuned = _retuned(nominal, found["parameters"], f"{source}, without {run}")
+    return replace(retuned, effects=ActiveEffects(sizes=found["effects"]))

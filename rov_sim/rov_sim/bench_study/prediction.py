@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -12,6 +13,7 @@ from rov_sim.bench_study.fitted_map import FittedMap
 from rov_sim.bench_study.real_runs import RealRun, RecoveredMap, real_score
 from rov_sim.closed_loop import Timing
 from rov_sim.study.statistics import RankCorrelation, rank_correlation
+from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["VARIANTS", "Prediction", "compared", "predicted_scores", "predictions", "variant"]
 
@@ -25,30 +27,33 @@ VARIANTS: Mapping[str, str] = {
     "all of these": "controllers as logged, plant's map fitted, and flow as read",
 }
 _WITH_FLOW = ("and flow as read", "all of these")
+_WITH_MAP = ("and plant's map fitted", "all of these")
 
 
 class Prediction(NamedTuple):
     """Simulated against real scores [N] of K runs.
 
     real: (K,); simulated: (K, seeds); correlation: of the means' ranks; rmse: of the means against the real ones [N];
-    spread: standard deviation of the real scores about their mean [N], what a constant would miss; inside: how many
-    real scores lie within the simulated 5 to 95 %.
+    constant: what a constant for each set point would miss, the mean of the other runs with it (of all others where
+    there is none) [N]; inside: how many real scores lie within the simulated 5 to 95 %.
     """
 
     real: Array
     simulated: Array
     correlation: RankCorrelation
     rmse: float
-    spread: float
+    constant: float
     inside: int
 
 
-def variant(name: str, given: Conditions, logged: RecoveredMap, table: Array | None, fitted: FittedMap) -> Conditions:
+def variant(
+    name: str, given: Conditions, logged: RecoveredMap, table: Array | None, fitted: FittedMap | None
+) -> Conditions:
     """Return the conditions under one of `VARIANTS`."""
     if name == "as published":
         return given
     given = replace(given, input_map=logged.input_map, table=table)
-    if name in ("controllers as logged", "and flow as read"):
+    if fitted is None or name not in _WITH_MAP:
         return given
     values = {k: v for k, v in fitted.input_map._asdict().items() if k in given.truth.parameters}
     truth = given.truth.with_values(values, source=f"{given.truth.name}, input map fitted to the recordings")
@@ -58,13 +63,24 @@ def variant(name: str, given: Conditions, logged: RecoveredMap, table: Array | N
     return replace(given, truth=truth, timing=timing)
 
 
-def predicted_scores(runs: Sequence[RealRun], given: Conditions, seeds: int, *, flow_as_read: bool = False) -> Array:
-    """Return the load cell's score [N] of each run simulated with each seed, (runs, seeds)."""
+def predicted_scores(
+    runs: Sequence[RealRun],
+    given: Conditions,
+    seeds: int,
+    *,
+    flow_as_read: bool = False,
+    without: Mapping[str, ParameterSet] = MappingProxyType({}),
+) -> Array:
+    """Return the load cell's score [N] of each run simulated with each seed, (runs, seeds).
+
+    without: of runs by name, the plant that was fitted without them, in the place of the one given.
+    """
     out = np.empty((len(runs), seeds))
     for i, run in enumerate(runs):
         flow = run.y_U if flow_as_read else None
+        own = replace(given, truth=without.get(run.name, given.truth))
         for seed in range(seeds):
-            simulated = run_experiment(Experiment(run.strategy, run.reference, seed), given, flow)
+            simulated = run_experiment(Experiment(run.strategy, run.reference, seed), own, flow)
             out[i, seed] = score(simulated, run.reference)["rmse"]
     return out
 
@@ -74,15 +90,18 @@ def predictions(
     given: Conditions,
     logged: RecoveredMap,
     table: Array | None,
-    fitted: FittedMap,
+    fitted: FittedMap | None,
     seeds: int,
     rng: np.random.Generator,
+    without: Mapping[str, ParameterSet] = MappingProxyType({}),
 ) -> dict[str, Prediction]:
-    """Return the prediction under each of `VARIANTS`."""
+    """Return the prediction under each of `VARIANTS`; `fitted` None: without those that have the plant's map fitted."""
     found = {}
     for name in VARIANTS:
+        if fitted is None and name in _WITH_MAP:
+            continue
         chosen = variant(name, given, logged, table, fitted)
-        simulated = predicted_scores(runs, chosen, seeds, flow_as_read=name in _WITH_FLOW)
+        simulated = predicted_scores(runs, chosen, seeds, flow_as_read=name in _WITH_FLOW, without=without)
         found[name] = compared(runs, simulated, rng)
     return found
 
@@ -97,6 +116,16 @@ def compared(runs: Sequence[RealRun], simulated: Array, rng: np.random.Generator
         simulated,
         rank_correlation(means, real, rng),
         float(np.sqrt(np.mean((means - real) ** 2))),
-        float(np.std(real)),
+        float(np.sqrt(np.mean((_constants([run.reference for run in runs], real) - real) ** 2))),
         int(np.count_nonzero((real >= low) & (real <= high))),
     )
+
+
+def _constants(references: Sequence[str], real: Array) -> Array:
+    """Return for each run the mean score of the others with its set point, of all others where there is none, (K,)."""
+    found = np.empty(real.size)
+    for i, reference in enumerate(references):
+        others = [k for k in range(real.size) if k != i]
+        alike = [k for k in others if references[k] == reference]
+        found[i] = np.mean(real[alike or others])
+    return found

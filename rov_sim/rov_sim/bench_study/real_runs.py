@@ -8,7 +8,7 @@ on either side: a straight line whose slope and offset are 1/c_u and delta_u, wi
 coefficients and the instants are the right ones. The sum includes the present sample.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -21,6 +21,7 @@ from rov_sim.bench_study.experiment import KINDS
 from thruster_control.references import REFERENCES
 from thruster_control.scores import Scores, tracking_scores
 from thruster_control.settings import BENCH_GAINS
+from thruster_control.wanted_speed import speed_on_side
 from thruster_model.equations.thruster import torque
 
 __all__ = [
@@ -31,6 +32,7 @@ __all__ = [
     "load_means",
     "lookup_lines",
     "measured_disturbances",
+    "model_followed",
     "real_score",
     "recovered_map",
 ]  # fmt: skip
@@ -44,6 +46,7 @@ PUBLISHED_START = {
 """Beginning of the published 10 s window on the load cell's clock [s] (README of the recordings)."""
 _SPIKE = 0.1  # m/s from the running median
 _WINDOW = 11  # samples of the running median
+_SAME_SPEED, _CLEARLY = 0.1, 5.0  # rad/s; times by which the other models must be further off
 _NEAR_LIMIT, _LIMIT, _LARGEST_RATE = 0.01, 3.0, 100.0  # V, V, V/s
 
 
@@ -150,6 +153,26 @@ def _resting(run: RealRun) -> NDArray[np.bool_]:
     changes = time[np.flatnonzero(np.diff(run.T_d, prepend=run.T_d[0] + 1.0) != 0.0)]
     last = changes[np.searchsorted(changes, time, side="right") - 1]
     return np.asarray(time - last > 1.0)
+
+
+def model_followed(T_d: Array, n_d: Array, v_hat: Array, models: Mapping[str, Any]) -> str | None:
+    """Return which model's n_d a controller followed, by (4.22) or (4.23) at its own v_hat; None: none of them fits.
+
+    Args:
+        T_d, n_d, v_hat: set point [N], wanted speed [rad/s] and estimate [m/s] as recorded, (N,) each.
+        models: coefficients by name.
+    """
+    turning = np.isfinite(n_d + v_hat) & (n_d != 0.0)
+    off = {}
+    for name, p in models.items():
+        wanted = [
+            speed_on_side(T, v, 0.0, np.sign(n), p)
+            for T, v, n in zip(T_d[turning], v_hat[turning], n_d[turning], strict=True)
+        ]
+        off[name] = float(np.median(np.abs(np.array(wanted) - n_d[turning]))) if wanted else np.inf
+    best, *others = sorted(off, key=lambda name: off[name])
+    clear = off[best] < _SAME_SPEED and all(off[name] > _CLEARLY * off[best] for name in others)
+    return best if clear else None
 
 
 def recovered_map(runs: Sequence[RealRun], bench: Any) -> RecoveredMap:

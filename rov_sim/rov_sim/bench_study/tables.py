@@ -70,10 +70,10 @@ def prediction_table(found: Mapping[tuple[str, float, str], Prediction]) -> str:
     for (plant, deviation, name), p in found.items():
         c = p.correlation
         cells = [f"{c.rho:+.2f} ({c.low:+.2f} to {c.high:+.2f})", f"{c.p_value:.2f}", f"{p.rmse:.2f}"]
-        inside = f"{p.inside} of {c.pairs}" if deviation > 0.0 else "–"
-        lines.append(f"| {plant} | {100 * deviation:g} % | {name} | {' | '.join(cells)} | {inside} |")
-    spread = next(iter(found.values())).spread
-    return "\n".join([*lines, "", f"A constant, the mean of the real scores, misses them by {spread:.2f} N."])
+        lines.append(f"| {plant} | {100 * deviation:g} % | {name} | {' | '.join(cells)} | {p.inside} of {c.pairs} |")
+    constant = next(iter(found.values())).constant
+    words = "The mean of the other recordings with the same set point, a constant, misses the real scores by"
+    return "\n".join([*lines, "", f"{words} {constant:.2f} N."])
 
 
 def run_table(runs: Sequence[RealRun], found: Mapping[str, Prediction]) -> str:
