@@ -14,6 +14,7 @@ from gap_diagnosis.experiment_io import LARGEST, experiment_content, propose, wr
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.report import diagnosis_report
+from gap_diagnosis.stretches import LENGTH, LONGEST, THINNED
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import new_folder
@@ -37,12 +38,17 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> i
             raise ValueError(f"--without {' '.join(unknown)}: expected effects of {', '.join(LIBRARY)}")
         if out.exists() and (not out.is_dir() or any(out.iterdir())):
             raise FileExistsError(f"{out}: expected a new or empty folder; found files in it")
+        if given.longest is not None and not given.longest >= LENGTH:
+            raise ValueError(f"--longest: expected {LENGTH:g} s or more; found {given.longest:g}")
         if given.experiment:  # wrong limits are refused before anything is computed
             largest = LARGEST if given.largest_throttle is None else given.largest_throttle
             Limits(largest=largest, rate=1.0, duration=given.experiment_duration)
         parameter_set = load_parameter_set(given.model)
         recordings = read_recordings(given.runs, given.thruster, progress=_say)
-        found = diagnose(recordings, parameter_set, excluded=tuple(given.without), seed=given.seed, progress=_say)
+        found = diagnose(
+            recordings, parameter_set, excluded=tuple(given.without), seed=given.seed, longest=given.longest,
+            progress=_say,
+        )  # fmt: skip
         proposed = _proposed(given, found, recordings)
         content = as_json(
             found,
@@ -87,6 +93,8 @@ def _parser(program: str) -> argparse.ArgumentParser:
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default 0)")
+    text = f"of recordings that are longer together, use so much, in stretches (default {THINNED:g} beyond {LONGEST:g})"
+    parser.add_argument("--longest", type=float, metavar="SECONDS", help=text)
     group = parser.add_argument_group("the next experiment")
     text = "write the throttle programme that best tells apart what these runs cannot"
     group.add_argument("--experiment", action="store_true", help=text)

@@ -17,6 +17,7 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter, found_in_logs
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
+from gap_diagnosis.stretches import stretches_of
 from gap_diagnosis.suspects import betrayed_by
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
@@ -117,12 +118,14 @@ def diagnose(
     *,
     excluded: tuple[str, ...] = (),
     seed: int = 0,
+    longest: float | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Diagnosis:
     """Return the diagnosis.
 
     Args:
         recordings: of one thruster.
+        longest: of all of them together [s]; longer ones are thinned, see `stretches`; None: as that says.
         parameter_set: that the simulator uses.
         excluded: effects of the library that are not considered.
         seed: of the bootstrap.
@@ -132,7 +135,7 @@ def diagnose(
         Unfit: readings look like another unit or sign.
     """
     progress("log")
-    usable, warnings, reasons = checked(recordings)
+    usable, warnings, reasons = checked(stretches_of(recordings, longest))
     if not reasons:
         problem, reasons = problem_of(usable, parameter_set)
     if reasons:

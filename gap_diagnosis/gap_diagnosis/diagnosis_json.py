@@ -10,13 +10,13 @@ from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.how_far import ChannelErrors
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.verdict import Claim
+from gap_diagnosis.verdict import Claim, Verdict
 from system_identification.budget import PARAMETERS
 from system_identification.hypothesis import Hypothesis
 from system_identification.left_out import FEWEST_RUNS
 from system_identification.noise import Whitener
 
-__all__ = ["as_json"]
+__all__ = ["as_json", "effects_of"]
 
 Array = NDArray[np.float64]
 
@@ -42,14 +42,14 @@ def as_json(
             for block, share in diagnosis.where
         ],
         "effects": [
-            _effect(claim, thruster, diagnosis)
+            told
             | {
                 "shrink": shrink.value,
                 "shrink_interval": list(shrink.interval) if shrink.interval else None,
             }
-            for claim, shrink in zip(verdict.claims, diagnosis.shrinks, strict=True)
+            for told, shrink in zip(effects_of(verdict, thruster), diagnosis.shrinks, strict=True)
         ],
-        "resembles": [_effect(claim, thruster, diagnosis) for claim in verdict.resembles],
+        "resembles": [_effect(claim, thruster) for claim in verdict.resembles],
         "budget": _budget(diagnosis),
         "candidates": [
             {"id": key, "probability": probability}
@@ -68,7 +68,12 @@ def as_json(
     return _plain(content)  # type: ignore[no-any-return]
 
 
-def _effect(claim: Claim, thruster: int, diagnosis: Diagnosis) -> dict[str, Any]:
+def effects_of(verdict: Verdict, thruster: int = 0) -> list[dict[str, Any]]:
+    """Return what a verdict claims."""
+    return [_effect(claim, thruster) for claim in verdict.claims]
+
+
+def _effect(claim: Claim, thruster: int) -> dict[str, Any]:
     return {
         "id": claim.effect,
         "thruster": thruster,

@@ -32,7 +32,7 @@ from system_identification.rating import Rated
 from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
 
-__all__ = ["Investigation", "Left", "investigate"]
+__all__ = ["Investigation", "Left", "investigate", "weighed_up"]
 
 _OTHERS = 5
 """Sets beside the best one that widen the intervals of its shares."""
@@ -255,6 +255,11 @@ def investigate(
     offer = offers_of(signals, excluded)
     search = searched(problem, offer, progress=progress)
     progress("what is left")
+    return weighed_up(search, offer)
+
+
+def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> Investigation:
+    """Return the sets of a search with what the best one leaves."""
     best = search.best
     healthy = _healthy(best)
     left = _left(best, healthy)

@@ -1,7 +1,8 @@
 """Diagnoses of generated recordings: right names, honest silence, and what is written of them."""
 
 import json
-from dataclasses import replace
+import math
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -9,7 +10,10 @@ from generated import campaign
 
 from gap_diagnosis.diagnose_io import with_effect, write_diagnosis
 from gap_diagnosis.diagnosis import diagnose
-from gap_diagnosis.diagnosis_json import as_json
+from gap_diagnosis.diagnosis_json import as_json, effects_of
+from gap_diagnosis.rules import RULES, Rules
+from gap_diagnosis.scoreboard.ablation import judged_anew, rows_of
+from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.verdict import VERDICTS
 from thruster_model.parameter_set_io import load_parameter_set
 
@@ -47,6 +51,13 @@ def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
     total = budget["parameters"]["share"] + budget["unexplained"]["share"] + sum(c["share"] for c in budget["causes"])
     assert total == pytest.approx(1.0, abs=1e-9)
     assert [step["step"] for step in budget["left_out"]] == ["as_is", "retuned", "coulomb_friction"]
+    assert set(budget["process_noise"]) == {"rotor", "flow", "memory"}
+    without = budget["with_causes_without_each_run"]
+    if len(coulomb.problem.recordings) < 3:
+        assert without is None, "parts were left out, not runs"
+    else:
+        assert list(without) == [recording.name for recording in coulomb.problem.recordings]
+        assert all(each["effects"]["coulomb_friction"]["deceleration"] > 100.0 for each in without.values())
     assert written["p_none"] < 0.01
     assert sum(each["share"] for each in written["where"]) == pytest.approx(1.0)
     effect = written["effects"][0]
@@ -54,6 +65,24 @@ def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
         effect
     )
     assert "coulomb_friction" in written["summary"]
+
+
+def test_a_case_is_judged_anew_with_each_rule_changed(coulomb):
+    told = {"verdict": coulomb.verdict.verdict, "effects": effects_of(coulomb.verdict)}
+    effects = {"coulomb_friction": {"deceleration": 200.0}}
+    answer = Answer(
+        case="one", generator="lab", kind="one", model="hl", effects=effects, outside={}, distances={}, shares={},
+        diagnosis=told, seconds=1.0,
+    )  # fmt: skip
+    judged = judged_anew(coulomb, answer)
+    by_rule = {(each.rule, each.factor): each for each in judged}
+    assert len(judged) == len(by_rule) and {each.rule for each in judged} == {each.name for each in fields(Rules)}
+    never = by_rule["claimed", math.inf]
+    assert never.changed and never.before and not never.right
+    assert not by_rule["claimed", 0.8].changed and by_rule["claimed", 0.8].right
+    assert Rules() == RULES, "rules are as they were"
+    rows = {row[0]: row[1:] for row in rows_of([judged])}
+    assert rows["claimed"] == ["0.9", "–", "–", rows["claimed"][3], "1: +0 −1, wrong 0"]
 
 
 def test_the_exported_set_carries_the_effect_and_predicts_as_the_diagnosis_does(coulomb, tmp_path):

@@ -16,15 +16,20 @@ from thruster_model.compilation import compiled, inlined
 from thruster_model.effects.chains import (
     SENSED,
     Outputs,
+    ambient_alters,
     ambient_sample,
+    axial_alters,
     axial_sample,
     command_begin,
     command_memory,
     command_split,
     sensor_memory,
     sensor_seed,
+    speed_alters,
     speed_sample,
+    thrust_alters,
     thrust_sample,
+    torque_alters,
     torque_sample,
 )
 from thruster_model.effects.delay_line import delayed, line_floats
@@ -211,10 +216,18 @@ def sense(true, first, last, dt, e, sensors, read):  # type: ignore[no-untyped-d
 
     Each column is to be read once, in their order; `sensors`: `Sensors`.
     """
+    read[:, first:last] = true[:5, first:last]
+    speed, axial, ambient = speed_alters(e), axial_alters(e), ambient_alters(e)  # asked once: most sensors are plain
+    thrust, torque = thrust_alters(e), torque_alters(e)
     for k in range(first, last):
         now = Outputs(true[0, k], true[1, k], true[2, k], true[3, k], true[4, k])
-        read[0, k] = speed_sample(sensors.speed, now.speed, now, dt, e)
-        read[1, k] = axial_sample(sensors.axial, now.axial, now, dt, e)
-        read[2, k] = ambient_sample(sensors.ambient, now.ambient, now, dt, e)
-        read[3, k] = thrust_sample(sensors.thrust, now.thrust, now, dt, e)
-        read[4, k] = torque_sample(sensors.torque, now.torque, now, dt, e)
+        if speed:
+            read[0, k] = speed_sample(sensors.speed, now.speed, now, dt, e)
+        if axial:
+            read[1, k] = axial_sample(sensors.axial, now.axial, now, dt, e)
+        if ambient:
+            read[2, k] = ambient_sample(sensors.ambient, now.ambient, now, dt, e)
+        if thrust:
+            read[3, k] = thrust_sample(sensors.thrust, now.thrust, now, dt, e)
+        if torque:
+            read[4, k] = torque_sample(sensors.torque, now.torque, now, dt, e)

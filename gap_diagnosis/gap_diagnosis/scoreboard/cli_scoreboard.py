@@ -3,6 +3,7 @@
 scoreboard run SET DIR        diagnose the cases of a set (smoke, quick, reported), those in DIR not again; the table
 scoreboard table DIR          the table of what DIR holds
 scoreboard compare DIR DIR    the table of the second one, and the cases that the two answer differently
+scoreboard ablate SET         the cases judged anew with one rule of judgement changed at a time
 """
 
 import argparse
@@ -22,6 +23,8 @@ from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import write_whole
 
 __all__ = ["main"]
+
+_COLUMNS = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -54,6 +57,12 @@ def _parser() -> argparse.ArgumentParser:
     compare.add_argument("before", type=Path, metavar="BEFORE")
     compare.add_argument("folder", type=Path, metavar="AFTER")
     compare.set_defaults(does=_compare, docs=None)
+    ablate = commands.add_parser("ablate", help="what each rule of judgement is worth")
+    ablate.add_argument("set", choices=list(SETS), help="which cases")
+    ablate.add_argument("--cases", type=int, default=30, metavar="N", help="the first so many of them; default: 30")
+    ablate.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
+    ablate.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the table")
+    ablate.set_defaults(does=_ablate)
     return parser
 
 
@@ -61,8 +70,7 @@ def _run(given: argparse.Namespace, console: Console) -> int:
     if given.processes < 1:
         raise ValueError(f"--processes: expected 1 or more; found {given.processes}")
     plans = planned(given.set, tuple(given.generators))
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=console) as progress:
+    with Progress(*_COLUMNS, console=console) as progress:
         task = progress.add_task("diagnosing", total=len(plans), completed=0)
         held = {answer.case for answer in read_answers(given.folder)}
         progress.advance(task, sum(each.name in held for each in plans))
@@ -70,18 +78,33 @@ def _run(given: argparse.Namespace, console: Console) -> int:
     return _show(given, console)
 
 
+def _ablate(given: argparse.Namespace, console: Console) -> int:
+    from gap_diagnosis.scoreboard.ablation import rows_of  # kernels take seconds to load
+    from gap_diagnosis.scoreboard.ablation_io import judged_cases
+
+    plans = planned(given.set, tuple(GENERATORS))[: given.cases]
+    with Progress(*_COLUMNS, console=console) as progress:
+        task = progress.add_task("judging", total=len(plans))
+        found = judged_cases(plans, given.processes, lambda: progress.advance(task))
+    _tell(rows_of(found), f"rules changed one at a time, {len(found)} cases of {given.set}", given.docs, console)
+    return 0
+
+
 def _show(given: argparse.Namespace, console: Console) -> int:
     answers = read_answers(given.folder)
     if not answers:
         raise ValueError(f"{given.folder}: expected answers of `scoreboard run`; found none")
-    rows = table(answers)
-    _print(console, rows, f"{len(answers)} cases in {given.folder}")
-    if given.docs is not None:
+    _tell(table(answers), f"{len(answers)} cases in {given.folder}", given.docs, console)
+    return 0
+
+
+def _tell(rows: list[list[str]], title: str, docs: Path | None, console: Console) -> None:
+    _print(console, rows, title)
+    if docs is not None:
         lines = ["| " + " | ".join(row) + " |" for row in rows]
         lines.insert(1, "|" + "---|" * len(rows[0]))
-        write_whole(given.docs, ("\n".join(lines) + "\n").encode(), replace=True)
-        print(f"written: {given.docs}")
-    return 0
+        write_whole(docs, ("\n".join(lines) + "\n").encode(), replace=True)
+        print(f"written: {docs}")
 
 
 def _compare(given: argparse.Namespace, console: Console) -> int:

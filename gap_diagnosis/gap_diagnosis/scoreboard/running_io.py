@@ -6,8 +6,9 @@ import multiprocessing
 import os
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
+from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,7 @@ from gap_diagnosis.scoreboard.plans import Planned
 from gap_diagnosis.scoreboard.truths import distances, shares
 from run_bag import Topic, write_run
 
-__all__ = ["diagnosed", "read_answers", "run_cases", "write_synthetic_run"]
+__all__ = ["answer_of", "diagnosed", "pool_of", "read_answers", "recorded", "run_cases", "write_synthetic_run"]
 
 _SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
 _FILE = "answers.jsonl"
@@ -48,19 +49,26 @@ def diagnosed(planned: Planned) -> tuple[dict[str, Any], float]:
     """Return what a case's diagnosis says of its files, as far as it is scored, and how long it took [s]."""
     from gap_diagnosis.diagnose_io import diagnose_paths  # kernels load once a process
 
+    with recorded(planned) as (paths, model):
+        began = time.process_time()
+        told = scored_part(diagnose_paths(paths, model))
+        return told, time.process_time() - began
+
+
+@contextmanager
+def recorded(planned: Planned) -> Iterator[tuple[list[Path], str]]:
+    """Yield the case's runs and the name of the diagnosed set."""
     truth = _truth(planned)
     with tempfile.TemporaryDirectory() as folder:
-        paths = [write_synthetic_run(run, Path(folder)) for run in GENERATORS[planned.generator].record(truth)]
-        began = time.process_time()
-        told = scored_part(diagnose_paths(paths, truth.model))
-        return told, time.process_time() - began
+        runs = GENERATORS[planned.generator].record(truth)
+        yield [write_synthetic_run(run, Path(folder)) for run in runs], truth.model
 
 
 def _truth(planned: Planned) -> Truth:
     return GENERATORS[planned.generator].draw(planned.kind, planned.index, planned.whole)
 
 
-def _answer(planned: Planned, diagnosis: Mapping[str, Any], seconds: float) -> Answer:
+def answer_of(planned: Planned, diagnosis: Mapping[str, Any], seconds: float) -> Answer:
     truth, generator = _truth(planned), GENERATORS[planned.generator]
     return Answer(
         case=truth.name,
@@ -97,10 +105,8 @@ def run_cases(
     folder.mkdir(parents=True, exist_ok=True)
     found = {answer.case: answer for answer in read_answers(folder)}
     missing = [planned for planned in plans if planned.name not in found]
-    for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(threads, "1")  # inherited by the processes, which share the cores
     with (
-        ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn")) as pool,
+        pool_of(processes) as pool,
         (folder / _FILE).open("a", encoding="utf-8") as file,
     ):
         try:
@@ -110,7 +116,7 @@ def run_cases(
                 # A diagnosis that breaks off is an answer, and a wrong one.
                 broken = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
                 told, seconds = future.result() if error is None else (broken, math.nan)
-                answer = _answer(waiting[future], told, seconds)
+                answer = answer_of(waiting[future], told, seconds)
                 file.write(json.dumps(asdict(answer)) + "\n")
                 file.flush()
                 found[answer.case] = answer
@@ -119,3 +125,10 @@ def run_cases(
             pool.shutdown(cancel_futures=True)
             raise
     return [found[planned.name] for planned in plans]
+
+
+def pool_of(processes: int) -> ProcessPoolExecutor:
+    """Return so many processes, each of one thread."""
+    for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
+        os.environ.setdefault(threads, "1")  # inherited by the processes, which share the cores
+    return ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"))

@@ -19,15 +19,20 @@ from thruster_model.effects.stages import LIBRARY, defined, is_on, stage, switch
 __all__ = [
     "SENSED",
     "Outputs",
+    "ambient_alters",
     "ambient_sample",
+    "axial_alters",
     "axial_sample",
     "command_begin",
     "command_memory",
     "command_split",
     "sensor_memory",
     "sensor_seed",
+    "speed_alters",
     "speed_sample",
+    "thrust_alters",
     "thrust_sample",
+    "torque_alters",
     "torque_sample",
 ]
 
@@ -119,8 +124,17 @@ def _sensor(signal: str) -> Any:
     )
 
 
+def _alters(signal: str) -> Any:
+    """Return the function of `e` that tells whether an effect of a sensor's chain is on."""
+    on = " or ".join(is_on(effect) for effect in _of("sensor", signal)) or "False"
+    chosen = equation(defined("chosen", ("e",), [], on, {}))
+    return switched(f"{signal}_alters", ("e",), "False", chosen, chosen)
+
+
 speed_sample, axial_sample, ambient_sample = _sensor("speed"), _sensor("axial"), _sensor("ambient")
 thrust_sample, torque_sample = _sensor("thrust"), _sensor("torque")
+speed_alters, axial_alters, ambient_alters = _alters("speed"), _alters("axial"), _alters("ambient")
+thrust_alters, torque_alters = _alters("thrust"), _alters("torque")
 _SENSOR_SIZES = {signal: _sizes(f"{signal}_memory", _of("sensor", signal), 0) for signal in SENSED}
 
 

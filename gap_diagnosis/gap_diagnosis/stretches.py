@@ -1,0 +1,98 @@
+"""Long recordings, thinned: stretches in which the throttle moves most, spread over all of each.
+
+What is diagnosed costs time in proportion to what is simulated, and minutes of one kind of run tell little more than
+one minute does. Each stretch is a recording of its own that begins in motion.
+"""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gap_diagnosis.preparing import with_log_findings
+from gap_diagnosis.recording import Recording
+
+__all__ = ["LENGTH", "LONGEST", "THINNED", "stretches_of"]
+
+LENGTH = 15.0
+"""Of a stretch [s]: some ten times what rotor and water take to settle."""
+LONGEST, THINNED = 130.0, 75.0
+"""Recordings that are longer together [s] are thinned to this [s], as far as the caller does not say otherwise: a
+diagnosis takes a minute then."""
+_APART = 1.0  # s between the stretches that are compared
+_RESTS = 0.05
+"""Of its largest reading, by which a load cell's rest value wanders over a long recording."""
+_WANDERING = ("thrust", "torque")
+
+
+def stretches_of(recordings: Sequence[Recording], longest: float | None = None) -> list[Recording]:
+    """Return recordings of no more than about `longest` [s] together; the first one's warnings say what was done."""
+    total = sum(each.experiment.duration for each in recordings)
+    if total <= (longest or LONGEST):
+        return list(recordings)
+    longest = longest or THINNED
+    found: list[Recording] = []
+    for each in recordings:
+        duration = each.experiment.duration
+        count = max(1, int(longest * duration / total / LENGTH))
+        if duration <= count * LENGTH:
+            found.append(each)
+            continue
+        stretches = [_cut(each, begins, f"{each.name} from {begins:.0f} s") for begins in _liveliest(each, count)]
+        found += [_warning(stretches[0], each.experiment.warnings), *stretches[1:]]
+    used = sum(each.experiment.duration for each in found)
+    told = (
+        f"of {total:.0f} s recorded, the {used:.0f} s in which the throttle moves most are used, in {len(found)} "
+        f"stretches spread over all of it; what changes more slowly is not seen (--longest {total:.0f} uses all)"
+    )
+    return [_warning(found[0], (told, *found[0].experiment.warnings)), *found[1:]]
+
+
+def _warning(recording: Recording, warnings: tuple[str, ...]) -> Recording:
+    return replace(recording, experiment=replace(recording.experiment, warnings=warnings))
+
+
+def _liveliest(recording: Recording, count: int) -> list[float]:
+    """Return the beginnings [s] of `count` stretches, one in each of as many equal parts."""
+    experiment = recording.experiment
+    dt, part = experiment.dt, experiment.duration / count
+    travelled = np.concatenate(([0.0], np.cumsum(np.abs(np.diff(experiment.throttle)))))
+    found = []
+    for k in range(count):
+        begins = np.arange(k * part, max((k + 1) * part - LENGTH, k * part + 1e-9), _APART)
+        places = (begins / dt).astype(np.int64)
+        ends = np.minimum(places + round(LENGTH / dt), travelled.size - 1)
+        found.append(float(dt * places[int(np.argmax(travelled[ends] - travelled[places]))]))
+    return found
+
+
+def _cut(recording: Recording, begins: float, name: str) -> Recording:
+    """Return a stretch on a clock of its own, by the same name with regular stamps and straight commands."""
+    experiment = recording.experiment
+    first = round(begins / experiment.dt)
+    kept = slice(first, first + round(LENGTH / experiment.dt))
+    start = first * experiment.dt
+    measurements = {}
+    for signal, m in experiment.measurements.items():
+        inside = (m.time - 0.5 * m.width >= start) & (m.time + 0.5 * m.width < start + LENGTH)
+        if np.any(inside):
+            rest = _RESTS * float(np.nanmax(np.abs(m.values))) if signal in _WANDERING else 0.0
+            measurements[signal] = replace(
+                m,
+                time=m.time[inside] - start,
+                values=m.values[inside],
+                offset_std=float(np.hypot(m.offset_std, rest)),
+            )
+    own = replace(
+        experiment,
+        name=name,
+        throttle=experiment.throttle[kept],
+        supply=None if experiment.supply is None else experiment.supply[kept],
+        measurements=measurements,
+        warnings=(),
+    )
+    found = with_log_findings(own, recording.thruster, recording.log.scatter, recording.log.period)
+    regular, straight = (
+        None if other is None else _cut(other, begins, name) for other in (recording.regular, recording.straight)
+    )
+    return replace(found, regular=regular, straight=straight)
