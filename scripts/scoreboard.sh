@@ -4,6 +4,7 @@
 # usage: scripts/scoreboard.sh quick DIR              some 200 frozen cases, for each change
 #        scripts/scoreboard.sh reported DIR           1,500 cases at full length; may be stopped and started again
 #        scripts/scoreboard.sh compare BEFORE AFTER   the cases that two folders answer differently
+#        scripts/scoreboard.sh ablate quick           each rule of judgement changed in turn, on cases of a set
 #        scripts/scoreboard.sh vehicle DIR [BEFORE]   12 frozen cases of vehicles; against those of another folder
 #
 # More options, among them --processes and --docs: ros2 run gap_diagnosis scoreboard run --help
@@ -11,7 +12,7 @@ set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 case "${1-}" in
 quick | reported) command=(scoreboard run "$@") ;;
-compare) command=(scoreboard "$@") ;;
+compare | ablate) command=(scoreboard "$@") ;;
 vehicle)
     [ $# -ge 2 ] || { printf 'scoreboard.sh: vehicle: expected a folder\n' >&2; exit 2; }
     mkdir -p "$2"

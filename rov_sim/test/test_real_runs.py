@@ -10,6 +10,7 @@ from rov_sim.bench_study.claims import judged
 from rov_sim.bench_study.controllers import THESIS, InputMap, controller
 from rov_sim.bench_study.experiment import SCORES
 from rov_sim.bench_study.fitted_map import fitted_map
+from rov_sim.bench_study.prediction import compared
 from rov_sim.bench_study.real_runs import (
     RealRun,
     load_means,
@@ -142,6 +143,18 @@ def test_the_bench_s_own_recordings_give_the_known_scores_and_one_input_map(thru
     rmse = {run.name: real_score(run).rmse for run in runs}
     assert 2.0 < rmse["CL2stateKFNLO1Step"] < 3.0 and 0.6 < rmse["CL2stateKF1Sine"] < 1.0
     assert abs(runs[0].start - runs[0].matched_start) < 0.01
+
+
+def test_a_prediction_is_held_against_the_mean_of_the_other_runs(ramp: RealRun) -> None:
+    names = ("step", "step", "sine")
+    runs = [RealRun(**{**vars(ramp), "reference": name, "load": k * ramp.load}) for k, name in enumerate(names, 1)]
+    real = np.array([real_score(run).rmse for run in runs])
+    found = compared(runs, np.tile(real[:, None], (1, 3)), np.random.default_rng(0))
+    a, b, c = real
+    assert found.rmse == pytest.approx(0.0, abs=1e-12) and found.inside == 3
+    alike = np.sqrt(((b - a) ** 2 + (a - b) ** 2 + (0.5 * (a + b) - c) ** 2) / 3.0)
+    others = np.sqrt(((0.5 * (b + c) - a) ** 2 + (0.5 * (a + c) - b) ** 2 + (0.5 * (a + b) - c) ** 2) / 3.0)
+    assert found.constants == pytest.approx((others, alike))
 
 
 def test_the_rank_correlation_is_scipy_s_and_its_p_value_that_of_all_orders() -> None:

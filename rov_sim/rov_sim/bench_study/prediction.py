@@ -34,15 +34,15 @@ class Prediction(NamedTuple):
     """Simulated against real scores [N] of K runs.
 
     real: (K,); simulated: (K, seeds); correlation: of the means' ranks; rmse: of the means against the real ones [N];
-    constant: what a constant for each set point would miss, the mean of the other runs with it (of all others where
-    there is none) [N]; inside: how many real scores lie within the simulated 5 to 95 %.
+    constants: what the mean of the other runs would miss, and that of the others with the same set point (of all others
+    where there is none) [N]; inside: how many real scores lie within the simulated 5 to 95 %.
     """
 
     real: Array
     simulated: Array
     correlation: RankCorrelation
     rmse: float
-    constant: float
+    constants: tuple[float, float]
     inside: int
 
 
@@ -116,16 +116,15 @@ def compared(runs: Sequence[RealRun], simulated: Array, rng: np.random.Generator
         simulated,
         rank_correlation(means, real, rng),
         float(np.sqrt(np.mean((means - real) ** 2))),
-        float(np.sqrt(np.mean((_constants([run.reference for run in runs], real) - real) ** 2))),
+        (_constant([""] * len(runs), real), _constant([run.reference for run in runs], real)),
         int(np.count_nonzero((real >= low) & (real <= high))),
     )
 
 
-def _constants(references: Sequence[str], real: Array) -> Array:
-    """Return for each run the mean score of the others with its set point, of all others where there is none, (K,)."""
-    found = np.empty(real.size)
-    for i, reference in enumerate(references):
+def _constant(groups: Sequence[str], real: Array) -> float:
+    """Return by how much the mean score of a run's group without it misses it [N], of all others where it is alone."""
+    missed = np.empty(real.size)
+    for i, group in enumerate(groups):
         others = [k for k in range(real.size) if k != i]
-        alike = [k for k in others if references[k] == reference]
-        found[i] = np.mean(real[alike or others])
-    return found
+        missed[i] = np.mean(real[[k for k in others if groups[k] == group] or others]) - real[i]
+    return float(np.sqrt(np.mean(missed**2)))

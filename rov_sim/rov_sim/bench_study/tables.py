@@ -71,9 +71,11 @@ def prediction_table(found: Mapping[tuple[str, float, str], Prediction]) -> str:
         c = p.correlation
         cells = [f"{c.rho:+.2f} ({c.low:+.2f} to {c.high:+.2f})", f"{c.p_value:.2f}", f"{p.rmse:.2f}"]
         lines.append(f"| {plant} | {100 * deviation:g} % | {name} | {' | '.join(cells)} | {p.inside} of {c.pairs} |")
-    constant = next(iter(found.values())).constant
-    words = "The mean of the other recordings with the same set point, a constant, misses the real scores by"
-    return "\n".join([*lines, "", f"{words} {constant:.2f} N."])
+    all_others, alike = next(iter(found.values())).constants
+    words = (
+        f"The mean of the other recordings misses a real score by {all_others:.2f} N, that of those with the same set"
+    )
+    return "\n".join([*lines, "", f"{words} point by {alike:.2f} N (root mean squares)."])
 
 
 def run_table(runs: Sequence[RealRun], found: Mapping[str, Prediction]) -> str:
