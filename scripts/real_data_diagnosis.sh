@@ -18,10 +18,13 @@ diagnose() {  # name, parameter set, runs on standard input
     ros2 run gap_diagnosis diagnose "${given[@]}" --model "$2" --out "$out/$1" >"$out/$1.txt" 2>"$out/$1.log"
 }
 # The runs of the thesis' Fig. 4.2 and their neighbours: at 2 and 3 V, either direction.
+open_loop() { runs 'open loop' | grep -E '[pm][23]V$'; }
 for set in simplified hl hq hl_bench; do
-    runs 'open loop' | grep -E '[pm][23]V$' | diagnose "open_loop_$set" "$set"
+    open_loop | diagnose "open_loop_$set" "$set"
 done
 runs 'closed loop' | diagnose closed_loop hl_bench
+# The plant that predicts the scores of the closed-loop runs, each left out in turn: scripts/bench_study.sh.
+{ runs 'closed loop'; open_loop; } | diagnose both_loops hl_bench
 runs reversal | diagnose reversal hl
 runs 'in air' | diagnose in_air hl
 # Steady states: two tables of other years, with deviations of readings that repeated runs suggest.

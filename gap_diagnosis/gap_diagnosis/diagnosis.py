@@ -14,7 +14,7 @@ from gap_diagnosis.jitter import jitter_in, scales_beside
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.rules import RULES
+from gap_diagnosis.rules import LOG_RULES, RULES
 from gap_diagnosis.scatter import Scatter, found_in_logs
 from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.stretches import stretches_of
@@ -201,7 +201,7 @@ def _as_commanded(problem: Problem) -> tuple[Problem, bool | None]:
     for posed in (problem, other):
         noise = whitener(posed, posed.start())
         evidence.append(fit(posed, noise, posed.start(), iterations=8).evidence)
-    straight = evidence[1] > evidence[0] + _PLAIN
+    straight = evidence[1] > evidence[0] + LOG_RULES.straight
     return (other if straight else problem), straight
 
 
@@ -217,11 +217,9 @@ def _commanded_otherwise(asked: Problem, found: Investigation, straight: bool) -
     noise = whitener(posed, start, best.noise.levels)
     evidence = fit(posed, noise, start, iterations=10).evidence
     here = whitener(best.system, best.fitted.x, best.noise.levels)
-    return other if evidence > fit(best.system, here, best.fitted.x, iterations=4).evidence + _PLAIN else None
-
-
-_PLAIN = 3.0
-"""Evidence by which straight commands must fit better than held ones."""
+    return (
+        other if evidence > fit(best.system, here, best.fitted.x, iterations=4).evidence + LOG_RULES.straight else None
+    )
 
 
 def _beside_jitter(

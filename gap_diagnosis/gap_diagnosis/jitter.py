@@ -5,7 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.scatter import JITTER_ODDS, Scatter
+from gap_diagnosis.rules import LOG_RULES
+from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import betrayed_by
 from system_identification.fitting import Fitted
 from system_identification.system import Series
@@ -13,10 +14,7 @@ from system_identification.system import Series
 __all__ = ["jitter_in", "jitter_of", "scales_beside"]
 
 Array = NDArray[np.float64]
-_STEEP = 2.0  # scatter on a slope over the noise, from which on it is seen by itself
-_FEWEST = 30
 _CURVED = 0.05  # of a size, by which the signals' curvature may mislead: a slope is taken for the way between instants
-_REMEMBERED = 0.2  # of a sample's error in the next one, and of all of them in common, that is not chance
 
 
 class _Slope(NamedTuple):
@@ -29,7 +27,7 @@ class _Slope(NamedTuple):
 def jitter_in(fitted: Fitted) -> Scatter | None:
     """Return what residuals say of stamps that scatter; None: they do not, or what is wrong on slopes is no chance."""
     size, deviation, odds = jitter_of(fitted)
-    if odds < JITTER_ODDS or not _is_at_random(fitted, size):
+    if odds < LOG_RULES.jitter or not _is_at_random(fitted, size):
         return None
     return Scatter(
         effect=betrayed_by("stamps"),
@@ -91,18 +89,18 @@ def _is_at_random(fitted: Fitted, size: float) -> bool:
         on = _slope(fitted, each)
         if on is None:
             continue
-        steep = np.abs(on.rate) * size > _STEEP * problem.levels[each.signal]
+        steep = np.abs(on.rate) * size > LOG_RULES.steep * problem.levels[each.signal]
         late = np.where(steep, on.residuals, np.nan) / np.where(steep, on.rate, 1.0)
         late = np.clip(late, -3.0 * size, 3.0 * size)
         times.append(late[np.isfinite(late)])
         pairs.append((late[1:] * late[:-1])[np.isfinite(late[1:] * late[:-1])])
     together, products = np.concatenate([*times, np.empty(0)]), np.concatenate([*pairs, np.empty(0)])
-    if together.size < _FEWEST or products.size < _FEWEST:
+    if min(together.size, products.size) < LOG_RULES.fewest:
         return False
     power = float(np.mean(together**2))
     in_common = abs(float(np.mean(together))) / np.sqrt(power)
     in_a_row = float(np.mean(products)) / power  # below zero where the log has put stamps in order
-    return max(in_common, in_a_row) < _REMEMBERED
+    return max(in_common, in_a_row) < LOG_RULES.remembered
 
 
 def scales_beside(fitted: Fitted, size: float) -> Array:

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.where import regimes
 from thruster_model.identification.experiment import SIGNALS
 
@@ -14,8 +15,6 @@ __all__ = ["Difference", "differences", "throttle_apart"]
 Array = NDArray[np.float64]
 LEAST = 20
 """Samples of a signal, or of a signal in a regime, below which nothing is said."""
-AS_NOISE = 1.3
-"""Root mean square of a difference, over the noise, up to which there is nothing but noise."""
 _LATEST, _LAG_STEP = 1.0, 0.005  # [s]
 
 
@@ -48,7 +47,7 @@ class Difference:
     @property
     def differs(self) -> bool:
         """Whether there is more than noise."""
-        return self.rms > AS_NOISE * self.noise
+        return self.rms > RULES.healthy_sensor * self.noise
 
     @property
     def sentence(self) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.suspects import found_by, suspects
 from gap_diagnosis.unit_check import gains_and_likenesses
 from system_identification.fitting import fit
@@ -21,8 +22,6 @@ from thruster_model.parameter_set import ParameterSet
 __all__ = ["Finding", "Kind", "excitation", "readiness"]
 
 Kind = Literal["good", "note", "refused"]
-SHOWN = 25.0
-"""Cost that an effect of the middle of its plausible sizes must take off to show: five standard deviations."""
 ORDINARY, ALIKE = 2.0, 0.7
 """Gain against the set, either way, and correlation with it, beyond which a channel is told of."""
 _STEPS = 4  # of a fit that only makes the parameters' share of a gap small
@@ -97,8 +96,8 @@ def _effects(problem: Problem) -> list[Finding]:
     base = fit(problem, noise, problem.start(), iterations=_STEPS)
     offered = suspects(signals)
     looks = rated(base, noise, tried(base, offered, lambda each: problem.tried(base.x, each)))
-    shown = sorted(each.suspect.key for each in looks if each.visibility >= SHOWN)
-    hidden = sorted(each.suspect.key for each in looks if each.visibility < SHOWN)
+    shown = sorted(each.suspect.key for each in looks if each.visibility > RULES.visible)
+    hidden = sorted(each.suspect.key for each in looks if each.visibility <= RULES.visible)
     blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
     logged = [name for name in found_by("log") if name not in blind]
     found = [

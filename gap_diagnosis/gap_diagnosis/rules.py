@@ -5,7 +5,7 @@ Tuning cases of the scoreboard have indices below 100,000; what is reported has 
 
 from dataclasses import dataclass
 
-__all__ = ["RULES", "Rules"]
+__all__ = ["LOG_RULES", "RULES", "LogRules", "Rules"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,3 +68,35 @@ class Rules:
 
 
 RULES = Rules()
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogRules:
+    """Thresholds of what logs and residuals show before sets of effects are weighed.
+
+    Attributes:
+        spikes: share of spikes in a channel from which on they are an effect.
+        ordinary: share of outliers that any logger may have, in any channel.
+        chance: probability of that many spikes among so many outliers, below which they are none of those.
+        jitter: logarithm of the odds from which on stamps are said to scatter.
+        steep: scatter on a slope over the noise from which on it is seen by itself.
+        remembered: share of a sample's error in the next one, and of all of them in common, that is not chance.
+        fewest: samples on slopes that must be there to judge these.
+        lattice: step over the noise's deviation from which on a converter counts.
+        hole: reading [rad/s] from which on a tachometer that reads zero below it counts as blind.
+        straight: evidence, nats, by which straight commands must fit better than held ones, as most devices hold them.
+    """
+
+    spikes: float = 0.012
+    ordinary: float = 0.005
+    chance: float = 1e-4
+    jitter: float = 8.0
+    steep: float = 2.0
+    remembered: float = 0.2
+    fewest: int = 30
+    lattice: float = 1.0
+    hole: float = 1.0
+    straight: float = 3.0
+
+
+LOG_RULES = LogRules()

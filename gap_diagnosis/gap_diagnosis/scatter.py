@@ -13,19 +13,12 @@ from numpy.typing import NDArray
 from scipy.stats import poisson
 
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.suspects import betrayed_by
 
-__all__ = ["JITTER_ODDS", "Scatter", "found_in_logs", "masks_of", "scattered_before_sorting"]
+__all__ = ["Scatter", "found_in_logs", "masks_of", "scattered_before_sorting"]
 
 Array = NDArray[np.float64]
-LEAST_SPIKES = 0.012
-_ORDINARY = 0.005
-"""Share of outliers that any logger may have, in any channel."""
-_CHANCE = 1e-4
-"""Probability of that many spikes among so many outliers."""
-JITTER_ODDS = 8.0
-"""Logarithm of the odds from which on stamps are said to scatter."""
-LATTICE_MATTERS = 1.0  # step over the noise's deviation from which on a converter counts
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +46,6 @@ def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[n
     return masks
 
 
-LEAST_HOLE = 1.0  # [rad/s]
 _ABOUT = np.array([0.25, 0.25, 0.0, 0.25, 0.25])
 
 
@@ -71,7 +63,7 @@ def _zeros(recording: Recording, hole: float) -> Mapping[str, NDArray[np.bool_]]
 def _hole(recordings: Sequence[Recording]) -> float:
     """Return the magnitude below which the tachometer reads zero, seen in one recording at least; 0: no such hole."""
     holes = [r.log.hole["speed"] for r in recordings if r.log.hole.get("speed", 0.0) > 0.0]
-    if not holes or min(holes) < LEAST_HOLE:
+    if not holes or min(holes) < LOG_RULES.hole:
         return 0.0
     readings = np.concatenate(
         [r.experiment.measurements["speed"].values for r in recordings if "speed" in r.experiment.measurements]
@@ -88,9 +80,9 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
         share = hit / of
         found.append(_share_found(betrayed_by("repeats"), "", share, of, hit, "repeat the sample before them"))
     lone = _shares(recordings, "lone").values()
-    others = max(_ORDINARY, sum(h for h, _ in lone) / max(sum(n for _, n in lone), 1))
+    others = max(LOG_RULES.ordinary, sum(h for h, _ in lone) / max(sum(n for _, n in lone), 1))
     for signal, (hit, of) in _shares(recordings, "spikes").items():
-        if of and hit / of > LEAST_SPIKES and poisson.sf(hit - 1, others * of) < _CHANCE:
+        if of and hit / of > LOG_RULES.spikes and poisson.sf(hit - 1, others * of) < LOG_RULES.chance:
             share = hit / of / _VISIBLE
             found.append(_share_found(betrayed_by("spikes"), signal, share, of, hit, "are spikes"))
     hole = _hole(recordings)
@@ -134,7 +126,7 @@ def _share_found(effect: str, signal: str, share: float, of: int, hit: int, what
 
 def _lattice_found(recordings: Sequence[Recording], step: float) -> Scatter | None:
     noise = min(r.experiment.measurements["speed"].noise for r in recordings if "speed" in r.experiment.measurements)
-    if step < LATTICE_MATTERS * noise:
+    if step < LOG_RULES.lattice * noise:
         return None
     return Scatter(
         effect=betrayed_by("lattice"),

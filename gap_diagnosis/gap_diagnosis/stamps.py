@@ -11,7 +11,8 @@ import numpy as np
 
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.scatter import JITTER_ODDS, Scatter, masks_of, scattered_before_sorting
+from gap_diagnosis.rules import LOG_RULES
+from gap_diagnosis.scatter import Scatter, masks_of, scattered_before_sorting
 from gap_diagnosis.suspects import betrayed_by
 from system_identification.fitting import Fitted, fit
 from system_identification.noise import white_noise
@@ -54,7 +55,7 @@ def gain_of_regular(given: Problem, regular: Problem, like: Fitted | None = None
 
 def regular_fit_better(gain: float) -> bool:
     """Tell whether a gain in cost is enough to believe that the log's stamps scatter."""
-    return gain >= 2.0 * JITTER_ODDS
+    return gain >= 2.0 * LOG_RULES.jitter
 
 
 def jitter_of_stamps(given: Problem, gain: float) -> Scatter:
