@@ -188,3 +188,16 @@ def test_surge_ends_where_the_own_stream_takes_the_thrust(volts: float, drag: in
     held = c._replace(D_L=keep @ np.asarray(c.D_L) + surge_alone, D_Q=keep @ np.asarray(c.D_Q))
     run = simulate(replace(NGS, coefficients=held), np.tile([volts] * 4 + [0.0, 0.0], (300, 1)), 0.1)
     assert run.velocity[-1, 0] == pytest.approx(surge, abs=1.5e-3)
+
+
+@pytest.mark.parametrize(("X", "over"), [(15.0, False), (20.0, True)])
+def test_the_heavy_pitches_over_where_its_forward_thrusters_push_harder_than_it_rights_itself(X, over) -> None:
+    """T1 to T4 push 85 mm below the origin against a moment of 1.31 N m: 15.5 N at rest, 18 N under way."""
+    heavy = load_vehicle_settings("bluerov2_heavy", largest_step=0.01)
+    slowly = X * np.clip(np.arange(600) / 200.0, 0.0, 1.0)
+    wrench = np.zeros((600, 6))
+    wrench[:, 0], wrench[:, 4] = slowly, 0.085 * slowly
+    q = simulate(heavy, np.zeros((600, 8)), 0.1, wrench=wrench).attitude
+    upright = 1.0 - 2.0 * (q[:, 1] ** 2 + q[:, 2] ** 2)  # cosine of the tilt
+    assert (np.min(upright) < np.cos(np.deg2rad(120.0))) == over
+    assert over or np.min(upright) > np.cos(np.deg2rad(70.0))
