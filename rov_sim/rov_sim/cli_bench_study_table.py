@@ -97,12 +97,14 @@ def _real(given: argparse.Namespace, runs: list[RealRun]) -> list[str]:
     found: dict[tuple[str, float, str], Prediction] = {}
     maps = ["| plant | c_u1 | delta_u1 | c_u2 | delta_u2 | τ [ms] | n left [rad/s] | before |", "|" + "---|" * 8]
     rng = np.random.default_rng(given.seed)
-    last = None
+    last, foreseeing = None, list[tuple[str, str]]()
     for plant in given.plant or ["hl_bench"]:
         name, equals, path = plant.partition("=")
         chosen = load_plant(path if equals else name)
         fitted = None
-        if not chosen.without:  # its map was fitted already, and without the run in question
+        if chosen.without:
+            foreseeing.append((name, _PLAIN))
+        else:  # that of the others was fitted already, and without the run in question
             fitted = fitted_map(runs, chosen.truth.coefficients, chosen.truth.effects)
             gamma = fitted.input_map
             maps.append(
@@ -117,7 +119,7 @@ def _real(given: argparse.Namespace, runs: list[RealRun]) -> list[str]:
             told = predictions(runs, last, logged, table, fitted, given.seeds, rng, chosen.without)
             found |= {(name, deviation, title): p for title, p in told.items()}
     names = list(dict.fromkeys(name for name, _, _ in found))
-    ends = [(names[0], _PLAIN), (names[0], _BEST), (names[-1], _BEST)]
+    ends = [(names[0], _PLAIN), *(foreseeing or [(names[0], _BEST)]), (names[-1], _BEST)]
     widest = {name: deviation for name, deviation, _ in found}
     shown = {f"{name}, {chosen}": found[name, widest[name], chosen] for name, chosen in dict.fromkeys(ends)}
     assert last is not None
