@@ -2,7 +2,9 @@
 
 import json
 import math
+import re
 from dataclasses import fields, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -65,6 +67,42 @@ def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
         effect
     )
     assert "coulomb_friction" in written["summary"]
+
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "diagnosis_json.md"
+
+
+def described():
+    """Return the keys that the page describes, as tuples of their parts."""
+    keys = set()
+    for line in PAGE.read_text("utf-8").splitlines():
+        if line.startswith("| `"):
+            first, *others = re.findall(r"`([^`]+)`", line.split(" | ")[0].replace("[]", ""))
+            for other in (first, *others):
+                parts = other.split(".")  # `.b` after `a` stands beside it
+                keys.add((*first.split(".")[: 1 - len(parts)], *parts[1:]) if other[0] == "." else tuple(parts))
+    return keys
+
+
+def written_keys(content, path=()):
+    """Yield the keys of a content, as tuples of their parts; what is null or empty ends there."""
+    if isinstance(content, list) and content:
+        for each in content:
+            yield from written_keys(each, path)
+    elif isinstance(content, dict) and content:
+        for name, each in content.items():
+            yield from written_keys(each, (*path, name))
+    else:
+        yield path, content in (None, [], {})
+
+
+def test_every_key_is_on_the_page(coulomb):
+    keys = described()
+    anything = ("resembles", "next_experiment")
+    for path, nothing in written_keys(content(coulomb)):
+        fitting = [k for k in keys if all(a in ("*", b) for a, b in zip(k, path, strict=False))]
+        whole = any(len(k) == len(path) or (nothing and len(k) > len(path)) for k in fitting)
+        assert whole or path[0] in anything, ".".join(path)
 
 
 def test_a_case_is_judged_anew_with_each_rule_changed(coulomb):
