@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from gap_diagnosis.cli_diagnose import main
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.stretches import LENGTH, stretches_of
@@ -55,3 +56,9 @@ def test_what_is_kept_beside_is_cut_alike() -> None:
         for other in (each.regular, each.straight):
             assert other is not None and other.name == each.name
             assert other.experiment.duration == pytest.approx(LENGTH)
+
+
+@pytest.mark.parametrize("given", ["5", "-1", "nan"])
+def test_less_than_a_stretch_is_refused_before_anything_is_read(given: str, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["nowhere", "--set", "hl", "--longest", given]) == 1
+    assert f"--longest: expected 15 s or more; found {given}" in capsys.readouterr().err
