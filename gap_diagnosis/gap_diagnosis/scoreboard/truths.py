@@ -1,17 +1,19 @@
 r"""What can be known about a case: how far off its effects are to see, and what share of the gap each makes.
 
-Distance of an effect (Fisher): with d what it moves in all readings, in units of their noise,
+Distance of an effect (Fisher): what is left of the readings y with it, in units of their noise, once the parameters of
+a simulation m without it are re-tuned, theta stated deviations (5 %) each, and random pushes c are allowed for,
 
-    D^2 = d^T V^-1 d,   V = I + J J^T + P P^T
+    D^2 = min |y - m(theta) - P c|^2 + |theta|^2 + |c|^2
 
-where the columns of J are the readings' responses to parameters, one stated deviation (5 %) each, and P P^T is the
-covariance of what random pushes of rotor and water do, from `_PUSHES` draws. D is what is left of d after re-tuning.
+where P P^T is the covariance of what pushes of rotor and water do, from `_PUSHES` draws. To first order that is
+d^T (I + J J^T + P P^T)^-1 d for what the effect moves, d; but an effect that moves readings by a hundred times their
+noise is not small: what a parameter does exactly, as k_n does viscous friction, would seem far from it.
 
 Share of a cause: Shapley value of "squared gap removed" for the traces t_i of the causes alone (all parameters are one
 cause), to which their interactions (full gap less sum of traces) are given in equal parts: <t_i, g> / |g|^2.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +29,8 @@ SCATTERS = ("timestamp_jitter", "dropped_samples", "flow_spikes")
 """Effects that move no reading in the mean: no distance is stated for them."""
 _PUSHES = 24
 _DEVIATION, _STEP = 0.05, 0.01
+_RETUNINGS = 10
+"""Steps of a re-tuning; its slopes are those at the truth, corrected by each step (Broyden)."""
 
 
 def distances(generator: Generator, truth: Truth) -> dict[str, float]:
@@ -40,28 +44,65 @@ def distances(generator: Generator, truth: Truth) -> dict[str, float]:
 
     effects, outside, factors = dict(truth.effects), dict(truth.outside), dict(truth.factors)
     here = clean(effects, outside, factors)
-    columns = []
+    columns, tuned = [], []
     for name, factor in factors.items():
         moved = clean(effects, outside, {**factors, name: factor * (1.0 + _STEP)}) - here
         if np.any(moved):
             columns.append(moved * (_DEVIATION / _STEP))
+            tuned.append(name)
     for seed in range(_PUSHES):
         pushed = clean(effects, outside, factors, 10_000 + seed) - here
         if np.any(pushed):
             columns.append(pushed / np.sqrt(_PUSHES))
     loose = np.array(columns).T
-    core = np.linalg.inv(np.eye(loose.shape[1]) + loose.T @ loose)
     found = {}
     for name in hidden:
         if name in SCATTERS:
             continue
         rest, others = ({k: s for k, s in table.items() if k != name} for table in (effects, outside))
-        d = here - clean(rest, others, factors)
-        if not np.any(d):  # an effect of the log, or another class of model, which `clean` does not know
+        left = here - clean(rest, others, factors)
+        if not np.any(left):  # an effect of the log, or another class of model, which `clean` does not know
             continue
-        along = loose.T @ d
-        found[name] = float(np.sqrt(np.maximum(d @ d - along @ core @ along, 0.0)))
+
+        def without(theta: Array) -> Array:
+            moved = {k: factors[k] * max(1.0 + _DEVIATION * t, _STEP) for k, t in zip(tuned, theta, strict=True)}
+            return here - clean(rest, others, {**factors, **moved})  # noqa: B023
+
+        found[name] = float(np.sqrt(_left_after_retuning(without, left, loose, len(tuned))))
     return found
+
+
+def _left_after_retuning(without: Callable[[Array], Array], left: Array, loose: Array, count: int) -> float:
+    """Return the least of |without(theta) - P c|^2 + |theta|^2 + |c|^2.
+
+    Args:
+        without: what is left of the readings for parameters theta, (count,).
+        left: the same at theta = 0.
+        loose: slopes of what parameters explain, (R, count), and P beside them.
+        count: number of parameters.
+    """
+    slopes, pushes = loose[:, :count].copy(), loose[:, count:]
+    theta, share = np.zeros(count), 1.0
+    least = _cost(left, theta, pushes)
+    for _ in range(_RETUNINGS):
+        both = np.hstack((slopes, pushes))
+        z = np.linalg.solve(np.eye(both.shape[1]) + both.T @ both, both.T @ (left + slopes @ theta))
+        step = share * (z[:count] - theta)
+        there = without(theta + step)
+        cost = _cost(there, theta + step, pushes)
+        slopes += np.outer(left - there - slopes @ step, step) / max(float(step @ step), 1e-12)
+        if cost < least:
+            theta, left, least, share = theta + step, there, cost, min(1.0, 2.0 * share)
+        else:
+            share *= 0.3
+    return least
+
+
+def _cost(left: Array, theta: Array, pushes: Array) -> float:
+    """Return |left - P c|^2 + |c|^2 + |theta|^2 at its best c."""
+    along = pushes.T @ left
+    taken = along @ np.linalg.solve(np.eye(pushes.shape[1]) + pushes.T @ pushes, along)
+    return float(left @ left - taken + theta @ theta)
 
 
 def shares(generator: Generator, truth: Truth) -> dict[str, float]:
