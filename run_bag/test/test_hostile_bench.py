@@ -85,7 +85,8 @@ def test_numbers_of_a_mat_are_those_that_scipy_reads(tmp_path, packed):
     rng = np.random.default_rng(3)
     content = {
         "u": rng.normal(size=20), "P": rng.normal(size=(3, 3, 20)), "y": np.arange(40).reshape(2, 20),
-        "x": np.float32(2.5), "k": np.arange(3, dtype=np.int8), "none": np.zeros((0, 3)), "said": "text", "z": 1j * np.ones(3),
+        "x": np.float32(2.5), "k": np.arange(3, dtype=np.int8), "none": np.zeros((0, 3)),
+        "said": "text", "z": 1j * np.ones(3),
     }  # fmt: skip
     savemat(tmp_path / "x.mat", content, do_compression=packed)
     found, expected = read_numbers(tmp_path / "x.mat"), loadmat(tmp_path / "x.mat")
