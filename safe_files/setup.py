@@ -3,7 +3,7 @@ from setuptools import find_packages, setup
 setup(
     name="safe_files",
     version="0.1.0",
-    description="The one strict reader of YAML, and files and folders that are written whole or not at all.",
+    description="The one strict reader of YAML and of messages' bytes; files and folders written whole or not at all.",
     license="Apache-2.0",
     maintainer="The maintainers",
     maintainer_email="maintainers@example.com",

@@ -51,6 +51,38 @@ def test_a_bench_experiment_is_started_recorded_and_ended(tmp_path: Path) -> Non
     assert np.ptp(throttles[np.isfinite(throttles)]) > 1.0
 
 
+def test_a_dive_of_a_vehicle_is_started_recorded_and_ended(tmp_path: Path) -> None:
+    script, out = tmp_path / "short.yaml", tmp_path / "out"
+    script.write_text("moves:\n  - {time: 0.5, shape: quintic, duration: 1.5, size: {surge: 0.2}}\nend: 3.0\n", "utf-8")
+    with launched("vehicle.launch.py", f"script:={script}", "strategy:=lookup", "rates:=25", f"out:={out}") as process:
+        said, _ = process.communicate(timeout=LONGEST)
+    assert process.returncode == 0, said
+    assert "argument rates: not one of this launch file's, passed over; the nearest is rate" in said
+    assert f"the scores: ros2 run rov_sim score_vehicle {out / 'run'}" in said
+    run = read_run(out / "run")
+    surge = run["rov/odometry.twist.twist.linear.x"]
+    assert surge.values.max() > 0.1 and surge.stamps[-1] - surge.stamps[0] > 3e9
+    assert run["thruster_0/throttle.commanded"].values[-1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("graph", "wrong", "said"),
+    [
+        ("bench", "seed:=x", "seed: expected a whole number from 0; found 'x'"),
+        ("vehicle", "real_time:=maybe", "real_time: expected true or false; found 'maybe'"),
+        ("vehicle", "strategy:=best", "strategy: expected one of lookup"),
+        ("vehicle", "network:=all", "network: expected one of machine, network; found 'all'"),
+        ("bench", "out:={there}", "out: expected a new folder; found"),
+    ],
+)
+def test_a_wrong_argument_starts_nothing_and_is_named(graph: str, wrong: str, said: str, tmp_path: Path) -> None:
+    arguments = [f"out:={tmp_path / 'out'}", wrong.format(there=tmp_path)]
+    with launched(f"{graph}.launch.py", *arguments) as process:
+        told, _ = process.communicate(timeout=LONGEST)
+    assert process.returncode == 1 and said in told and "Traceback" not in told
+    assert "process started" not in told and not (tmp_path / "out").exists()
+
+
 def test_a_parameter_is_tuned_while_the_bench_runs_and_the_run_keeps_it(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with launched("bench.launch.py", "strategy:=simplified", "real_time:=true", f"out:={out}") as process:

@@ -158,6 +158,7 @@ def test_nothing_is_claimed_where_the_parameters_are_right_and_mostly_there_is_n
     assert [each.verdict.verdict for each in found].count("no_gap") >= 2
 
 
+@pytest.mark.long
 def test_what_is_in_no_library_is_called_unknown():
     stated, recordings = campaign(outside={"drive_resonance": {"share": 0.7, "frequency": 1.0}}, seed=6)
     assert diagnose(recordings, stated).verdict.verdict == "unknown"
@@ -165,7 +166,7 @@ def test_what_is_in_no_library_is_called_unknown():
 
 def test_two_effects_are_both_named():
     effects = {"tach_lag": {"time": 0.15}, "thrust_asymmetry": {"share": 0.3}}
-    stated, recordings = campaign(effects, seed=7, duration=20.0)
+    stated, recordings = campaign(effects, seed=7, duration=12.0, runs=2)
     found = diagnose(recordings, stated)
     assert {claim.effect for claim in found.verdict.claims} == set(effects)
 
@@ -206,7 +207,6 @@ def test_without_load_cell_and_flow_meter_the_answer_is_less_certain_not_wrong()
     assert "coulomb_friction" in (claim.effect, *claim.alike)
 
 
-@pytest.mark.long
 def test_an_effect_that_is_left_out_is_not_named_and_nothing_else_is():
     stated, recordings = campaign({"coulomb_friction": {"deceleration": 300.0}}, seed=3)
     found = diagnose(recordings, stated, excluded=("coulomb_friction",))
@@ -215,7 +215,7 @@ def test_an_effect_that_is_left_out_is_not_named_and_nothing_else_is():
 
 
 def test_a_diagnosis_repeats_itself():
-    stated, recordings = campaign({"flow_bias": {"offset": 0.05}}, seed=9, runs=2)
+    stated, recordings = campaign({"flow_bias": {"offset": 0.05}}, seed=9, runs=2, duration=8.0)
     first, second = (content(diagnose(recordings, stated, seed=2)) for _ in range(2))
     assert first == second
 

@@ -88,28 +88,28 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter
 
 
 @pytest.mark.parametrize(
-    ("rate", "step", "tails"),
+    ("rate", "step", "tails", "duration"),
     [
-        (50.0, 1e-3, True),
-        pytest.param(60.0, 2e-3, False, marks=LONG),
-        pytest.param(25.0, 5e-3, False, marks=LONG),
-        pytest.param(100.0, 5e-3, True, marks=LONG),
+        (50.0, 1e-3, True, 15.0),
+        pytest.param(60.0, 2e-3, False, 25.0, marks=LONG),
+        pytest.param(25.0, 5e-3, False, 25.0, marks=LONG),
+        pytest.param(100.0, 5e-3, True, 25.0, marks=LONG),
     ],
 )
-def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails):
-    verdict = diagnose(recordings(rate, step, 7, tails=tails), HL).verdict
+def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails, duration):
+    verdict = diagnose(recordings(rate, step, 7, tails=tails, duration=duration), HL).verdict
     assert (verdict.verdict, verdict.claims) == ("parameters", ())
 
 
 @pytest.mark.parametrize(
     ("rate", "step", "effect", "truth", "parameter", "size"),
     [
-        (50.0, 1e-3, "command_lag", {"lag": 0.08}, "time", 0.08),
+        (50.0, 1e-3, "command_lag", {"lag": 0.08, "duration": 15.0}, "time", 0.08),
         pytest.param(20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35, marks=LONG),
         pytest.param(25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4, marks=LONG),
         pytest.param(50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3, marks=LONG),
         pytest.param(25.0, 5e-4, "timestamp_jitter", {"scatter": 0.012}, "deviation", 0.012, marks=LONG),
-        (25.0, 1e-3, "tach_quantization", {"coarse": 4.0}, "step", 4.0),
+        (25.0, 1e-3, "tach_quantization", {"coarse": 4.0, "duration": 15.0}, "step", 4.0),
     ],
 )
 def test_effects_are_named_in_the_same_recordings(rate, step, effect, truth, parameter, size):

@@ -93,6 +93,7 @@ def bent():
     return diagnose(recordings, stated)
 
 
+@pytest.mark.long
 def test_a_throttle_that_bends_by_its_cube_is_none_of_the_library(bent):
     assert bent.verdict.verdict == "unknown" and not bent.verdict.claims
 
@@ -109,14 +110,16 @@ def test_what_is_unknown_has_a_budget_that_adds_up(bent):
 
 
 def test_an_effect_near_the_end_of_its_range_is_not_pressed():
-    stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6, duration=30.0, runs=4)
+    stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6)
     found = diagnose(recordings, stated)
     assert [claim.effect for claim in found.verdict.claims] == ["propeller_fouling"]
 
 
-@pytest.mark.parametrize("limit", [pytest.param(1.2, marks=pytest.mark.long), 3.35])
-def test_a_limit_is_found_far_below_the_largest_command_and_just_below_it(limit):
-    stated, recordings = campaign({"throttle_saturation": {"limit": limit}}, seed=7, duration=30.0, runs=4)
+@pytest.mark.parametrize(
+    ("limit", "duration", "runs"), [pytest.param(1.2, 30.0, 4, marks=pytest.mark.long), (3.35, 15.0, 3)]
+)
+def test_a_limit_is_found_far_below_the_largest_command_and_just_below_it(limit, duration, runs):
+    stated, recordings = campaign({"throttle_saturation": {"limit": limit}}, seed=7, duration=duration, runs=runs)
     assert 3.4 < max(np.max(np.abs(each.experiment.throttle)) for each in recordings) < 3.7
     (claim,) = diagnose(recordings, stated).verdict.claims
     assert claim.effect == "throttle_saturation"

@@ -8,7 +8,8 @@ does is printed at the end.
 """
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -65,7 +66,10 @@ def bench() -> LaunchDescription:
     def build(given: Mapping[str, str], out: Path) -> Built:
         texts = {name: given[name] for name in _BENCH if name != "seed"}
         wanted = BenchExperiment(
-            **texts, seed=int(given["seed"]), real_time=_is_on(given["real_time"]), noise=not _is_on(given["no_noise"])
+            **texts,
+            seed=_whole(given, "seed"),
+            real_time=_is_on(given, "real_time"),
+            noise=not _is_on(given, "no_noise"),
         )
         score = f"score_experiment {out / 'run'} --reference {wanted.reference} --strategy {wanted.strategy}"
         return bench_graph(wanted, out), score
@@ -78,7 +82,7 @@ def vehicle() -> LaunchDescription:
 
     def build(given: Mapping[str, str], out: Path) -> Built:
         arguments = [f"--{name.replace('_', '-')}={given[name]}" for name in _VEHICLE]
-        wanted = experiment_of([*arguments, *(f"--{name.replace('_', '-')}" for name in _FLAGS if _is_on(given[name]))])
+        wanted = experiment_of([*arguments, *(f"--{name.replace('_', '-')}" for name in _FLAGS if _is_on(given, name))])
         acknowledge = [f"/thruster_{i}/throttle" for i in range(wanted.thrusters)]
         about = {
             "experiment": "vehicle",
@@ -111,6 +115,8 @@ def _description(
         if not given["out"]:
             raise ValueError("out: expected a new folder, such as out:=runs/first; found none")
         out = Path(given["out"]).absolute()
+        if out.exists():
+            raise ValueError(f"out: expected a new folder; found {out}, which is there already")
         nodes, score = build(given, out)
         (out / "nodes").mkdir(parents=True)
         write_parameters(out / "nodes", nodes)
@@ -120,7 +126,8 @@ def _description(
             "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1",
         }  # fmt: skip
         settings = [SetEnvironmentVariable(name, value) for name, value in environment.items()]
-        return [*settings, LogInfo(msg=f"discovery: {who}"), *_actions(nodes, out, f"ros2 run rov_sim {score}")]
+        told = [LogInfo(msg=text) for text in (*_unknown(context.launch_configurations, declared), f"discovery: {who}")]
+        return [*settings, *told, *_actions(nodes, out, f"ros2 run rov_sim {score}")]
 
     return LaunchDescription(
         [
@@ -150,7 +157,24 @@ def _actions(nodes: Sequence[GraphNode], out: Path, score: str) -> list[Any]:
     return found
 
 
-def _is_on(word: str) -> bool:
-    if word.lower() not in ("true", "false"):
-        raise ValueError(f"expected true or false; found {word!r}")
-    return word.lower() == "true"
+def _unknown(given: Iterable[str], declared: Collection[str]) -> list[str]:
+    """Return a sentence for each argument that none of ours is; a launch file that includes this one may know it."""
+    found = []
+    for name in given:
+        if name not in declared:
+            (nearest,) = get_close_matches(name, declared, n=1, cutoff=0.0)
+            found.append(f"argument {name}: not one of this launch file's, passed over; the nearest is {nearest}")
+    return found
+
+
+def _is_on(given: Mapping[str, str], name: str) -> bool:
+    word = given[name].lower()
+    if word not in ("true", "false"):
+        raise ValueError(f"{name}: expected true or false; found {given[name]!r}")
+    return word == "true"
+
+
+def _whole(given: Mapping[str, str], name: str) -> int:
+    if not given[name].isdecimal():
+        raise ValueError(f"{name}: expected a whole number from 0; found {given[name]!r}")
+    return int(given[name])

@@ -145,7 +145,7 @@ def test_the_attitude_is_off_by_its_noise_about_each_axis() -> None:
 
 
 def test_losses_have_their_share_and_come_in_a_row_and_leave_the_noise_of_the_others() -> None:
-    truth = moving(0.05 * np.arange(120_001))
+    truth = moving(0.05 * np.arange(40_001))
     none = {name: off(getattr(DEFAULT, name)) for name in QUANTITIES if name != "velocity"}
     sure = replace(DEFAULT, **none, velocity=replace(DEFAULT.velocity, lost_share=0.0))
     often = replace(sure, velocity=replace(DEFAULT.velocity, lost_share=0.25, lost_length=4.0))

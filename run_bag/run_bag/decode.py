@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from .budget import Budget
 from .definitions import FieldsOf
 from .errors import SchemaError, TooLargeError
-from .layout import Layout, payload_layout
+from .layout import Layout, dtype_of, payload_layout
 
 FRAME_ID = "header.frame_id"
 SEC, NANOSEC = "header.stamp.sec", "header.stamp.nanosec"
@@ -103,7 +103,7 @@ def _same_layout(block: NDArray[np.uint8], shape: Layout) -> NDArray[np.bool_]:
 
 
 def _store(shape: Layout, block: NDArray[np.uint8], rows: NDArray[np.int64], total: int, result: Columns) -> None:
-    records = np.ascontiguousarray(block).view(shape.dtype(block.shape[1]))[:, 0]
+    records = np.ascontiguousarray(block).view(dtype_of(shape, block.shape[1]))[:, 0]
     whole = len(rows) == total
     names = {f.path for f in shape.fields}
     if SEC in names and NANOSEC in names:

@@ -1,188 +1,39 @@
-"""Where each field of a CDR message lies: one walk over the definition, for writing and for reading.
-
-CDR (XCDR1, as ROS 2 writes it): four bytes of encapsulation (0, 1 = little endian, 0, 0), then the fields in
-order, each primitive aligned to its own size, counted from behind the encapsulation. A string is a uint32
-length that includes the final NUL, then the bytes; a sequence is a uint32 count, then its elements (whose
-alignment gap exists only if there is an element). Messages whose strings and sequences have equal lengths
-thus have one layout, and NumPy reads or writes all of them at once through a structured dtype.
-"""
+"""Layouts of messages for NumPy: all messages of one layout are read or written at once."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Protocol
+from collections.abc import Iterator
+from contextlib import contextmanager
 
 import numpy as np
-from rosbags.interfaces import Nodetype
-from rosbags.interfaces.typing import FieldDesc
+
+from safe_files import cdr
+from safe_files.cdr import HEADER_BYTES, Layout, Source
+from safe_files.errors import CdrError, CdrTooLargeError
 
 from .definitions import FieldsOf
 from .errors import SchemaError, TooLargeError
 
-PRIMITIVES = {
-    "bool": "u1", "byte": "u1", "char": "u1", "uint8": "u1", "int8": "i1", "uint16": "u2", "int16": "i2",
-    "uint32": "u4", "int32": "i4", "uint64": "u8", "int64": "i8", "float32": "f4", "float64": "f8",
-}  # fmt: skip
-HEADER_BYTES = 4
-MAX_ITEMS = 100_000
-MAX_DEPTH = 32
+__all__ = ["HEADER_BYTES", "Layout", "dtype_of", "layout", "payload_layout"]
 
 
-@dataclass(frozen=True)
-class Field:
-    """Primitives of one kind in a row: path, byte offset in the message, how many (None: a scalar)."""
-
-    path: str
-    code: str
-    offset: int
-    count: int | None
+def dtype_of(shape: Layout, itemsize: int | None = None) -> np.dtype[np.void]:
+    """Return the structured dtype of one message; field names are paths. Empty arrays are left out."""
+    fields = [f for f in shape.fields if f.count != 0]
+    formats = [shape.order + f.code if f.count is None else (shape.order + f.code, (f.count,)) for f in fields]
+    names, offsets = [f.path for f in fields], [f.offset for f in fields]
+    return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize or shape.size})
 
 
-@dataclass(frozen=True)
-class Text:
-    """A string: path, byte offset of its length word, encoded bytes without the final NUL."""
-
-    path: str
-    offset: int
-    data: bytes
-
-
-@dataclass(frozen=True)
-class Layout:
-    """Positions in messages of one type whose strings and sequences have these lengths.
-
-    Attributes:
-        size: bytes of the message, encapsulation included.
-        order: "<" or ">".
-        fields: all primitives.
-        texts: all strings.
-        counts: (byte offset, value) of every uint32 that holds the length of a string or sequence.
-    """
-
-    size: int
-    order: str
-    fields: tuple[Field, ...]
-    texts: tuple[Text, ...]
-    counts: tuple[tuple[int, int], ...]
-
-    def dtype(self, itemsize: int | None = None) -> np.dtype[np.void]:
-        """Return the structured dtype of one message; field names are paths. Empty arrays are left out."""
-        fields = [f for f in self.fields if f.count != 0]
-        formats = [self.order + f.code if f.count is None else (self.order + f.code, (f.count,)) for f in fields]
-        names, offsets = [f.path for f in fields], [f.offset for f in fields]
-        return np.dtype({"names": names, "formats": formats, "offsets": offsets, "itemsize": itemsize or self.size})
-
-    def text(self, path: str) -> str:
-        """Return the string at a path, "" if the type has none there."""
-        return next((t.data.decode("utf-8", "replace") for t in self.texts if t.path == path), "")
-
-
-class Source(Protocol):
-    """Tells the walk the lengths that the definition leaves open."""
-
-    def string(self, path: str, offset: int) -> bytes:
-        """Return the string whose length word lies at this offset."""
-
-    def length(self, path: str, offset: int) -> int:
-        """Return the number of elements of the sequence whose count lies at this offset."""
-
-
-class _Walk:
-    def __init__(self, fields_of: FieldsOf, source: Source, order: str) -> None:
-        self.fields_of, self.source, self.order = fields_of, source, order
-        self.position = HEADER_BYTES
-        self.items = 0
-        self.fields: list[Field] = []
-        self.texts: list[Text] = []
-        self.counts: list[tuple[int, int]] = []
-
-    def align(self, size: int) -> None:
-        self.position += -(self.position - HEADER_BYTES) % size
-
-    def primitive(self, kind: str, path: str, count: int | None) -> None:
-        if kind not in PRIMITIVES:
-            raise SchemaError(f"field {path!r}: type {kind!r} is not supported", found=kind)
-        code = PRIMITIVES[kind]
-        size = int(code[1])
-        if count != 0:
-            self.align(size)
-        self.fields.append(Field(path, code, self.position, count))
-        self.position += size * (1 if count is None else count)
-
-    def string(self, path: str) -> None:
-        self.align(4)
-        data = self.source.string(path, self.position)
-        self.counts.append((self.position, len(data) + 1))
-        self.texts.append(Text(path, self.position, data))
-        self.position += 4 + len(data) + 1
-
-    def struct(self, name: str, path: str, depth: int) -> None:
-        if depth > MAX_DEPTH or name not in self.fields_of:
-            raise SchemaError(f"field {path!r}: type {name!r} is unknown or nested too deeply", found=name)
-        fields = self.fields_of[name] or [("structure_needs_at_least_one_member", (Nodetype.BASE, ("uint8", 0)))]
-        for field, description in fields:
-            self.field(description, f"{path}.{field}" if path else field, depth)
-
-    def field(self, description: FieldDesc, path: str, depth: int) -> None:
-        self.items += 1
-        if self.items > MAX_ITEMS:
-            raise TooLargeError(f"field {path!r}: more than {MAX_ITEMS} items in one message", expected=MAX_ITEMS)
-        if description[0] == Nodetype.NAME:
-            self.struct(str(description[1]), path, depth + 1)
-        elif description[0] == Nodetype.BASE:
-            if description[1][0] == "string":
-                self.string(path)
-            else:
-                self.primitive(description[1][0], path, None)
-        else:
-            element, count = description[1]
-            if description[0] == Nodetype.SEQUENCE:
-                self.align(4)
-                count = self.source.length(path, self.position)
-                self.counts.append((self.position, count))
-                self.position += 4
-            if element[0] == Nodetype.BASE and element[1][0] != "string":
-                self.primitive(element[1][0], path, int(count))
-            else:
-                for i in range(int(count)):
-                    self.field(element, f"{path}[{i}]", depth)
-
-
-def layout(fields_of: FieldsOf, name: str, source: Source, order: str = "<") -> Layout:
-    """Return the layout of a message type, with the open lengths from `source`.
+def layout(fields_of: FieldsOf, name: str, source: Source) -> Layout:
+    """Return the layout of a message type, little-endian, with the open lengths from `source`.
 
     Raises:
         SchemaError: a type is unknown or of a kind that CDR in ROS 2 does not use (wstring, long double).
         TooLargeError: a message with more than 100,000 items.
     """
-    walk = _Walk(fields_of, source, order)
-    walk.struct(name, "", 0)
-    return Layout(walk.position, order, tuple(walk.fields), tuple(walk.texts), tuple(walk.counts))
-
-
-class PayloadSource:
-    """Reads the open lengths out of one message."""
-
-    def __init__(self, payload: bytes, order: str) -> None:
-        self.payload, self.order = payload, "little" if order == "<" else "big"
-
-    def length(self, path: str, offset: int) -> int:
-        """Return the count at the offset, if that many bytes can follow."""
-        word = self.payload[offset : offset + 4]
-        count = int.from_bytes(word, self.order)  # type: ignore[arg-type]
-        if len(word) < 4 or count > len(self.payload) - offset - 4:
-            raise SchemaError(f"field {path!r} at byte {offset}: a length beyond the end of the message")
-        return count
-
-    def string(self, path: str, offset: int) -> bytes:
-        """Return the bytes of the string without its NUL."""
-        length = self.length(path, offset)
-        data = self.payload[offset + 4 : offset + 4 + length]
-        if length and data[-1:] != b"\0":
-            raise SchemaError(f"field {path!r} at byte {offset}: a string that does not end in NUL")
-        if not length:
-            raise SchemaError(f"field {path!r} at byte {offset}: a string of length 0, not even NUL")
-        return data[:-1]
+    with _told():
+        return cdr.layout(fields_of, name, source)
 
 
 def payload_layout(fields_of: FieldsOf, name: str, payload: bytes) -> Layout:
@@ -190,13 +41,16 @@ def payload_layout(fields_of: FieldsOf, name: str, payload: bytes) -> Layout:
 
     Raises:
         SchemaError: encapsulation other than plain CDR, or payload and definition do not fit together.
+        TooLargeError: a message with more than 100,000 items.
     """
-    if len(payload) < HEADER_BYTES or payload[0] != 0 or payload[1] not in (0, 1):
-        found = payload[:2].hex(" ") or "nothing"
-        raise SchemaError(f"expected the encapsulation of plain CDR (00 00 or 00 01), found {found}", found=found)
-    order = "<" if payload[1] else ">"
-    result = layout(fields_of, name, PayloadSource(payload, order), order)
-    if not result.size <= len(payload) < result.size + 4:
-        text = f"expected {result.size} bytes by the definition of {name}, found {len(payload)}"
-        raise SchemaError(text, expected=result.size, found=len(payload))
-    return result
+    with _told():
+        return cdr.payload_layout(fields_of, name, payload)
+
+
+@contextmanager
+def _told() -> Iterator[None]:
+    try:
+        yield
+    except CdrError as error:
+        kind = TooLargeError if isinstance(error, CdrTooLargeError) else SchemaError
+        raise kind(str(error), expected=error.expected, found=error.found) from error

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from .definitions import Definitions, definitions, full_name
 from .errors import InvalidRunError
 from .known_topics import KNOWN
-from .layout import Layout, layout
+from .layout import Layout, dtype_of, layout
 
 NANOSECONDS = 1_000_000_000
 ENCAPSULATION = b"\0\1\0\0"
@@ -94,7 +94,7 @@ class Columns:
         for text in shape.texts:
             begin = text.offset + 4
             raw[:, begin : begin + len(text.data)] = np.frombuffer(text.data, dtype=np.uint8)
-        records = raw.view(shape.dtype())[:, 0]
+        records = raw.view(dtype_of(shape))[:, 0]
         for f in shape.fields:
             if f.count == 0:
                 continue

@@ -7,11 +7,12 @@ import zlib
 
 import numpy as np
 import pytest
-from scipy.io import savemat
+from scipy.io import loadmat, savemat
 from synthetic_bench import pool_arrays
 
 from run_bag import RecordingError, TooLargeError
 from run_bag.importers.bench_files import read_controller, read_load_cell
+from run_bag.importers.mat_numbers import read_numbers
 from run_bag.importers.pool import read_arrays
 
 LARGE = 300 << 20
@@ -64,7 +65,7 @@ def test_lines_without_end_and_without_number_are_refused_with_a_sentence(tmp_pa
 @pytest.mark.parametrize(
     ("content", "said"),
     [
-        ({"u": np.zeros(20), "y": "text", "Td": np.zeros(20)}, "expected y to hold numbers, found <U4"),
+        ({"u": np.zeros(20), "y": "text", "Td": np.zeros(20)}, "expected y to hold numbers, found text"),
         ({"u": {"a": 1}, "y": np.zeros(20), "Td": np.zeros(20)}, "expected .* to hold numbers|expected .*vector of 1"),
         (
             {"u": np.full(20, np.nan), "y": np.zeros(20), "Td": np.zeros(20)},
@@ -77,6 +78,33 @@ def test_a_controllers_file_with_other_things_in_it_is_refused_with_a_sentence(t
     savemat(tmp_path / "x.mat", content)
     with pytest.raises(RecordingError, match=said):
         read_controller(tmp_path / "x.mat")
+
+
+@pytest.mark.parametrize("packed", [False, True])
+def test_numbers_of_a_mat_are_those_that_scipy_reads(tmp_path, packed):
+    rng = np.random.default_rng(3)
+    content = {
+        "u": rng.normal(size=20), "P": rng.normal(size=(3, 3, 20)), "y": np.arange(40).reshape(2, 20),
+        "x": np.float32(2.5), "k": np.arange(3, dtype=np.int8), "none": np.zeros((0, 3)),
+        "said": "text", "z": 1j * np.ones(3),
+    }  # fmt: skip
+    savemat(tmp_path / "x.mat", content, do_compression=packed)
+    found, expected = read_numbers(tmp_path / "x.mat"), loadmat(tmp_path / "x.mat")
+    assert (found.pop("said"), found.pop("z")) == ("text", "complex numbers")
+    for name, values in found.items():
+        np.testing.assert_array_equal(values, expected[name])
+    assert len(found) == 6
+
+
+@pytest.mark.parametrize("at", [128, 136, 144, 152, 160, 168, 176, 184, 192])
+def test_a_mat_with_a_damaged_tag_is_refused_with_a_sentence(tmp_path, at):
+    path = tmp_path / "x.mat"
+    savemat(path, {"u": np.zeros(20)})  # scipy's own reader ends the process on some of these
+    good = path.read_bytes()
+    for wrong in (8, 10, 11, 14, 200, 13577, 0xFFFF, 0xFFFFFFFF):
+        path.write_bytes(good[:at] + wrong.to_bytes(4, "little") + good[at + 4 :])
+        with pytest.raises(RecordingError):
+            read_controller(path)
 
 
 def test_a_mat_of_version_four_is_refused_with_a_sentence(tmp_path):

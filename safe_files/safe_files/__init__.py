@@ -1,1 +1,1 @@
-"""Files from others, read strictly; files of ours, written whole or not at all. Knows neither ROS nor runs."""
+"""Files and messages from others, read strictly; files of ours, written whole or not at all. Knows no ROS, no runs."""

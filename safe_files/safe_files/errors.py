@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-__all__ = ["NotWrittenError", "YamlError"]
+__all__ = ["CdrError", "CdrTooLargeError", "NotWrittenError", "YamlError"]
 
 
 class YamlError(ValueError):
@@ -37,3 +37,20 @@ class NotWrittenError(OSError):
     def __init__(self, target: object, error: OSError) -> None:
         super().__init__(f"{target}: cannot be written: {error.strerror or error}; nothing was left there")
         self.errno = error.errno
+
+
+class CdrError(ValueError):
+    """A message's bytes and its definition do not fit together, or one of them is none.
+
+    Attributes:
+        expected: what was expected, None where the sentence says it.
+        found: what was found instead.
+    """
+
+    def __init__(self, told: str, *, expected: object = None, found: object = None) -> None:
+        super().__init__(told)
+        self.expected, self.found = expected, found
+
+
+class CdrTooLargeError(CdrError):
+    """More items in one message than are read."""

@@ -81,3 +81,26 @@ def test_a_file_may_tell_all_nodes_what_one_does_not_know(
     file.write_text(f"{key}: {{ros__parameters: {{kind: step, other: 3}}}}\n", encoding="utf-8")
     said = refusal(["--ros-args", "--params-file", str(file)], capfd)
     assert ("parameter other: expected one that this node has" in said) is refused
+
+
+def test_a_parameter_whose_last_value_ros_would_pass_over_is_refused(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "parameters.yaml"
+    file.write_text("/**: {ros__parameters: {throttle_limit: 2}}\n", encoding="utf-8")
+    told = "/subject: parameter throttle_limit: expected one value, or values of one kind; found "
+    for given, found in [
+        (["-p", "throttle_limit:=2.0", "-p", "throttle_limit:=x"], "'x' after 2.0, which ROS would keep\n"),
+        (
+            ["-p", "subject:throttle_limit:=2", "-p", "subject:throttle_limit:=2.5"],
+            "2.5 after 2, which ROS would keep\n",
+        ),
+        (["--params-file", str(file), "-p", "throttle_limit:=2.5"], "2.5 after 2, which ROS would keep\n"),
+    ]:
+        assert refusal(["--ros-args", *given], capfd) == told + found
+
+
+def test_a_parameter_given_again_counts_as_it_was_given_last(capfd: pytest.CaptureFixture[str]) -> None:
+    assert refusal(["--ros-args", "-p", "throttle_limit:=2.0", "-p", "throttle_limit:=3.5"], capfd) == ""
+    assert refusal(["--ros-args", "-p", "throttle_limit:=2.0", "-p", "other:throttle_limit:=x"], capfd) == ""
+    assert "found 6" in refusal(["--ros-args", "-p", "throttle_limit:=2.0", "-p", "throttle_limit:=6"], capfd)

@@ -76,8 +76,23 @@ def test_bytes_of_another_order_are_read_as_what_they_are() -> None:
 
 
 def test_another_encoding_than_plain_cdr_is_refused() -> None:
-    with pytest.raises(UnreadableBytes, match=r"expected plain CDR .* found 00 07"):
+    with pytest.raises(UnreadableBytes, match=r"expected the encapsulation of plain CDR .* found 00 07"):
         of(ThrustSetpoint, b"\0\7\0\0" + bytes(30))
+
+
+def test_texts_of_other_lengths_are_read_anew_also_where_the_message_is_as_long() -> None:
+    for estimator, reason in (("ab", "c"), ("a", "bcdefgh"), ("abcdefgh", ""), ("ab", "d")):
+        estimate = ThrusterEstimate(estimator=estimator, n=1.5, status=2, reason=reason)
+        record = of(ThrusterEstimate, estimate)
+        assert (record.estimator, record.n, record.status, record.reason) == (estimator, 1.5, 2, reason)
+
+
+@pytest.mark.parametrize("spoiled", [b"", b"\0", b"\0\1\0\0", bytes(4) + b"\xff" * 40, "shorter", "longer"])
+def test_bytes_that_are_no_such_message_are_refused(spoiled: bytes | str) -> None:
+    whole = bytes(serialize_message(ThrustSetpoint(header=Header(frame_id="abc"), thrust=1.0)))
+    data = {"shorter": whole[:-1], "longer": whole + bytes(4)}.get(str(spoiled), spoiled)
+    with pytest.raises(UnreadableBytes, match="payload: "):
+        of(ThrustSetpoint, data)
 
 
 def test_a_number_that_its_field_cannot_hold_is_not_written() -> None:

@@ -2,11 +2,12 @@
 
 --help           purpose, topics and parameters, from the node's module and its table of parameters
 stray arguments  and parameters that no node of the process declares are refused, each with the nearest known name
+given twice      a parameter whose last value ROS passes over for one of another kind before it is refused too
 """
 
 import sys
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from difflib import get_close_matches
 from itertools import pairwise
 from pathlib import Path
@@ -14,10 +15,10 @@ from typing import Any
 
 from rclpy.node import Node
 
-from safe_files.yaml_io import read_yaml
+from safe_files.yaml_io import parse_yaml, read_yaml
 from thruster_runtime.parameters import Parameter
 
-__all__ = ["asks_for_help", "help_text", "stray_arguments", "unknown_parameters"]
+__all__ = ["asks_for_help", "help_text", "passed_over", "stray_arguments", "unknown_parameters"]
 
 _HELP = ("-h", "--help")
 _WILD = "/**"
@@ -90,8 +91,7 @@ def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None)
     Raises:
         YamlError: a file of parameters is none that the strict reader takes.
     """
-    given = list(sys.argv[1:] if args is None else args)
-    meant_for_all = _meant_for_all(given)
+    meant_for_all = _meant_for_all(_all_words(args))
     declared = {name for node in nodes for name in node._parameters}
     found = []
     for node in nodes:
@@ -106,6 +106,52 @@ def unknown_parameters(nodes: Sequence[Node], args: Sequence[str] | None = None)
                 f"{where}: parameter {name}: expected one that this node has; found none of that name{perhaps}"
             )
     return found
+
+
+def passed_over(nodes: Sequence[Node], args: Sequence[str] | None = None) -> list[str]:
+    """Return a sentence for each parameter that was given again, as a value of another kind, and kept its first one.
+
+    ROS keeps one value of each kind, and of those the first that is there of: truth, integer, number, text.
+
+    Raises:
+        YamlError: a file of parameters, or a value, is none that the strict reader takes.
+    """
+    words, found = _all_words(args), []
+    for node in nodes:
+        where = node.get_fully_qualified_name()
+        for name, kept in node._parameter_overrides.items():
+            given = list(_given(words, {"", _WILD, node.get_name(), where}, name))
+            if len(given) > 1 and _kind(given[-1]) is not _kind(kept.value):
+                found.append(
+                    f"{where}: parameter {name}: expected one value, or values of one kind; found {given[-1]!r} after "
+                    f"{kept.value!r}, which ROS would keep"
+                )
+    return found
+
+
+def _all_words(args: Sequence[str] | None) -> list[str]:
+    return list(sys.argv[1:] if args is None else args)
+
+
+def _given(words: Sequence[str], of_node: Container[str], name: str) -> Iterator[Any]:
+    """Yield the values that a command line and the files that it names give to a node's parameter, in order."""
+    for flag, word in pairwise(words):
+        if flag == "--params-file":
+            for node, told in _mapping(read_yaml(Path(word))).items():
+                parameters = _mapping(_mapping(told).get("ros__parameters"))
+                if node in of_node and name in parameters:
+                    yield parameters[name]
+        elif flag in ("-p", "--param"):
+            key, _, value = word.partition(":=")
+            node, _, own = key.rpartition(":")
+            if node in of_node and own == name:
+                yield parse_yaml(value, f"parameter {name}")
+
+
+def _kind(value: Any) -> type:
+    """Return what ROS takes a value for; lists are one kind."""
+    kinds = (bool, int, float, str)
+    return next((kind for kind in kinds if isinstance(value, kind)), list)
 
 
 def _meant_for_all(args: Sequence[str]) -> set[str]:

@@ -30,7 +30,7 @@ from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
 from safe_files.errors import YamlError
-from thruster_runtime.command_line import asks_for_help, help_text, stray_arguments, unknown_parameters
+from thruster_runtime.command_line import asks_for_help, help_text, passed_over, stray_arguments, unknown_parameters
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import (
     EXECUTOR_KINDS,
@@ -165,7 +165,7 @@ def _run_in(
         kinds = {_executor_kind(node) for node in nodes}
         if len(kinds) != 1:
             raise StartRefused(f"executor: expected one kind for all nodes of a process; found {', '.join(kinds)}")
-        if wrong := unknown_parameters(nodes, args):
+        if wrong := unknown_parameters(nodes, args) + passed_over(nodes, args):
             raise StartRefused("\n".join(wrong))
         executor = make_executor(kinds.pop(), context=context)
         with ExitStack() as leaving:  # runs backwards, and to its end whatever fails

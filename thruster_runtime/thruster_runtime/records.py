@@ -8,10 +8,9 @@ fields, in the same order, those of messages inside it with their names joined:
     wrench.force.x                  wrench_force_x
     covariance                      a tuple of its nine numbers
 
-The bytes are CDR as every middleware of ROS 2 sends it (OMG DDSI-RTPS 10.2, plain CDR): an encapsulation header of
-four bytes that tells the byte order, then the fields, each aligned to its own size counted from the end of that header;
-a text is its length with the final zero as uint32, its bytes, the zero. Padding is written as zeros. Sequences and
-wide texts have no record.
+The bytes are CDR as every middleware of ROS 2 sends it; where each field lies `safe_files.cdr` says. Messages whose
+texts have the same lengths lie alike, and all values of one are taken out or put in at once. Sequences and wide texts
+have no record.
 """
 
 import re
@@ -19,14 +18,26 @@ import struct
 from collections import namedtuple
 from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 from weakref import WeakKeyDictionary
 
-from builtin_interfaces.msg import Time
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.subscription import Subscription
 
+from safe_files.cdr import (
+    ARRAY,
+    BASE,
+    HEADER_BYTES,
+    NAME,
+    PRIMITIVES,
+    FieldsOf,
+    Layout,
+    Text,
+    layout,
+    payload_layout,
+)
+from safe_files.errors import CdrError
 from thruster_runtime.errors import ThrusterRuntimeError
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import NANOSECONDS
@@ -36,16 +47,18 @@ __all__ = [
     "listen",
 ]  # fmt: skip
 
+_IDL = {"boolean": "bool", "octet": "byte", "float": "float32", "double": "float64", "string": "string"}
+_IDL |= {kind: kind for kind in PRIMITIVES if kind not in ("bool", "byte", "float32", "float64")}
 _CODES = {
-    "boolean": "?", "octet": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
-    "uint32": "I", "int64": "q", "uint64": "Q", "float": "f", "double": "d",
+    "bool": "?", "byte": "B", "char": "B", "int8": "b", "uint8": "B", "int16": "h", "uint16": "H", "int32": "i",
+    "uint32": "I", "int64": "q", "uint64": "Q", "float32": "f", "float64": "d",
 }  # fmt: skip
 _ARRAY = re.compile(r"(\w+)\[(\d+)\]")
-_BEGIN = 4  # bytes of the encapsulation header, from whose end alignment counts
-_WIDEST = 8  # bytes: no field is aligned to more
-_LENGTH = "I"  # before each text
-_STAMP = "iI"  # s, ns
+_TIME = ".sec", ".nanosec"
+_WORD = 4  # bytes of a text's length
 _LITTLE_ENDIAN = b"\0\1\0\0"
+_MOST_FORMS = 256
+"""Of a type, for as many lengths of its texts; then all are learnt anew."""
 
 
 class UnreadableType(ThrusterRuntimeError):
@@ -59,10 +72,10 @@ class UnreadableType(ThrusterRuntimeError):
 
 
 class UnreadableBytes(ThrusterRuntimeError):
-    """A payload that is not plain CDR."""
+    """A payload that is not plain CDR of its type."""
 
-    def __init__(self, data: bytes) -> None:
-        super().__init__(f"payload: expected plain CDR (00 00 or 00 01 at its beginning); found {data[:2].hex(' ')}")
+    def __init__(self, data: bytes, told: str) -> None:
+        super().__init__(f"payload: {told}")
         self.data = data
 
 
@@ -155,34 +168,50 @@ class Format:
         Raises:
             UnreadableType: of a message type that records cannot hold.
         """
+        known: dict[str, list[tuple[str, Any]]] = {}
+        self._fields_of: FieldsOf = known
+        self._name = _learn(kind, kind, "", known)
+        empty = layout(self._fields_of, self._name, _Lengths([]))
         names: list[str] = []
-        runs: list[str] = [""]  # of the numbers before each text, and after the last one
         self._joined: list[tuple[int, int, bool]] = []  # place, number of values and whether they are a stamp
-        _collect(kind, kind, "", names, runs, self._joined)
+        self._texts: list[int] = []  # places among the values, a text being one
+        place = 0
+        for item in _in_order(empty):
+            path, count = item.path, 1
+            if isinstance(item, Text):
+                self._texts.append(place)
+            elif item.count is not None:
+                count = item.count
+                self._joined.append((place, count, False))
+            elif path.endswith(_TIME[1]) and names[-1:] == [_named(path.removesuffix(_TIME[1]) + _TIME[0])]:
+                self._joined.append((place - 1, 2, True))
+                names.pop()
+                path = path.removesuffix(_TIME[1])
+            names.append(_named(path))
+            place += count
         self.record: Any = namedtuple(kind.__name__, names)  # type: ignore[misc]
-        codes = [*(f"{run}{_LENGTH}" for run in runs[:-1]), runs[-1]]
-        self._layouts = {order: [_layouts(order, each) for each in codes] for order in "<>"}
-        self._sizes = [len(run) for run in runs]
+        self._read: dict[tuple[bytes, int], list[_Form]] = {}  # by encapsulation and size
+        self._written: dict[tuple[int, ...], _Form] = {}  # by lengths of texts
 
     def read(self, data: bytes) -> Any:
         """Return the record of a message's bytes.
 
         Raises:
-            UnreadableBytes: where they are not plain CDR.
+            UnreadableBytes: where they are not plain CDR of this type.
         """
-        if data[0] != 0 or data[1] > 1:
-            raise UnreadableBytes(data)
-        *texts, last = self._layouts["<" if data[1] else ">"]
-        values: list[Any] = []
-        at = _BEGIN
-        for run in texts:
-            layout = run[at % _WIDEST]
-            values += layout.unpack_from(data, at)
-            at += layout.size
-            length = values.pop()
-            values.append(data[at : at + length - 1].decode())
-            at += length
-        values += last[at % _WIDEST].unpack_from(data, at)
+        for numbers, texts in self._read.get((data[:2], len(data)), ()):
+            values = list(numbers.unpack_from(data, HEADER_BYTES))
+            for place, length in texts:
+                if values[place][:_WORD] != length:
+                    break
+                values[place] = values[place][_WORD:].decode()
+            else:
+                break
+        else:
+            numbers, texts = self._form(data)
+            values = list(numbers.unpack_from(data, HEADER_BYTES))
+            for place, _ in texts:
+                values[place] = values[place][_WORD:].decode()
         for place, count, stamp in reversed(self._joined):  # from the last on, so that places stay
             found = values[place : place + count]
             values[place : place + count] = [found[0] * NANOSECONDS + found[1] if stamp else tuple(found)]
@@ -197,13 +226,71 @@ class Format:
         values = list(record)
         for place, _, stamp in self._joined:  # from the first on: those before have their places already
             values[place : place + 1] = divmod(values[place], NANOSECONDS) if stamp else values[place]
-        data, begin = _LITTLE_ENDIAN, 0
-        *texts, last = self._layouts["<"]
-        for run, size in zip(texts, self._sizes, strict=False):
-            text = values[begin + size].encode() + b"\0"
-            data += run[len(data) % _WIDEST].pack(*values[begin : begin + size], len(text)) + text
-            begin += size + 1
-        return data + last[len(data) % _WIDEST].pack(*values[begin:])
+        texts = [values[place].encode() for place in self._texts]
+        lengths = tuple(map(len, texts))
+        form = self._written.get(lengths)
+        if form is None:
+            if len(self._written) >= _MOST_FORMS:
+                self._written.clear()
+            form = self._written[lengths] = _form_of(layout(self._fields_of, self._name, _Lengths(texts)))
+        for (place, length), text in zip(form.texts, texts, strict=True):
+            values[place] = length + text
+        return _LITTLE_ENDIAN + form.numbers.pack(*values)
+
+    def _form(self, data: bytes) -> "_Form":
+        try:
+            form = _form_of(payload_layout(self._fields_of, self._name, bytes(data)))
+        except CdrError as error:
+            raise UnreadableBytes(data, str(error)) from error
+        if sum(map(len, self._read.values())) >= _MOST_FORMS:
+            self._read.clear()
+        self._read.setdefault((data[:2], len(data)), []).append(form)
+        return form
+
+
+class _Form(NamedTuple):
+    """Messages of one layout: all their values, a text with its length being one, and places and lengths of texts."""
+
+    numbers: struct.Struct
+    texts: list[tuple[int, bytes]]
+
+
+class _Lengths:
+    """Tells a layout the texts of a message."""
+
+    def __init__(self, texts: list[bytes]) -> None:
+        self._texts = iter(texts)
+
+    def string(self, path: str, offset: int) -> bytes:
+        return next(self._texts, b"")
+
+    def length(self, path: str, offset: int) -> int:
+        raise CdrError(f"field {path!r}: a sequence")  # none is learnt
+
+
+def _in_order(shape: Layout) -> list[Any]:
+    return sorted([*shape.fields, *shape.texts], key=lambda item: item.offset)
+
+
+def _form_of(shape: Layout) -> _Form:
+    codes, at, place, texts = shape.order, HEADER_BYTES, 0, []
+    order: Literal["little", "big"] = "little" if shape.order == "<" else "big"
+    for item in _in_order(shape):
+        count = 1
+        codes += f"{item.offset - at}x"
+        if isinstance(item, Text):
+            codes += f"{_WORD + len(item.data)}sx"
+            texts.append((place, (len(item.data) + 1).to_bytes(_WORD, order)))
+        else:
+            count = 1 if item.count is None else item.count
+            codes += f"{count}{_CODES[item.kind]}"
+        place += count
+        at = HEADER_BYTES + struct.calcsize(codes)
+    return _Form(struct.Struct(codes), texts)
+
+
+def _named(path: str) -> str:
+    return path.removeprefix("header.").replace(".", "_")
 
 
 @cache
@@ -216,43 +303,19 @@ def format_of(kind: type) -> Format:
     return Format(kind)
 
 
-def _collect(
-    outer: type, kind: type, prefix: str, names: list[str], runs: list[str], joined: list[tuple[int, int, bool]]
-) -> None:
-    """Add the fields of `kind`, a message inside of `outer`, to what is known of it."""
+def _learn(outer: type, kind: type, prefix: str, known: dict[str, list[tuple[str, Any]]]) -> str:
+    """Add the definitions of `kind`, a message inside of `outer`, and of all inside it; return its full name."""
+    name = f"{kind.__module__}.{kind.__name__}"
+    known[name] = []
     for field, idl in kind.get_fields_and_field_types().items():  # type: ignore[attr-defined]
-        name = f"{prefix}{field}"
-        place = sum(map(len, runs)) + len(runs) - 1  # texts are one value each as well
         array = _ARRAY.fullmatch(idl)
-        if array and array[1] in _CODES:
-            count = int(array[2])
-            runs[-1] += _CODES[array[1]] * count
-            joined.append((place, count, False))
-        elif idl in _CODES:
-            runs[-1] += _CODES[idl]
-        elif idl == "string":
-            runs.append("")
+        if idl in _IDL:
+            found: Any = BASE, (_IDL[idl], 0)
+        elif array and array[1] in _IDL and array[1] != "string":
+            found = ARRAY, ((BASE, (_IDL[array[1]], 0)), int(array[2]))
         elif "/" in idl and "[" not in idl and "<" not in idl:
-            inside = type(getattr(kind(), field))
-            if inside is not Time:
-                _collect(outer, inside, "" if name == "header" else f"{name}_", names, runs, joined)
-                continue
-            runs[-1] += _STAMP
-            joined.append((place, 2, True))
+            found = NAME, _learn(outer, type(getattr(kind(), field)), f"{prefix}{field}.", known)
         else:
-            raise UnreadableType(outer, name, idl)
-        names.append(name)
-
-
-def _layouts(order: str, codes: str) -> list[struct.Struct]:
-    """Return how numbers lie that begin at each place modulo the widest field, with the padding before each."""
-    found = []
-    for begin in range(_WIDEST):
-        at, form = begin, order
-        for code in codes:
-            size = struct.calcsize(order + code)
-            padding = (_BEGIN - at) % size
-            form += f"{padding}x{code}"
-            at += padding + size
-        found.append(struct.Struct(form))
-    return found
+            raise UnreadableType(outer, _named(f"{prefix}{field}"), idl)
+        known[name].append((field, found))
+    return name

@@ -15,6 +15,10 @@ __all__ = ["log_of", "read_log"]
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
 _MOST = 32
+_INSTANTS_A_READING = 100
+"""A log has at most so many instants for each reading of throttles and motion: a pause of a year is no recording."""
+_LARGEST = 1e6
+"""[V, rad/s, m/s^2, m, m/s, A] No vehicle gives a reading beyond it."""
 
 
 def read_log(path: Path, thrusters: int, period: float = PERIOD) -> VehicleLog:
@@ -36,8 +40,11 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
 
     Raises:
-        RunError: no throttles, or nothing that tells the motion.
+        RunError: no throttles, nothing that tells the motion, readings that no vehicle gives, or far more time than
+            readings.
     """
+    if not 0.0 < period < np.inf:
+        raise RunError(f"period of the filter [s]: expected a number above 0; found {period:g}")
     notes: list[str] = []
     throttles = [_throttle(run, i) for i in range(thrusters)]
     if all(each is None for each in throttles):
@@ -46,9 +53,9 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     if extra:
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
     imu, odometry = "rov/imu.", "rov/odometry."
-    attitude = _columns(run, [f"{imu}orientation.{a}" for a in "wxyz"])
+    attitude = _columns(run, [f"{imu}orientation.{a}" for a in "wxyz"], whole=True)
     if attitude is None or not _turned(attitude[1]):
-        attitude = _columns(run, [f"{odometry}pose.pose.orientation.{a}" for a in "wxyz"])
+        attitude = _columns(run, [f"{odometry}pose.pose.orientation.{a}" for a in "wxyz"], whole=True)
         if attitude is not None:
             notes.append("attitude of rov/odometry: the IMU tells none")
     rates = _columns(run, [f"{imu}angular_velocity.{a}" for a in "xyz"])
@@ -69,7 +76,9 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     start += period * np.ceil((first - start) / period - 1e-6)
     end = min(float(moving[0][-1]), max(float(t[-1]) for t, _ in given) + 5.0)
     if grid is None:
-        grid = start + period * np.arange(max(int((end - start) / period), 1))
+        count = max(int((end - start) / period), 1)
+        _refuse_pause(run.name, count, period, [t for t, _ in (*given, moving)])
+        grid = start + period * np.arange(count)
     K = grid.size
     held = [np.zeros(K) if each is None else _held_mean(*each, grid, period) for each in throttles]
     missing = [i for i, each in enumerate(throttles) if each is None]
@@ -98,33 +107,62 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     )  # fmt: skip
 
 
+def _refuse_pause(name: str, count: int, period: float, times: Sequence[Array]) -> None:
+    readings = sum(t.size for t in times)
+    most = _INSTANTS_A_READING * readings
+    if count > most:
+        together = np.sort(np.concatenate(times))
+        k = int(np.argmax(np.diff(together)))
+        pause = together[k + 1] - together[k]
+        raise RunError(
+            f"{name}: expected at most {most} instants of {period:g} s for {readings} readings of throttles and "
+            f"motion; found {count}; for {pause:.0f} s from {together[k]:.1f} s on nothing was recorded"
+        )
+
+
+def _readings(run: Run, name: str) -> Array:
+    """Return the values of a channel, those that are infinite as not measured.
+
+    Raises:
+        RunError: one is larger than any reading of a vehicle.
+    """
+    values = np.where(np.isfinite(run[name].values), run[name].values, np.nan)
+    wrong = np.abs(values) > _LARGEST
+    if wrong.any():
+        k = int(np.argmax(wrong))
+        at = f"at {run.time(name)[k]:.3f} s"
+        raise RunError(f"{run.name}: {name}: expected readings up to {_LARGEST:g}; found {values[k]:g} {at}")
+    return values
+
+
 def _throttle(run: Run, i: int) -> tuple[Array, Array] | None:
     name = f"thruster_{i}/throttle.commanded"
     if name not in run:
         return None
-    values = run[name].values.copy()
+    values = _readings(run, name)
     sent = f"thruster_{i}/throttle.sent"
     if sent in run:
-        values = np.where(np.isfinite(run[sent].values), run[sent].values, values)
+        told = _readings(run, sent)
+        values = np.where(np.isfinite(told), told, values)
     keep = np.isfinite(values)
     return (run.time(name)[keep], values[keep]) if keep.any() else None
 
 
-def _columns(run: Run, names: Sequence[str]) -> tuple[Array, Array] | None:
+def _columns(run: Run, names: Sequence[str], *, whole: bool = False) -> tuple[Array, Array] | None:
+    """Return when any of these channels (`whole`: all) told something, and what; None where hardly anything was."""
     if not all(name in run for name in names):
         return None
-    time, values = run.time(names[0]), np.column_stack([run[name].values for name in names])
-    keep = np.isfinite(values).any(axis=1)
+    time, values = run.time(names[0]), np.column_stack([_readings(run, name) for name in names])
+    there = np.isfinite(values)
+    keep = there.all(axis=1) if whole else there.any(axis=1)
     repeated = np.concatenate(([False], np.all(values[1:] == values[:-1], axis=1)))
-    if np.mean(repeated[keep]) > 0.5 and np.count_nonzero(keep & ~repeated) > 10:
+    if 2 * np.count_nonzero(repeated & keep) > keep.sum() and np.count_nonzero(keep & ~repeated) > 10:
         keep &= ~repeated  # a value that is told again and again is one reading of a slower sensor
     return (time[keep], values[keep]) if keep.sum() > 2 else None
 
 
 def _turned(q: Array) -> bool:
-    return (
-        bool(np.all(np.isfinite(q))) and bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
-    )
+    return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
 
 
 def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:

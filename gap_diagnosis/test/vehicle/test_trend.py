@@ -51,7 +51,7 @@ def test_a_propeller_that_wears_shows_its_slope_and_an_unknown_effect_is_refused
     for k, share in enumerate((0.05, 0.2, 0.35)):
         draw = Draw(
             seed=30 + k, vehicle="ngs", effects=(("thrust_loss", {"thruster": 4}, {"share": share}),), deviations=0.0,
-            wrench=0.05, kinds=("pulses",), duration=16.0,
+            wrench=0.05, kinds=("pulses",), duration=12.0,
         )  # fmt: skip
         topics = recorded(draw, believed.vehicle, believed.sets, believed.sensors)[0]
         paths.append(str(write_run(tmp_path / f"dive_{k}", topics)))

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..budget import Budget
-from ..errors import RecordingError, RunError
+from ..errors import RecordingError
+from .mat_numbers import read_numbers
 
 Array = NDArray[np.float64]
 CSV_COLUMNS = 21
@@ -27,8 +28,6 @@ LEAST_SAMPLES = 10
 LONGEST_LINE = 4096
 """Characters; the bench's lines have 200."""
 MAT_PERIOD = 0.04
-_MAT_HEADER, _MAT_COMPRESSED = 128, 15
-_MAT_VARIABLES = ("Td", "nd", "u", "y", "nhat", "vhat", "vahat", "P")
 _NUMBER = re.compile(r"\s*[-+]?(\d|\.\d|nan|inf)", re.IGNORECASE)
 _HEADER_LINES = 20
 
@@ -201,20 +200,13 @@ def read_controller(path: Path) -> ControllerFile:
         RecordingError: no MATLAB file, a variable is missing, or the lengths do not fit together.
         TooLargeError: it unpacks to more than its size lets expect.
     """
-    # these take a while to import; only controller files need them
-    from scipy.io import loadmat
-
     try:
-        _check_unpacked(path)
-        found: dict[str, Any] = loadmat(path, variable_names=_MAT_VARIABLES)
-    except RunError:
-        raise
-    except Exception as error:  # the library raises all kinds on broken files
-        why = " ".join(str(error).split())[:200] or type(error).__name__
-        raise RecordingError(f"{path}: cannot be read as a MATLAB file: {why}", path=path) from error
+        found = read_numbers(path)
+    except (OSError, ValueError, zlib.error) as error:
+        raise RecordingError(f"{path}: cannot be read as a MATLAB file: {error}", path=path) from error
     missing = [name for name in ("Td", "u", "y") if name not in found]
     if missing:
-        names = sorted(k for k in found if not k.startswith("_"))
+        names = sorted(found)
         text = f"{path}: expected the variables Td, u and y, found {', '.join(names) or 'none'}"
         raise RecordingError(text, path=path, expected=missing, found=names)
     count = int(np.size(found["u"]))
@@ -241,28 +233,7 @@ def read_controller(path: Path) -> ControllerFile:
     return ControllerFile(series, _covariance(path, found.get("P"), count + 1))
 
 
-def _check_unpacked(path: Path) -> None:
-    """Refuse a file of version 5 whose compressed variables are larger than its size lets expect.
-
-    Raises:
-        ValueError: another version; scipy reads 4 too, but its sizes are whatever the file says.
-    """
-    data = path.read_bytes()
-    order = {b"IM": "little", b"MI": "big"}.get(data[126:128])
-    if order is None:
-        raise ValueError("expected version 5 to 7 (in MATLAB: save -v7)")
-    budget, at = Budget(len(data)), _MAT_HEADER
-    while at + 8 <= len(data):
-        kind, size = (int.from_bytes(data[at + i : at + i + 4], order) for i in (0, 4))  # type: ignore[arg-type]
-        if kind == _MAT_COMPRESSED:
-            unpack, rest = zlib.decompressobj(), data[at + 8 : at + 8 + size]
-            while rest and not unpack.eof:
-                budget.content(len(unpack.decompress(rest, 1 << 20)), path)
-                rest = unpack.unconsumed_tail
-        at += 8 + size
-
-
-def _vector(path: Path, name: str, value: Any, count: int) -> Array:
+def _vector(path: Path, name: str, value: NDArray[Any] | str, count: int) -> Array:
     array = _numeric(path, name, value)
     if array.size != count or max(array.shape, default=0) != array.size:
         text = f"{path}: expected {name} to be a vector of {count} numbers, found shape {array.shape}"
@@ -270,15 +241,13 @@ def _vector(path: Path, name: str, value: Any, count: int) -> Array:
     return array.reshape(-1)
 
 
-def _numeric(path: Path, name: str, value: Any) -> Array:
-    if not isinstance(value, np.ndarray) or value.dtype.kind not in "fiu":
-        kind = value.dtype if isinstance(value, np.ndarray) else type(value).__name__
-        text = f"{path}: expected {name} to hold numbers, found {kind}"
-        raise RecordingError(text, path=path, expected="numbers", found=str(kind))
+def _numeric(path: Path, name: str, value: NDArray[Any] | str) -> Array:
+    if isinstance(value, str):
+        raise RecordingError(f"{path}: expected {name} to hold numbers, found {value}", path=path, found=value)
     return value.astype(np.float64)
 
 
-def _covariance(path: Path, value: Any, count: int) -> Array | None:
+def _covariance(path: Path, value: NDArray[Any] | str | None, count: int) -> Array | None:
     if value is None:
         return None
     array = _numeric(path, "P", value)
