@@ -1,11 +1,12 @@
 """The scoreboard's figures per class and generator, with Wilson's intervals."""
 
+import math
 from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gap_diagnosis.blind_check.statistics import Share, calibration_error, share
-from gap_diagnosis.scoreboard.answers import Answer
+from gap_diagnosis.scoreboard.answers import ABOVE, Answer
 from gap_diagnosis.scoreboard.case import KINDS
 
 __all__ = ["FIGURES", "differences", "table"]
@@ -31,8 +32,9 @@ def _claims_right(answers: Sequence[Answer]) -> str:
     return _told(Share(good, sum(a.claimed for a in many)))
 
 
-def _worthy_named(answers: Sequence[Answer]) -> str:
-    return _told(share([a.named(name) for a in answers if a.kind == "many" for name in a.worthy]))
+def _worthy_named(answers: Sequence[Answer], least: float = 0.0) -> str:
+    many = [(a, name) for a in answers if a.kind == "many" for name in a.worthy]
+    return _told(share([a.named(name) for a, name in many if a.distances.get(name, math.inf) >= least]))
 
 
 def _calibration(answers: Sequence[Answer]) -> str:
@@ -55,6 +57,7 @@ FIGURES: dict[str, Figure] = {
     "none: an effect is claimed": _of("none", lambda a: a.claimed > 0),
     "many: claims right": _claims_right,
     "many: causes worth > 5 % of the gap named": _worthy_named,
+    "many: of these, above their limits": lambda answers: _worthy_named(answers, ABOVE),
     "outside: flagged": _of("outside", lambda a: a.right),
     "wrong name with 0.8 or more": lambda answers: _told(share([bool(a.wrong(_CONFIDENT)) for a in answers])),
     "calibration error of candidates": _calibration,

@@ -87,6 +87,7 @@ CASES = [
     answer("d", "none", ONE),
     answer("e", "many", {"verdict": "effect", "effects": [claim("thrust_loss"), claim("tach_lag")]},
            ["thrust_loss", "throttle_gain", "supply_sag"],
+           distances={"thrust_loss": 9.0, "throttle_gain": 2.0, "supply_sag": 9.0},
            shares={"thrust_loss": 0.5, "throttle_gain": 0.3, "supply_sag": 0.01}),
     answer("f", "outside", {"verdict": "unknown"}, outside=["cogging"]),
 ]  # fmt: skip
@@ -99,6 +100,7 @@ def test_the_table_counts_what_a_person_would():
     assert rows["none: an effect is claimed"].startswith("50 % (1/2;")
     assert rows["many: claims right"].startswith("50 % (1/2;")
     assert rows["many: causes worth > 5 % of the gap named"].startswith("50 % (1/2;")
+    assert rows["many: of these, above their limits"].startswith("100 % (1/1;")
     assert rows["outside: flagged"].startswith("100 % (1/1;")
     assert rows["wrong name with 0.8 or more"].startswith("50 % (3/6;")
 
