@@ -17,7 +17,7 @@ __all__ = ["LENGTH", "LONGEST", "THINNED", "stretches_of"]
 
 LENGTH = 15.0
 """Of a stretch [s]: some ten times what rotor and water take to settle."""
-LONGEST, THINNED = 130.0, 75.0
+LONGEST, THINNED = 300.0, 75.0
 """Recordings that are longer together [s] are thinned to this [s], as far as the caller does not say otherwise: a
 diagnosis takes a minute then."""
 _APART = 1.0  # s between the stretches that are compared
