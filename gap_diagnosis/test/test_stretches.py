@@ -25,7 +25,7 @@ def recorded(duration: float, hold: str | None = "previous", jitter: float = 0.0
 def test_what_is_short_enough_stays_as_it_is() -> None:
     recordings = [recorded(60.0), recorded(60.0)]
     assert stretches_of(recordings, 125.0) == recordings
-    many = [recorded(12.0)] * 20  # each no longer than a stretch
+    many = [recorded(12.0)] * 30  # each no longer than a stretch
     assert stretches_of(many) == many
 
 
