@@ -125,10 +125,10 @@ def diagnose(
 
     Args:
         recordings: of one thruster.
-        longest: of all of them together [s]; longer ones are thinned, see `stretches`; None: as that says.
         parameter_set: that the simulator uses.
         excluded: effects of the library that are not considered.
         seed: of the bootstrap.
+        longest: of all recordings together [s]; longer ones are thinned, see `stretches`; None: as that says.
         progress: is told of each stage.
 
     Raises:

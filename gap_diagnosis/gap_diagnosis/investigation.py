@@ -1,7 +1,7 @@
 """From a problem to weighed sets of effects: the search, their probabilities, and what the best one leaves."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -32,7 +32,7 @@ from system_identification.rating import Rated
 from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
 
-__all__ = ["Investigation", "Left", "investigate", "weighed_up"]
+__all__ = ["Investigation", "Left", "imitated_by_parameters", "investigate", "weighed_up"]
 
 _OTHERS = 5
 """Sets beside the best one that widen the intervals of its shares."""
@@ -220,18 +220,27 @@ class Investigation:
         return found
 
     @cached_property
+    def imitated(self) -> dict[str, tuple[float, float]]:
+        """What parameters leave of each effect of the best set when they imitate it, see `imitated_by_parameters`."""
+        return {suspect.key: imitated_by_parameters(self.best, suspect) for suspect in self.best.suspects}
+
+    @cached_property
+    def unsteady(self) -> dict[str, float]:
+        """Evidence, nats, that the size of an effect of the best set is not one size."""
+        best = self.best
+        return unsteady(best.fitted, best.noise, best.loose, traces_of(best.fitted, best.suspects))
+
+    @cached_property
     def resembling(self) -> dict[str, float]:
         """Which share of the evidence for the best set each of those effects has that only resembles what is at work.
 
         Its size is not one size, functions without a name would explain as much in its place, it does not help on
         runs that were left out, or it is so small that it cannot be told from none.
         """
-        best = self.best
-        found = unsteady(best.fitted, best.noise, best.loose, traces_of(best.fitted, best.suspects))
         whole = sum(max(gained, 0.0) for gained in self.gained.values())
         return {
             key: max(self.gained[key], 0.0) / max(whole, 1e-9)
-            for key, value in found.items()
+            for key, value in self.unsteady.items()
             if value > RULES.unsteady
             or self.ahead[key] < RULES.ahead
             or self.helps[key] < RULES.helps
@@ -274,6 +283,27 @@ def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> 
     return Investigation(
         search=search, left=left, left_by_none=none, unexplained=unexplained, gained=gained, ahead=ahead, offer=offer
     )
+
+
+def imitated_by_parameters(found: Hypothesis, suspect: Suspect) -> tuple[float, float]:
+    """Return the energy that the set's parameters, free of their deviations, leave of an effect in its place, and that
+    of the effect.
+    """
+    fitted = found.fitted
+    problem = fitted.problem
+    kept = tuple(slot for slot in problem.slots if slot not in suspect.slots)
+    places = [problem.nuisances + i for i, slot in enumerate(problem.slots) if slot in kept]
+    x = fitted.x[[*range(problem.nuisances), *places]]
+    target = np.where(problem.known, problem.predicted(fitted.x), np.nan)
+    wide = {name: 10.0 * deviation for name, deviation in problem.deviations.items()}
+    gates = () if suspect.gates else problem.gates
+    bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=gates)
+    x = x.copy()
+    x[: len(problem.names)] /= 10.0
+    noise = replace(found.noise, system=bare)
+    white = noise.whiten(bare.residuals(x))
+    imitated = fit(bare, noise, x, iterations=5)
+    return float(imitated.white @ imitated.white), float(white @ white)
 
 
 def _healthy(found: Hypothesis) -> Whitener:

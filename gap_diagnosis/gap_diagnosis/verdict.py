@@ -6,11 +6,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gap_diagnosis.investigation import Investigation
-from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.sizes import Size, sizes_of
-from system_identification.fitting import fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.rating import Rated
 from system_identification.suspects import Suspect, key_of
@@ -186,7 +184,7 @@ def _claim(found: Investigation, suspect: Suspect) -> Claim:
         probability=found.inclusion.get(suspect.key, 0.0),
         group_probability=min(probability, 1.0),
         sizes=sizes_of(best.fitted, best.noise, suspect),
-        kind=class_of(best, suspect),
+        kind=class_of(*found.imitated[suspect.key]),
         alike=tuple(dict.fromkeys(alike)),
     )
 
@@ -197,24 +195,9 @@ def _distance(first: Hypothesis, second: Hypothesis) -> float:
     return float(apart @ apart)
 
 
-def class_of(found: Hypothesis, suspect: Suspect) -> str:
-    """Return "parametric" where the nominal parameters, free of their deviations, can imitate the effect."""
-    fitted = found.fitted
-    problem = fitted.problem
-    kept = tuple(slot for slot in problem.slots if slot not in suspect.slots)
-    places = [problem.nuisances + i for i, slot in enumerate(problem.slots) if slot in kept]
-    x = fitted.x[[*range(problem.nuisances), *places]]
-    target = np.where(problem.known, problem.predicted(fitted.x), np.nan)
-    wide = {name: 10.0 * deviation for name, deviation in problem.deviations.items()}
-    gates = () if suspect.gates else problem.gates
-    bare: Problem = replace(problem, slots=kept, deviations=wide, observed=target, gates=gates)
-    x = x.copy()
-    x[: len(problem.names)] /= 10.0
-    noise = replace(found.noise, system=bare)
-    white = noise.whiten(bare.residuals(x))
-    imitated = fit(bare, noise, x, iterations=5)
-    left = float(imitated.white @ imitated.white)
-    return "parametric" if left < max(RULES.pulled * float(white @ white), RULES.apart) else "structural"
+def class_of(left: float, whole: float) -> str:
+    """Return "parametric" where parameters that imitate an effect of energy `whole` leave as good as nothing of it."""
+    return "parametric" if left < max(RULES.pulled * whole, RULES.apart) else "structural"
 
 
 def _scatter_claim(scatter: Scatter) -> Claim:

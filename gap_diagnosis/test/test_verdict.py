@@ -8,6 +8,7 @@ from generated import campaign, noise_of
 
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_words import in_words
+from gap_diagnosis.investigation import imitated_by_parameters
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import suspects
@@ -66,4 +67,5 @@ def test_the_class_of_an_effect_is_what_parameters_free_of_their_deviations_can_
     fitted = fit(posed, noise, posed.start(np.array([size]) / suspect.slots[0].width))
     none = np.zeros(problem.known.size)
     loose = Loose({}, none[:, None][:, :0], none)
-    assert class_of(Hypothesis(suspects=(suspect,), fitted=fitted, noise=noise, loose=loose), suspect) == kind
+    found = Hypothesis(suspects=(suspect,), fitted=fitted, noise=noise, loose=loose)
+    assert class_of(*imitated_by_parameters(found, suspect)) == kind

@@ -7,15 +7,15 @@ in an open-loop simulation. Effects on the log change no run and are left out.
 """
 
 from dataclasses import dataclass
-from math import exp, isfinite, sqrt
+from math import exp, isfinite
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.signal import lfilter
 
 from rov_sim.closed_loop_kernel import COLUMNS, OUTPUTS, Clock, PlantSide, Wiring, run_loop
 from rov_sim.rig_sensors import Rig, disturbances, rung
+from rov_sim.wandering import wandering
 from thruster_control.inner_loop import AT_REST
 from thruster_estimation.belief import Belief, in_numbers
 from thruster_estimation.settings import BENCH, SpeedEkfSettings
@@ -56,11 +56,8 @@ class ProcessNoise:
 
     def drawn(self, count: int, period: float, rng: np.random.Generator) -> Array:
         """Return pushes of rotor [rad/s^2] and flow [m/s^2], each held over a period [s], (2, count)."""
-        keep = exp(-period / self.memory)
-        fresh = sqrt(1.0 - keep * keep)
-        white = rng.standard_normal((2, count + 1))
-        walks, _ = lfilter([fresh], [1.0, -keep], white[:, 1:], zi=keep * white[:, :1])
-        return np.ascontiguousarray(walks * np.array([[self.rotor], [self.flow]]))
+        z = rng.standard_normal((2, count + 1)).T
+        return np.ascontiguousarray(wandering(z, np.array([self.rotor, self.flow]), exp(-period / self.memory))[1:].T)
 
 
 CALM = ProcessNoise()

@@ -156,6 +156,10 @@ def test_re_tuned_parameters_of_a_diagnosis_become_a_plant(tmp_path: Path) -> No
     assert plant.without["CLx"].effects.sizes == {"thrust_loss": {"share": 0.2}}
     options = {"deviation": 0.0, "form": "bench", "beliefs": "bench", "rig": Rig(), "timing": Timing(), "seed": 1}
     assert conditions_of(plan_text(plant, **options)).process_noise == plant.process_noise
+    content["budget"]["with_causes_without_each_run"]["CLx"] = {"effects": {}}
+    file.write_text(json.dumps(content))
+    with pytest.raises(ParameterSetError, match="KeyError\\('parameters'\\)"):
+        load_plant(str(file))
     file.write_text("{}")
     with pytest.raises(ParameterSetError, match=r"expected a diagnosis\.json with retuned_parameters"):
         load_plant(str(file))

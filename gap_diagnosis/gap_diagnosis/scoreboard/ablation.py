@@ -68,8 +68,8 @@ def judged_anew(found: Diagnosis, answer: Answer) -> list[Judged]:
 
 def _afresh(found: Investigation, rule: str) -> Investigation:
     """Return the weighed sets without what was concluded from them by rules."""
-    if rule in _HEALTHY:
-        return weighed_up(found.search, found.offer)
+    if rule in _HEALTHY:  # what was left out in turn does not hang on them
+        return replace(weighed_up(found.search, found.offer), _held=found._held)
     anew = copy.copy(found)
     for name in _REMEMBERED:
         anew.__dict__.pop(name, None)

@@ -29,4 +29,4 @@ def _judged(planned: Planned) -> list[Judged]:
     with recorded(planned) as (paths, model):
         found = diagnose(read_recordings(paths), load_parameter_set(model))
     told = {"verdict": found.verdict.verdict, "effects": effects_of(found.verdict)}
-    return judged_anew(found, answer_of(planned, told, math.nan))
+    return judged_anew(found, answer_of(planned, told, math.nan, measured=False))

@@ -68,7 +68,8 @@ def _truth(planned: Planned) -> Truth:
     return GENERATORS[planned.generator].draw(planned.kind, planned.index, planned.whole)
 
 
-def answer_of(planned: Planned, diagnosis: Mapping[str, Any], seconds: float) -> Answer:
+def answer_of(planned: Planned, diagnosis: Mapping[str, Any], seconds: float, *, measured: bool = True) -> Answer:
+    """Return a case with its answer; `measured`: with distances and shares, which take some ten seconds."""
     truth, generator = _truth(planned), GENERATORS[planned.generator]
     return Answer(
         case=truth.name,
@@ -77,8 +78,8 @@ def answer_of(planned: Planned, diagnosis: Mapping[str, Any], seconds: float) ->
         model=truth.model,
         effects={name: dict(sizes) for name, sizes in truth.effects.items()},
         outside={name: dict(sizes) for name, sizes in truth.outside.items()},
-        distances=distances(generator, truth),
-        shares=shares(generator, truth),
+        distances=distances(generator, truth) if measured else {},
+        shares=shares(generator, truth) if measured else {},
         diagnosis=diagnosis,
         seconds=seconds,
     )

@@ -95,7 +95,8 @@ def load_plant(name_or_path: str) -> GivenPlant:
         values = {name: float(entry["value"]) for name, entry in found.items()}
         budget = diagnosis.get("budget") or {}
         noise = ProcessNoise(**budget.get("process_noise", {}))
-        without = dict(budget.get("with_causes_without_each_run") or {})
+        told = dict(budget.get("with_causes_without_each_run") or {})
+        without = {run: (dict(fit["parameters"]), dict(fit["effects"])) for run, fit in told.items()}
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         expected = "expected a diagnosis.json with retuned_parameters and provenance.parameter_set"
         raise ParameterSetError(str(path), [f"{expected}; found {error!r}"]) from error
@@ -103,20 +104,16 @@ def load_plant(name_or_path: str) -> GivenPlant:
         nominal = load_parameter_set(known)
         if nominal.name == title:
             source = f"{path.name}: re-tuned from {known}"
-            return GivenPlant(
-                _retuned(nominal, values, source),
-                noise,
-                {run: _fitted_without(nominal, run, found, source) for run, found in without.items()},
-            )
+            fitted = {run: _fitted(nominal, *fit, f"{source}, without {run}") for run, fit in without.items()}
+            return GivenPlant(_fitted(nominal, values, {}, source), noise, fitted)
     raise ParameterSetError(str(path), [f"expected a diagnosis of one of the known sets; found {title!r}"])
 
 
-def _retuned(nominal: ParameterSet, values: Mapping[str, float], source: str) -> ParameterSet:
+def _fitted(
+    nominal: ParameterSet, values: Mapping[str, float], sizes: Mapping[str, Mapping[str, float]], source: str
+) -> ParameterSet:
+    """Return a set with fitted values and, where sizes are given, effects; deviations are those stated."""
     kept = {name: p.standard_deviation for name, p in nominal.parameters.items()}
     known = {k: v for k, v in values.items() if k in nominal.parameters}
-    return nominal.with_values(known, source=source, standard_deviations=kept)
-
-
-def _fitted_without(nominal: ParameterSet, run: str, found: Mapping[str, Any], source: str) -> ParameterSet:
-    retuned = _retuned(nominal, found["parameters"], f"{source}, without {run}")
-    return replace(retuned, effects=ActiveEffects(sizes=found["effects"]))
+    fitted = nominal.with_values(known, source=source, standard_deviations=kept)
+    return replace(fitted, effects=ActiveEffects(sizes=sizes)) if sizes else fitted

@@ -1,16 +1,15 @@
-r"""A random wrench on the body, which limits how well its motion can be predicted: eddies, a tether's pull.
+"""A random wrench on the body, which limits how well its motion can be predicted: eddies, a tether's pull.
 
-Ornstein-Uhlenbeck   dw = -w dt / tau + s sqrt(2 / tau) dW,   of standard deviation s and correlation time tau
-exactly, over h      w_{k+1} = a w_k + s sqrt(1 - a^2) z,     a = exp(-h / tau),   w_0 = s z
-
-The value at the beginning of a period acts throughout it.
+It wanders (`wandering`); the value at the beginning of a period acts throughout it.
 """
 
 from dataclasses import dataclass
-from math import exp, inf, isfinite, sqrt
+from math import exp, inf, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
+
+from rov_sim.wandering import wandering
 
 __all__ = ["RandomWrench", "WrenchStream"]
 
@@ -51,16 +50,12 @@ class WrenchStream:
         self._rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
         self._size = np.asarray(wrench.size, dtype=np.float64)
         self._keep = exp(-period / wrench.time) if wrench.time > 0.0 else 0.0
-        self._fresh = self._size * sqrt(1.0 - self._keep**2)
         self._now: Array | None = None
 
     def take(self, count: int) -> Array:
         """Return the wrenches of the next periods, shape (count, 6) [N, N m]."""
-        z = self._rng.standard_normal((count, 6))
-        out = np.empty((count, 6))
-        for k in range(count):
-            now = self._size * z[k] if self._now is None else self._keep * self._now + self._fresh * z[k]
-            out[k] = self._now = now
+        out = wandering(self._rng.standard_normal((count, 6)), self._size, self._keep, self._now)
+        self._now = out[-1] if count else self._now
         return out
 
 
