@@ -47,6 +47,18 @@ def test_each_degree_of_freedom_is_scored_on_its_own() -> None:
     assert [one.rmse for one in found.values()] == pytest.approx(off)
 
 
+def test_of_a_rate_that_comes_of_errors_of_attitude_alone_nothing_was_wanted() -> None:
+    pitch = 0.5 * np.sin(np.linspace(0.0, 6.0, 60))
+    wanted_angles, wanted_rates = np.zeros((60, 3)), np.zeros((60, 3))
+    wanted_angles[:, 1], wanted_rates[:, 1] = pitch, np.gradient(pitch)
+    eta = wanted_angles + np.array([0.01, 0.0, 0.0])  # a little roll turns a wanted pitch rate into one of yaw
+    nu = np.hstack([np.zeros((60, 3)), body_rates(eta, wanted_rates) + 0.02])
+    found = vehicle_scores(eta, nu, wanted_angles, wanted_rates, np.zeros((60, 3)))
+    assert found["yaw_rate"].set_point > 0.0 and np.isnan(found["yaw_rate"].normalised)
+    assert found["yaw_rate"].rmse == pytest.approx(0.02)
+    assert found["pitch_rate"].normalised == pytest.approx(0.02 / np.mean(np.abs(wanted_rates[:, 1])), rel=1e-3)
+
+
 def test_the_flow_is_scored_over_all_thrusters_at_once() -> None:
     v = np.array([[0.2, -0.4], [0.2, -0.4]])
     found = flow_score(v + np.array([0.03, 0.0]), v)

@@ -8,7 +8,8 @@ Per degree of freedom, e = actual - wanted over the samples at which both are kn
 
 The thesis divides by the average set point; for one of mean zero, as its pitch, that has no meaning, and the mean of
 its absolute value is taken, the same for a set point that does not change its sign. Errors of angles are wrapped.
-Wanted body rates are nu_2d = J_2(eta)^-1 d(eta_d)/dt with the actual eta, as the outer loop wants them.
+Wanted body rates are nu_2d = J_2(eta)^-1 d(eta_d)/dt with the actual eta, as the outer loop wants them; one that would
+be 0 at the wanted attitude comes of errors alone, and nothing was wanted of it.
 
 The estimate of v is scored over all thrusters at once: rmse over the mean of |v| of all of them (figure 5.14).
 """
@@ -97,10 +98,15 @@ def vehicle_scores(
         wanted_velocity: nu_1d [m/s], (K, 3).
     """
     eta, nu = np.asarray(angles, dtype=np.float64), np.asarray(velocity, dtype=np.float64)
-    nu_2d = body_rates(eta, wanted_rates)
+    eta_d, nu_1d = np.asarray(wanted_angles, dtype=np.float64), np.asarray(wanted_velocity, dtype=np.float64)
     actual = np.hstack([nu, eta])
-    wanted = np.hstack([np.asarray(wanted_velocity, dtype=np.float64), nu_2d, np.asarray(wanted_angles)])
-    return {each.id: score(actual[:, k], wanted[:, k], angle=k >= 6) for k, each in enumerate(DEGREES_OF_FREEDOM)}
+    wanted = np.hstack([nu_1d, body_rates(eta, wanted_rates), eta_d])
+    moves = np.nanmax(np.abs(np.hstack([nu_1d, body_rates(eta_d, wanted_rates), eta_d])), axis=0, initial=0.0)
+    found = {}
+    for k, each in enumerate(DEGREES_OF_FREEDOM):
+        one = score(actual[:, k], wanted[:, k], angle=k >= 6)
+        found[each.id] = one if moves[k] > _NOTHING else one._replace(normalised=np.nan)
+    return found
 
 
 def flow_score(estimated: ArrayLike, true: ArrayLike) -> Score:
