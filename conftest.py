@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -22,18 +23,28 @@ BY_THE_WALL = {
 """Files that judge graphs or browsers by the wall's clock: side by side they would take each other's time."""
 
 
-@pytest.hookimpl(tryfirst=True)
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Keep the tests of a file in one process, those by the wall's clock all in one; the longest begin first."""
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
+    """Keep the tests of a file in one process, those by the wall's clock all in one.
 
-    def group(item: pytest.Item) -> str:
-        return "by the wall" if item.path.name in BY_THE_WALL else item.path.relative_to(ROOT).as_posix()
+    The groups of pytest-xdist 3.8 do that no more: they stand in names that pytest 9.1 makes anew.
+    """
+    from xdist.scheduler import LoadScopeScheduling
+
+    class ByFile(LoadScopeScheduling):
+        def _split_scope(self, nodeid: str) -> str:
+            file = nodeid.partition("::")[0]
+            return "by the wall" if Path(file).name in BY_THE_WALL else file
+
+    return ByFile(config, log)
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Begin with the longest."""
 
     def turn(item: pytest.Item) -> int:
         return 0 if item.path.name in BY_THE_WALL else 1 if ROOT / "gap_diagnosis" in item.path.parents else 2
 
-    for item in items:
-        item.add_marker(pytest.mark.xdist_group(group(item)))
     items.sort(key=turn)
 
 

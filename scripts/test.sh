@@ -45,6 +45,6 @@ if [ "${1-}" = --long ]; then
     shift
 fi
 workers=$(env -u OMP_NUM_THREADS nproc)
-python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadgroup --no-loadscope-reorder --durations 25 \
+python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadscope --no-loadscope-reorder --durations 25 \
     --durations-min 5 "${chosen[@]}" "$@" || status=1
 exit $status

@@ -88,9 +88,11 @@ class ExperimentWatch(Node):
     def _on_vehicle(self, message: VehicleSetpoint) -> None:
         stamp, there = nanoseconds(message.header.stamp), not isnan(message.attitude[0])
         self._last = self._monotonic()
+        # A script's set point is there from the first instant on: a watch that comes late may hear its end alone.
+        self._first = stamp if self._first is None else self._first
         if there:
-            self._first, self._taken_back = (stamp if self._first is None else self._first), None
-        elif self._first is not None:
+            self._taken_back = None
+        else:
             self._taken_back = stamp if self._taken_back is None else self._taken_back
             if stamp - self._taken_back >= round(1e9 * self._values["tail"]):
                 self._end("")

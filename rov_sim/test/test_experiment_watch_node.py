@@ -1,5 +1,6 @@
 """The watch of an experiment: over after the run, or in time with a sentence and what the others said."""
 
+import math
 import threading
 from collections.abc import Callable
 
@@ -10,7 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from rov_sim.experiment_watch_node import ExperimentWatch
-from thruster_msgs.msg import ThrustSetpoint
+from thruster_msgs.msg import ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.executors import make_executor, spin_until
 from thruster_runtime.qos import RELIABLE
 
@@ -18,12 +19,13 @@ from thruster_runtime.qos import RELIABLE
 class Scene:
     """A watch whose wall clock the test moves, and somebody who publishes."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, *, vehicle: bool = False) -> None:
         self.stop, self.now = threading.Event(), 0.0
-        given = [Parameter("start_delay", value=1.0), Parameter("tail", value=0.5)]
+        given = [Parameter("start_delay", value=1.0), Parameter("tail", value=0.5), Parameter("vehicle", value=vehicle)]
         self.watch = ExperimentWatch(self.stop, monotonic=lambda: self.now, context=context, parameter_overrides=given)
         self.node = Node("others", context=context)
-        self.set_points = self.node.create_publisher(ThrustSetpoint, "thruster_0/thrust_setpoint", RELIABLE)
+        kind, topic = (VehicleSetpoint, "rov/setpoint") if vehicle else (ThrustSetpoint, "thruster_0/thrust_setpoint")
+        self.set_points = self.node.create_publisher(kind, topic, RELIABLE)
         self.health = self.node.create_publisher(DiagnosticArray, "/diagnostics", RELIABLE)
         self.executor = make_executor("single", context=context)
         for node in (self.watch, self.node):
@@ -37,6 +39,13 @@ class Scene:
         message.header.stamp.nanosec = 1_000_000 * rest
         self.set_points.publish(message)
 
+    def tell(self, milliseconds: int, pitch: float) -> None:
+        """Publish a vehicle's set point; NaN: taken back."""
+        message = VehicleSetpoint(attitude=[pitch, pitch, pitch])
+        message.header.stamp.sec, rest = divmod(milliseconds, 1000)
+        message.header.stamp.nanosec = 1_000_000 * rest
+        self.set_points.publish(message)
+
     def ends(self, timeout: float) -> bool:
         return spin_until(self.executor, self.stop.is_set, timeout)
 
@@ -44,6 +53,21 @@ class Scene:
         self.executor.shutdown()
         self.watch.destroy_node()
         self.node.destroy_node()
+
+
+@pytest.mark.parametrize("late", [False, True])
+def test_a_vehicle_s_run_is_over_once_its_set_point_is_taken_back_also_for_a_watch_that_heard_that_alone(
+    context: Context, late: bool
+) -> None:
+    scene = Scene(context, vehicle=True)
+    for k in range(0 if late else 3):
+        scene.tell(1_000 + 40 * k, 0.1)
+    scene.tell(5_000, math.nan)
+    scene.tell(5_400, math.nan)
+    assert not scene.ends(0.4)
+    scene.tell(5_500, math.nan)
+    assert scene.ends(5.0) and scene.watch.trouble == ""
+    scene.close()
 
 
 def test_it_ends_well_once_the_run_and_its_tail_are_over(context: Context) -> None:
