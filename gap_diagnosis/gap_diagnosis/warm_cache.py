@@ -1,12 +1,30 @@
-"""Compile what a diagnosis needs into the cache, by diagnosing a short one:   python -m gap_diagnosis.warm_cache"""
+"""Compile what diagnoses need into the cache, by diagnosing short runs:   python -m gap_diagnosis.warm_cache"""
+
+import tempfile
+from pathlib import Path
 
 from gap_diagnosis.scoreboard.plans import planned
 from gap_diagnosis.scoreboard.running_io import diagnosed
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.diagnosis_io import diagnosed as diagnosed_vehicle
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.log_io import read_log
+from run_bag import write_run
+
+_OF_EACH_KIND = ("thrust_loss", "buoyancy_offset")
+"""An effect of a thruster and one of the body: kernels with and without effects of thrusters."""
 
 
 def main() -> None:
-    """Diagnose the first case without an effect: all suspects are tried beside it."""
+    """Diagnose a thruster without an effect, with all suspects tried beside it, and a vehicle with few."""
     diagnosed(planned("smoke", ("tank",))[0])
+    draw = Draw(seed=0, vehicle="ngs", kinds=("steps",), duration=12.0)
+    model = load_model(draw.vehicle)
+    with tempfile.TemporaryDirectory() as folder:
+        topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
+        log = read_log(write_run(Path(folder) / "run", topics), model.thrusters)
+    diagnosed_vehicle(model, [log], {}, only=lambda h: h.effect in _OF_EACH_KIND, how_far=False)
 
 
 if __name__ == "__main__":

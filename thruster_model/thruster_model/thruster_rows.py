@@ -43,13 +43,14 @@ def rows_of(thrusters: Sequence[Any]) -> ThrusterRows:
     if len(classes) != 1:
         raise ValueError(f"expected thrusters of one class; found {', '.join(sorted(classes)) or 'none'}")
     first = thrusters[0]
-    stacked = tuple(name for name in first._fields if np.ndim(getattr(first, name)) > 0)
+    stacked = tuple(n for n, v in zip(first._fields, first, strict=True) if not isinstance(v, float) and np.ndim(v) > 0)
     numbers = [name for name in first._fields if name not in stacked]
     for name in stacked:
         sizes = {np.shape(getattr(each, name)) for each in thrusters}
         if len(sizes) != 1:
             raise ValueError(f"expected tables of one size for all thrusters; found {name} of {sorted(sizes)}")
-    values = np.array([[getattr(each, name) for name in numbers] for each in thrusters], dtype=np.float64)
+    plain = thrusters if not stacked else [[getattr(each, name) for name in numbers] for each in thrusters]
+    values = np.array(plain, dtype=np.float64)
     arrays = tuple(np.array([getattr(each, name) for each in thrusters], dtype=np.float64) for name in stacked)
     return ThrusterRows(values, arrays, _kind_of(type(first), stacked).marker(0.0))
 

@@ -6,6 +6,7 @@ both sides of it, for L and Q the force along the first axis by motion along the
 """
 
 import re
+from functools import lru_cache
 
 import numpy as np
 
@@ -38,6 +39,7 @@ REQUIRED = ("mass", "volume", "z_B", "I_x", "I_y", "I_z", *DIAGONALS)
 DEFAULTS = {"density": 1000.0, "gravity": 9.81}
 
 
+@lru_cache(maxsize=1024)
 def definition_of(name: str) -> ParameterDefinition | None:
     """Return what a parameter is, or None where no vehicle has it."""
     if name in _PLAIN:
@@ -45,10 +47,10 @@ def definition_of(name: str) -> ParameterDefinition | None:
         return ParameterDefinition(
             name=name, unit=unit, meaning=meaning, lower=lower, upper=upper, scale=scale, role="given"
         )
-    match = re.fullmatch(r"([ALQ])_([uvwpqr])([uvwpqr])?", name)
-    if match is None or match[2] == match[3]:
+    entry = _entry(name)
+    if entry is None or (len(name) == 4 and name[2] == name[3]):
         return None
-    kind, row, column = match[1], AXES.index(match[2]), AXES.index(match[3] or match[2])
+    kind, row, column = entry
     if kind == "A" and column < row:
         return None
     turns = (row >= 3) + (column >= 3)
@@ -64,10 +66,17 @@ def matrix_of(kind: str, values: dict[str, float]) -> np.ndarray:
     """Return M_A, D_L or D_Q (6, 6), kind A, L or Q, of the values by name."""
     matrix = np.zeros((6, 6))
     for name, value in values.items():
-        match = re.fullmatch(rf"{kind}_([uvwpqr])([uvwpqr])?", name)
-        if match is not None:
-            row, column = AXES.index(match[1]), AXES.index(match[2] or match[1])
+        entry = _entry(name)
+        if entry is not None and entry[0] == kind:
+            _, row, column = entry
             matrix[row, column] = value
             if kind == "A":
                 matrix[column, row] = value
     return matrix
+
+
+@lru_cache(maxsize=1024)
+def _entry(name: str) -> tuple[str, int, int] | None:
+    """Return matrix, row and column that a name stands for, None where it stands for none."""
+    match = re.fullmatch(r"([ALQ])_([uvwpqr])([uvwpqr])?", name)
+    return None if match is None else (match[1], AXES.index(match[2]), AXES.index(match[3] or match[2]))

@@ -69,7 +69,7 @@ def gathered(
     n = len(columns)
     by_run, whole = [], []
     for k, r in enumerate(residuals):
-        J = np.empty((r.size, n), dtype=np.float32)
+        J = np.empty((r.size, n), dtype=np.float32, order="F")
 
         def fill(j: int, k: int = k, J: NDArray[np.float32] = J) -> None:
             J[:, j] = columns[j].change(k).ravel()

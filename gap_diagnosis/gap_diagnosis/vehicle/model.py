@@ -11,9 +11,9 @@ Unknowns are named by keys:
     ("nameless", axis, feature)  wrench on an axis in proportion to a feature of the motion [N, N m]
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +27,7 @@ from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.settings import active_effects, full_thrust
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.parameter_set import ParameterSet
+from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
@@ -38,14 +39,18 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "drive": ("c_u1", "c_u2"),
     "edges": ("delta_u1", "delta_u2"),
     "rotor": ("k_n",),
-    "thrust": (),
-    "flow_loss": ("c_nv_T", "c_v_T"),
+    "thrust": ("c_T1", "c_T2"),
+    "flow_loss": ("c_nv_T",),
+    "flow_drag": ("c_v_T",),
     "k_v": ("k_v",),
     "k_Uv": ("k_Uv",),
+    "k_w": ("k_w",),
     "k_Tv": ("k_Tv",),
 }
-"""Coefficients of a thruster that move together; thrust is that on the vehicle."""
+"""Coefficients of a thruster that move together; thrust is that on the vehicle where a table gives it."""
 _TACH = ("tach_scale", "tach_lag")
+_VEHICLES = 512
+"""Vehicles with changed numbers that are kept: a fit asks for the same ones with other thrusters, run after run."""
 
 
 class Built(NamedTuple):
@@ -75,6 +80,31 @@ class Model:
         known: dict[int, float] = {}
         return np.array([known.setdefault(id(s), full_thrust(s.coefficients)) for s in self.sets])
 
+    @cached_property
+    def _believed(self) -> tuple[Any, ...]:
+        return tuple(each.coefficients for each in self.sets)
+
+    @cached_property
+    def _fields(self) -> dict[str, tuple[str, ...]]:
+        """Coefficients of each group that these thrusters have and that are not zero."""
+        return {name: tuple(f for f in of if getattr(self._believed[0], f, 0.0)) for name, of in GROUPS.items()}
+
+    @cached_property
+    def _switched_on(self) -> tuple[ActiveVehicleEffect, ...]:
+        return active_effects(self.vehicle, self.sets)
+
+    @cached_property
+    def _coefficients(self) -> Callable[[tuple[tuple[str, float], ...]], VehicleCoefficients]:
+        """Coefficients of the vehicle with numbers changed by so much, (name, change) each."""
+        base = self.vehicle.values
+
+        def changed(changes: tuple[tuple[str, float], ...]) -> VehicleCoefficients:
+            values = {n: _admissible(n, base[n] + v) for n, v in changes}
+            vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
+            return vehicle.coefficients._replace(full_thrust=self._full)
+
+        return lru_cache(maxsize=_VEHICLES)(changed)
+
     @property
     def thrusters(self) -> int:
         """Number of thrusters."""
@@ -82,15 +112,10 @@ class Model:
 
     def groups(self) -> tuple[str, ...]:
         """Return the groups of coefficients that these thrusters have and that are not zero."""
-        p = self.sets[0].coefficients
+        p = self._believed[0]
         lagged = p.drive_gain == p.k_n  # a lag whose rate sets both: its steady speed must not move with it
-        found = []
-        for name, fields in GROUPS.items():
-            if name == "rotor" and lagged:
-                continue
-            if not fields or any(getattr(p, f, 0.0) for f in fields):
-                found.append(name)
-        return tuple(found)
+        told = (name for name in GROUPS if self._fields[name] or name == "thrust")
+        return tuple(name for name in told if not (name == "rotor" and lagged))
 
     def built(
         self,
@@ -102,25 +127,18 @@ class Model:
         initial: VehicleState | None = None,
     ) -> Built:
         """Return the model with these values of the unknowns and these effects, for one run."""
-        changes = {k[1]: v for k, v in values.items() if k[0] == "vehicle" and v}
-        vehicle = self.vehicle
-        if changes:
-            base = vehicle.values
-            vehicle = vehicle.with_values(
-                {n: _admissible(n, base[n] + v) for n, v in changes.items()}, source="unknown"
-            )
         N = self.thrusters
         thrusters, scale = [], np.ones(N)
-        for i, each in enumerate(self.sets):
-            p = each.coefficients
-            for name, fields in GROUPS.items():
+        for i, p in enumerate(self._believed):
+            changed: dict[str, float] = {}
+            for name, fields in self._fields.items():
                 share = values.get(("shared", name), 0.0) + values.get(("own", name, i), 0.0)
-                if share and name == "thrust":
+                if share and name == "thrust" and not fields:
                     scale[i] = 1.0 + share
                 elif share:
-                    p = p._replace(**{f: getattr(p, f) * (1.0 + share) for f in fields if hasattr(p, f)})
-            thrusters.append(p)
-        active = (*active_effects(vehicle, self.sets), *effects)
+                    changed |= {f: getattr(p, f) * (1.0 + share) for f in fields}
+            thrusters.append(p._replace(**changed) if changed else p)
+        active = (*self._switched_on, *effects)
         tach = np.tile([1.0, 0.0], (N, 1))
         for effect in active:
             for i in range(N) if effect.thruster is None else (effect.thruster,):
@@ -128,14 +146,14 @@ class Model:
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
                     tach[i, 1] = max(next(iter(effect.sizes.values())) / 0.04, 0.0)
-        body = vehicle.coefficients._replace(full_thrust=self._full)
-        body = body_with(body, active)
+        changes = tuple((k[1], v) for k, v in values.items() if k[0] == "vehicle" and v)
+        body = body_with(self._coefficients(changes), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
         own = thruster_effects([a for a in active if a.id not in _TACH], N)
         settings = VehicleSettings(
             coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial, largest_step=STEP
         )
-        c = sensing_with(sensor_coefficients(self.sensors, vehicle.values["gravity"]), active)
+        c = sensing_with(sensor_coefficients(self.sensors, self.vehicle.values["gravity"]), active)
         gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))
         force = tuple(b + values.get(("force", run, a), 0.0) for a, b in enumerate(c.force_bias))
         power = {

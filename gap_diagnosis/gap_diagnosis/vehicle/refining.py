@@ -240,7 +240,7 @@ class Problem:
         first = known[0].shape[1] if known else 0
         out = []
         for k, each in enumerate(r):
-            J = np.zeros((each.size, len(x)), dtype=np.float32)
+            J = np.zeros((each.size, len(x)), dtype=np.float32, order="F")
             if known:
                 J[:, :first] = known[k]
 

@@ -52,8 +52,6 @@ class Screen:
             result = filtered(self.model, self.runs[k], values, effects)
         except (VehicleError, ValueError):
             return self.residual(k)
-        if not result.done:
-            return np.clip(np.nan_to_num(whitened(self.runs[k], result)), -20.0, 20.0)
         return whitened(self.runs[k], result)
 
     def of_nuisance(self, key: Key, deviation: float) -> Column:

@@ -199,7 +199,6 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
     names, on = stage.gram.names, stage.fit.effects
     known = range(stage.fit.columns[0].shape[1])
     product = stage.gram.A[: len(known), : len(known)]
-    nothing = stage.fit.log_evidence
     quick = []
     for _, h in stage.offered[: rules.REFINED]:
         problem = Problem(screen=stage.screen, nuisances=free, effects=(*(a.hypothesis for a in on), h))
@@ -209,13 +208,35 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         start = max(starts, key=lambda there: problem.score(*there))
         quick.append((problem.fit(*start, stage.fit.columns, product), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
-    found = []
+    fits = []
     for place, (fit, problem) in enumerate(quick):
         if place < rules.FITTED_ANEW and fit.log_evidence > quick[0][0].log_evidence - rules.FAR_BEHIND:
             fit = problem.fit(fit.moved, [e.sizes for e in fit.effects])
-        gain = fit.log_evidence - nothing
-        found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + log_prior(problem.effects[-1], tried), fit))
+        fits.append(fit)
+    nothing = _without_them(stage, free, fits)
+    found = []
+    for fit in fits:
+        gain, prior = fit.log_evidence - nothing, log_prior(fit.effects[-1].hypothesis, tried)
+        found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + prior, fit))
     return sorted(found, key=lambda each: -each[0])
+
+
+def _without_them(stage: Stage, free: dict[Key, float], fits: Sequence[Fit]) -> float:
+    """Return the log evidence for nothing more, wherever one of the fits has led its uncertain numbers.
+
+    What a hypothesis gains because its fit went on where the one before had stopped is no evidence for it.
+    """
+    on = stage.fit.effects
+    alone = Problem(screen=stage.screen, nuisances=free, effects=tuple(a.hypothesis for a in on))
+    best = stage.fit
+    reached = alone.score(best.moved, [a.sizes for a in on])
+    for fit in fits:
+        there = fit.moved, [a.sizes for a in fit.effects[:-1]]
+        if alone.score(*there) > reached:
+            again = alone.fit(*there)
+            if again.log_evidence > best.log_evidence:
+                best, reached = again, alone.score(again.moved, [a.sizes for a in again.effects])
+    return best.log_evidence
 
 
 def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> tuple[Array, list[tuple[float, ...]]]:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import initial_state
+from gap_diagnosis.vehicle.filtering import at_rest, correcting, initial_state, rotor_decay
 from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
@@ -176,11 +176,12 @@ class Watch:
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
         places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
         A, H = slopes(q, nu, first.body, *places)
-        there = log.telling
-        gains = filter_gains(A, H, there, noises, log.period, self._P)
+        starting = max(round((rules.START - self.time) / log.period), 0)
+        gains = filter_gains(A, H, correcting(log, starting), noises, log.period, self._P)
         self._P = gains.last
-        decay = np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * log.period) for s in self._model.sets])
-        speed_gains, spread, self._P_n = rotor_gains(np.isfinite(log.speeds), decay, noises, self._P_n)
+        driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
+        decay = rotor_decay(self._model, log.period)
+        speed_gains, spread, self._P_n = rotor_gains(driven, decay, noises, self._P_n)
         keep = np.exp(-log.period / noises.time) ** np.arange(log.count + 1)
         for ratio, branch in zip(self.ratios, self._branches[1:], strict=True):
             if ratio <= 0.0:  # a failure that is not believed has not begun yet

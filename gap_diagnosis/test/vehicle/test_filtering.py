@@ -1,13 +1,20 @@
-"""Commands that act later than they are stamped."""
+"""Commands that act later than they are stamped; innovations of the right model, which are white noise."""
 
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle import filtering
-from gap_diagnosis.vehicle.filtering import _shifted
+from gap_diagnosis.vehicle import filtering, rules
+from gap_diagnosis.vehicle.blind.draws import Draw, drawn
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.filtering import _first_noises, _shifted, at_rest, prepared_with, whitened
+from gap_diagnosis.vehicle.log_io import read_log
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from run_bag import write_run
 
 
 def test_a_command_that_acts_later_gives_each_period_a_share_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -17,3 +24,54 @@ def test_a_command_that_acts_later_gives_each_period_a_share_of_the_one_before(m
     assert _shifted(log, {("late",): 0.01})[:, 0] == pytest.approx([0.0, 3.0, 4.0, 1.0])
     assert _shifted(log, {("late",): -0.01})[:, 0] == pytest.approx([1.0, 4.0, 3.0, 0.0])
     assert _shifted(log, {}) is log
+
+
+CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] * 3)
+"""Deviations of the sealed world's sensors."""
+TURNED = ("imu_misalignment", {"axis": "z"}, {"angle": -0.05})
+
+
+@pytest.mark.parametrize(
+    ("vehicle", "kind", "hidden"),
+    [
+        ("ngs", "pulses", ()),  # idle thrusters in a stream
+        ("bluerov2_heavy", "sines", ()),  # under way from the first sample
+        ("bluerov2_heavy", "steps", (TURNED,)),
+        ("ngs", "steps", (("water_current", {}, {"north": 0.2, "east": -0.1}),)),
+    ],
+)
+def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
+    vehicle: str, kind: str, hidden: Any, tmp_path: Path
+) -> None:
+    draw = Draw(seed=1211, vehicle=vehicle, effects=hidden, deviations=0.0, kinds=(kind,), duration=30.0)
+    model = load_model(vehicle)
+    log = read_log(
+        write_run(tmp_path / "run", recorded(draw, model.vehicle, model.sets, model.sensors)[0]), model.thrusters
+    )
+    size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
+    noises = _first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=CHANNELS)
+    effects = [ActiveVehicleEffect(id=name, sizes=sizes, **place) for name, place, sizes in hidden]
+    found = prepared_with(model, log, 0, noises, {}, effects)
+    found = prepared_with(model, log, 0, noises, {}, effects, found.base.states)
+    r = whitened(found, found.base)[round(rules.START / log.period) :]
+    # readings at 100 Hz are means of several samples, quieter than one; biases of the start are in them
+    assert found.base.done
+    assert np.sqrt(np.mean(r[:, :13] ** 2, axis=0)).max() < 1.2
+    assert np.sqrt(np.mean(r[:, 13 : 13 + model.thrusters] ** 2, axis=0)).max() < 1.2
+
+
+def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -> None:
+    draw = drawn(1211)
+    model = load_model(draw.vehicle)
+    for run, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
+        log = read_log(write_run(tmp_path / f"run_{run}", topics), model.thrusters)
+        size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
+        noises = _first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
+        assert prepared_with(model, log, run, noises, {}).base.done
+
+
+def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:
+    log: Any = SimpleNamespace(throttles=np.array([[0.0, 0.0, 3.0]]), speeds=np.array([[1.0, 40.0, 1.0]]))
+    noises: Any = SimpleNamespace(speed=np.array([1.2, 1.2, 1.2]))
+    model: Any = SimpleNamespace(sets=[SimpleNamespace(coefficients=SimpleNamespace(delta_u1=-0.8, delta_u2=0.8))] * 3)
+    assert at_rest(model, log, noises).tolist() == [[True, False, False]]

@@ -124,8 +124,8 @@ def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:
 
 
 def _vector(values: Any) -> Vector:
-    return tuple(float(value) for value in values)
+    return tuple(np.asarray(values, dtype=np.float64).tolist())
 
 
 def _rows(matrix: Any) -> Matrix:
-    return tuple(_vector(row) for row in matrix)
+    return tuple(map(tuple, np.asarray(matrix, dtype=np.float64).tolist()))

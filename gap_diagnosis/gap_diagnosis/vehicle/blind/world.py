@@ -18,6 +18,7 @@ from thruster_model.compilation import compiled
 __all__ = ["COLUMNS", "STEP", "run_world"]
 
 STEP = 0.002  # s
+STREAM, STIRRED = 0.02, 1e-3  # m/s: in which stream an idle thruster leaves v = 0, and by what
 COLUMNS = (
     "rx", "ry", "rz", "ex", "ey", "ez", "c_u1", "c_u2", "d_1", "d_2", "k_n", "k_q", "c_T", "c_nv", "c_v", "k_v", "k_Uv",
     "k_w", "k_Tv", "hand", "share", "reverse", "delay", "lag", "coulomb", "turning", "hull_axis", "hull_share",
@@ -188,6 +189,8 @@ def run_world(  # type: ignore[no-untyped-def]
                 moved = _crossed(nu[3:], p[RX : RX + 3])
                 U = p[EX] * (nu[0] + moved[0]) + p[EX + 1] * (nu[1] + moved[1]) + p[EX + 2] * (nu[2] + moved[2])
                 middle = 0.5 * (before + n[i])
+                if n[i] == 0.0 and va[i] == 0.0 and abs(U) > STREAM:
+                    va[i] = STIRRED * np.sign(U)
                 flow = va[i]
                 for part in (0.5 * h, h):
                     push = _push(p, middle, flow)
