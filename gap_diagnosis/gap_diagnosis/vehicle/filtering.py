@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
-from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS, START
+from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, DRAWN, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS, START
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations
 from rov_sim.vehicle.plant import sheet_of
@@ -291,11 +291,18 @@ def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
     weight = c.mass_matrix.diagonal()
     wrench = np.concatenate((0.02 * weight[:3], 0.05 * weight[3:]))
     floor = np.array([1e-4] * 3 + [1e-4] * 3 + [2e-3] * 3 + [1e-3] + [1e-3] * 3)
-    battery = typical("battery_noise")
+    battery = np.fmax(typical("battery_noise"), _battery_floor(logs))
     return Noises(
         wrench, 2.0, np.fmax(typical("noise"), floor), np.full(model.thrusters, 0.3),
-        np.fmax(typical("speed_noise"), 0.05), np.where(np.isfinite(battery), np.fmax(battery, 1e-3), 1.0),
+        np.fmax(typical("speed_noise"), 0.05), np.where(np.isfinite(battery), battery, 1.0),
     )  # fmt: skip
+
+
+def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
+    """Return the least deviations of voltage and current (2,): what a thruster draws is known in its form alone."""
+    told = [log.battery[:, 1][np.isfinite(log.battery[:, 1])] for log in logs]
+    drawn = max((float(np.ptp(each)) for each in told if each.size), default=0.0)
+    return np.array([1e-3, max(DRAWN * drawn, 1e-3)])
 
 
 def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
@@ -324,11 +331,11 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
         if np.isfinite(e[:, i]).sum() > 50:
             excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
             rotor[i] = np.sqrt(max(rotor[i] ** 2 + 0.5 * excess, 1e-4))
-    battery = old.battery.copy()
+    battery, floor = old.battery.copy(), _battery_floor([p.log for p in found])
     b = np.concatenate([p.base.battery for p in found])
     for j in range(2):
         if np.isfinite(b[:, j]).sum() > 20:
-            battery[j] = max(float(np.nanstd(b[:, j])), 1e-3)
+            battery[j] = max(float(np.nanstd(b[:, j])), floor[j])
     return Noises(wrench, old.time, channels, rotor, speed, battery)
 
 

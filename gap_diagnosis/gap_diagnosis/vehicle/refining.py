@@ -88,7 +88,7 @@ class Problem:
 
     def fit(
         self, moved: Array, sizes: Sequence[tuple[float, ...]], columns: Sequence[NDArray[np.float32]] = (),
-        product: Array | None = None,
+        product: Array | None = None, *, exact: bool = False,
     ) -> Fit:  # fmt: skip
         """Return the fit from a point.
 
@@ -98,6 +98,7 @@ class Problem:
             columns: of the nuisances and of all effects but the last one, made nearby, (rows, m + ...) of each run: a
                 quick fit along these, to see which deserves a whole one. None: made where the fit is.
             product: of these columns, J^T J over all runs, where it is known.
+            exact: make the columns of the fit where it ends, whether or not those that led there would do.
         """
         x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
         x = self._held(x)
@@ -135,7 +136,7 @@ class Problem:
                 break
         score, x, r = best
         H, _ = self._normal(J, r, x, product)
-        if float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
+        if exact or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
             J = self._columns(x, r, columns)
             H, _ = self._normal(J, r, x, product)
         H += np.eye(len(x))

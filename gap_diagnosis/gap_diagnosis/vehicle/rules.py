@@ -15,6 +15,9 @@ CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
 """[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
 LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4
 """[N, N m] Random wrench that is assumed at least: no water is calmer, and gains stay finite."""
+DRAWN = 0.05
+"""Share of the range of a battery's current by which readings deviate at least: it goes with |gamma||n| of thrusters to
+some percent only. Taken for exact it told viscous friction from the rotor's own damping, k_n (tuning seed 1202)."""
 MOST_DEVIATIONS = 4.0
 """Whitened readings beyond it count as it: one outlier in 16,000 is none under a normal distribution."""
 P_EFFECT = 0.5

@@ -112,14 +112,14 @@ def settled(
     Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
     too near to what was believed, and noises learned there too large.
     """
-    problem = tuple(a.hypothesis for a in accepted)
+    effects = tuple(a.hypothesis for a in accepted)
     moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
     sizes = [a.sizes for a in accepted]
     for turn in range(rules.TURNS):
-        screen = Screen(model=model, runs=runs, values={})
-        before = Problem(screen=screen, nuisances=free, effects=problem).score(moved, sizes)
-        fit = Problem(screen=screen, nuisances=free, effects=problem).fit(moved, sizes)
-        after = Problem(screen=screen, nuisances=free, effects=problem).score(fit.moved, [e.sizes for e in fit.effects])
+        problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
+        before = problem.score(moved, sizes)
+        fit = problem.fit(moved, sizes)
+        after = problem.score(fit.moved, [e.sizes for e in fit.effects])
         moved, sizes = fit.moved, [e.sizes for e in fit.effects]
         if turn > 0 and after - before < rules.SETTLED:
             break
@@ -128,11 +128,10 @@ def settled(
         runs = prepared(
             model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
         )
-    else:
-        fit = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=problem).fit(
-            moved, sizes
-        )
-    return runs, fit
+    # screening compares columns: those of the numbers must be as good as those of what is tried
+    return runs, Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects).fit(
+        moved, sizes, exact=True
+    )
 
 
 def _stage(model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]) -> Stage:

@@ -68,6 +68,8 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
         row |= {"c_v": p.c_v_T * f[4], "k_v": p.k_v * f[5], "k_Uv": p.k_Uv * f[6], "k_w": p.k_w}
         row |= {"k_Tv": p.k_Tv * f[7], "hand": place.turn, "share": 1.0, "reverse": 1.0, "turning": 1.0}
         row |= {"hull_axis": -1.0, "cav_onset": 1e6, "fade_time": 30.0}
+        ends = row["c_u1"] * (5.0 + row["d_1"]), row["c_u2"] * (5.0 - row["d_2"])
+        row["power"] = max(ends) ** 2 / row["k_n"]
         for name, value in row.items():
             table[i, at[name]] = value
     m, g = v["mass"], v["gravity"]

@@ -8,7 +8,7 @@ middle of each step: all of second order, so that no error of a step passes for 
 Row i of `thrusters`: r (3), e (3), c_u1, c_u2, d_1, d_2, k_n, k_Q c_Q, c_T, c_nv, c_v, k_v, k_Uv, k_w, k_Tv, hand,
 then what may be wrong with it: share of thrust, of reverse thrust, delay [steps], lag [s], coulomb [rad/s^2], turning,
 hull axis, hull share, cavitation share, cavitation onset [rad/s], fade share, fade time [s], torque on the vehicle
-[N m s^2], when its share of thrust begins to count [s].
+[N m s^2], when its share of thrust begins to count [s]. Last, what it draws at full: |drive n| [rad^2/s^3].
 """
 
 import numpy as np
@@ -22,11 +22,11 @@ STREAM, STIRRED = 0.02, 1e-3  # m/s: in which stream an idle thruster leaves v =
 COLUMNS = (
     "rx", "ry", "rz", "ex", "ey", "ez", "c_u1", "c_u2", "d_1", "d_2", "k_n", "k_q", "c_T", "c_nv", "c_v", "k_v", "k_Uv",
     "k_w", "k_Tv", "hand", "share", "reverse", "delay", "lag", "coulomb", "turning", "hull_axis", "hull_share",
-    "cav_share", "cav_onset", "fade", "fade_time", "torque", "since",
+    "cav_share", "cav_onset", "fade", "fade_time", "torque", "since", "power",
 )  # fmt: skip
 (RX, _, _, EX, _, _, CU1, CU2, D1, D2, KN, KQ, CT, CNV, CV, KV, KUV, KW, KTV, HAND,
  SHARE, REVERSE, DELAY, LAG, COULOMB, TURNING, HULL_AXIS, HULL_SHARE, CAV_SHARE, CAV_ONSET, FADE, FADE_TIME,
- TORQUE, SINCE) = range(34)  # fmt: skip
+ TORQUE, SINCE, POWER) = range(35)  # fmt: skip
 
 
 @compiled
@@ -125,10 +125,6 @@ def run_world(  # type: ignore[no-untyped-def]
     R, turned, position = R.copy(), np.zeros((3, 3)), position.copy()
     past = np.zeros((N, 400))
     now = 0
-    full = np.zeros(N)
-    for i in range(N):
-        p = thrusters[i]
-        full[i] = p[CU2] * (5.0 - p[D2]) / p[KN]
     for k in range(K):
         _times(inverse, momentum, nu)
         roll = np.arctan2(R[2, 1], R[2, 2])
@@ -153,8 +149,8 @@ def run_world(  # type: ignore[no-untyped-def]
             load = 0.0
             for i in range(N):
                 p = thrusters[i]
-                edge = u[i] - p[D2] if u[i] > p[D2] else (p[D1] - u[i] if u[i] < p[D1] else 0.0)
-                load += p[CU2] * edge / (p[CU2] * (5.0 - p[D2])) * abs(n[i]) / full[i]
+                edge = p[CU2] * max(u[i] - p[D2], 0.0) + p[CU1] * max(p[D1] - u[i], 0.0)
+                load += edge * (1.0 - p[FADE] * heat[i]) * abs(n[i]) / p[POWER]
             volt = max(1.0 - sag * load / N, 0.0)
             supply[at, 0], supply[at, 1] = volt, load / N
             for i in range(N):
