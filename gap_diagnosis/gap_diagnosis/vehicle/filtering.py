@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
-from gap_diagnosis.vehicle.rules import CORRELATION_TIMES, DRAWN, LEAST_FORCE, LEAST_MOMENT, MOST_DEVIATIONS, START
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations
 from rov_sim.vehicle.plant import sheet_of
@@ -118,8 +118,9 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
 
 
 def _first(log: VehicleLog) -> int:
-    """Return the first instant that counts."""
-    return min(round(START / log.period), log.count // 2)
+    """Return the first instant that counts: later where no sensor tells the velocity at the start."""
+    start = rules.START if log.there["velocity"] else rules.START_UNTOLD
+    return min(round(start / log.period), log.count // 2)
 
 
 def whitened(prepared: Prepared, result: Filtered) -> Array:
@@ -178,7 +179,9 @@ def at_rest(model: Model, log: VehicleLog, noises: Noises) -> NDArray[np.bool_]:
     u = log.throttles
     edges = np.array([(p.delta_u1, p.delta_u2) for p in (s.coefficients for s in model.sets)])
     undriven = (u >= edges[:, 0]) & (u <= edges[:, 1])
-    return undriven & (np.abs(np.nan_to_num(log.speeds)) < MOST_DEVIATIONS * np.nan_to_num(noises.speed, nan=np.inf))
+    return undriven & (
+        np.abs(np.nan_to_num(log.speeds)) < rules.MOST_DEVIATIONS * np.nan_to_num(noises.speed, nan=np.inf)
+    )
 
 
 def prepared_with(
@@ -189,8 +192,8 @@ def prepared_with(
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     given, log = log, _shifted(log, values)
     A, H = _slopes_of(model, log, states, built)
-    first = _first(log)
-    gains = filter_gains(A, H, correcting(log, first), noises, log.period, first=first)
+    begun = min(round(rules.START / log.period), log.count // 2)
+    gains = filter_gains(A, H, correcting(log, begun), noises, log.period, first=_first(log))
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
@@ -204,7 +207,7 @@ def log_likelihood(prepared: Prepared) -> float:
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
     body = body[_first(prepared.log) :]
-    return -0.5 * float(np.sum(np.minimum(body**2, MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant
+    return -0.5 * float(np.sum(np.minimum(body**2, rules.MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant
 
 
 def prepared(
@@ -247,13 +250,13 @@ def prepared(
         first = _first_noises(model, logs)
         ways = [
             learned(first._replace(time=time), rounds, patient)
-            for time in CORRELATION_TIMES
+            for time in rules.CORRELATION_TIMES
             for patient in (False, True)
         ]
     else:
         ways = [learned(start, rounds)]
         ended = learned_from(ways[0][1])
-        ways += [learned(ended._replace(time=t), rounds // 4) for t in CORRELATION_TIMES if t != start.time]
+        ways += [learned(ended._replace(time=t), rounds // 4) for t in rules.CORRELATION_TIMES if t != start.time]
     return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
 
 
@@ -276,7 +279,7 @@ def _looser(noises: Noises) -> Noises:
 
 def _weighted(prepared: Prepared) -> Prepared:
     size = np.abs(whitened(prepared, prepared.base))
-    return replace(prepared, weights=np.minimum(MOST_DEVIATIONS / np.maximum(size, 1e-9), 1.0))
+    return replace(prepared, weights=np.minimum(rules.MOST_DEVIATIONS / np.maximum(size, 1e-9), 1.0))
 
 
 def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
@@ -302,7 +305,7 @@ def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
     """Return the least deviations of voltage and current (2,): what a thruster draws is known in its form alone."""
     told = [log.battery[:, 1][np.isfinite(log.battery[:, 1])] for log in logs]
     drawn = max((float(np.ptp(each)) for each in told if each.size), default=0.0)
-    return np.array([1e-3, max(DRAWN * drawn, 1e-3)])
+    return np.array([1e-3, max(rules.DRAWN * drawn, 1e-3)])
 
 
 def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
@@ -311,7 +314,7 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
     w = np.concatenate(
         [(np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance)[_first(p.log) :] for p in found]
     )
-    least = np.array([LEAST_FORCE] * 3 + [LEAST_MOMENT] * 3)
+    least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
     wrench = np.maximum(np.sqrt(_trimmed(w)), least)
     left, spread = [], []
     for p in found:
