@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes, thrust_slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -17,8 +17,8 @@ from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "correcting", "filtered", "initial_state", "learned_from", "prepared",
-    "prepared_with", "rotor_decay", "whitened",
+    "Filtered", "Prepared", "at_rest", "filtered", "initial_state", "learned_from", "log_likelihood", "prepared",
+    "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -105,7 +105,7 @@ def _shifted(log: VehicleLog, values: Mapping[Key, float]) -> VehicleLog:
 
 def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
     K, N = log.count, log.thrusters
-    out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.full((K, 19 + 2 * N), np.nan)
+    out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.full((K, 19 + 3 * N), np.nan)
     steps = built.settings.steps_in(log.period)
     kernel: Any = innovations
     done = kernel(
@@ -115,6 +115,10 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
         *out,
     )  # fmt: skip
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
+
+
+def _begun(log: VehicleLog) -> int:
+    return min(round(rules.START / log.period), log.count // 2)
 
 
 def _first(log: VehicleLog) -> int:
@@ -141,8 +145,13 @@ def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # t
     nu = np.zeros((log.count, 6)) if states is None else np.nan_to_num(states[:, 7:13])
     if states is None:
         nu[:, 3:] = np.nan_to_num(log.told[:, 3:6])
+    N, c = log.thrusters, built.settings.coefficients
+    thrust = np.zeros((log.count, N))
+    if states is not None:
+        n, v = np.nan_to_num(states[:, 19 : 19 + N]), np.nan_to_num(states[:, 19 + 2 * N :])
+        thrust = thrust_slopes(built.settings.thrusters, c, nu, n, v)
     places = (np.asarray(getattr(model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-    return slopes(q, nu, built.settings.coefficients, *places)
+    return slopes(q, nu, thrust, c, *places)
 
 
 def _filled(q: Array) -> Array:
@@ -159,15 +168,17 @@ def rotor_decay(model: Model, period: float) -> Array:
     return np.array([np.exp(-min(float(s.coefficients.k_n), 50.0) * period) for s in model.sets])
 
 
-def correcting(log: VehicleLog, first: int) -> NDArray[np.bool_]:
-    """Return which channels correct the state at which instant (K, 13): before the first one that counts, no force.
+def starting(A: Array, H: Array, log: VehicleLog, first: int) -> tuple[Array, Array, NDArray[np.bool_]]:
+    """Return slopes (`gains.slopes`) and which channels tell (K, 13) where nothing counts before the first instant.
 
-    A vehicle that starts in motion pushes through water whose axial flow is not known yet. Its acceleration, taken for
-    that of a known thrust, made velocities of 100 m/s within three samples (tuning seed 1211).
+    A vehicle that starts in motion pushes through water whose axial flow is not known yet. How it accelerates and
+    turns, taken for what a known thrust does, made velocities of 100 m/s in three samples (tuning seeds 1205, 1211).
+    So at first neither tells the velocity.
     """
-    there = log.telling.copy()
+    there, A = log.telling.copy(), A.copy()
     there[:first, 6:9] = False
-    return there
+    A[:first, 3:9, 3:6] = 0.0
+    return A, H, there
 
 
 def at_rest(model: Model, log: VehicleLog, noises: Noises) -> NDArray[np.bool_]:
@@ -192,8 +203,7 @@ def prepared_with(
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     given, log = log, _shifted(log, values)
     A, H = _slopes_of(model, log, states, built)
-    begun = min(round(rules.START / log.period), log.count // 2)
-    gains = filter_gains(A, H, correcting(log, begun), noises, log.period, first=_first(log))
+    gains = filter_gains(*starting(A, H, log, _begun(log)), noises, log.period, first=_first(log))
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
@@ -233,14 +243,15 @@ def prepared(
         best: tuple[float, list[Prepared]] | None = None
         for turn in range(rounds + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
-            states = [p.base.states if p.base.done else None for p in found]
+            states = [p.base.states for p in found]  # of a lost one as far as it got: slopes there are better than none
             done = all(p.base.done for p in found)
             score = sum(log_likelihood(p) for p in found) if done else -np.inf
             if best is None or score > best[0]:
                 best = (score, found)
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
             channels = noises.channels
-            noises = _learned(model, found) if done else _looser(noises)
+            if turn > 0 or done:
+                noises = _learned(model, found) if done else _looser(noises)
             if done and patient and turn < rounds - 1:
                 noises = noises._replace(channels=channels)
         assert best is not None

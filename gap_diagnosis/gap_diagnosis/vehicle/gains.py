@@ -8,16 +8,18 @@ Error state x (16): turn theta of the body, nu, random wrench w, depth. With A t
 The rotors have a scalar filter each: their speed follows the throttle by k_n, and what disturbs it is white.
 """
 
-from typing import NamedTuple
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from rov_sim.vehicle.innovations import CHANNELS, CORRECTED
 from thruster_model.compilation import compiled
+from thruster_model.pipeline import derivative, outputs
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
-__all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes"]
+__all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes", "thrust_slopes"]
 
 Array = NDArray[np.float64]
 _UNSEEN = 1e12
@@ -25,6 +27,8 @@ _FASTEST = np.array([3.0] * 3 + [8.0] * 3)
 """[m/s, rad/s] Beyond it a filter has lost the vehicle, and slopes there would lose its covariance too."""
 _FIRST = np.array([0.05] * 3 + [0.3] * 3 + [0.1] * 3)
 _DRIFT = np.array([1e-5] * 3 + [2e-4] * 3 + [2e-4] * 3)
+_FLOW, _SMALL, _SETTLING = 2.0, 1e-4, 1.0
+"""Fastest axial flow [m/s] at which slopes are taken, their step [m/s], slowest rate at which a flow follows [1/s]."""
 
 
 class Noises(NamedTuple):
@@ -65,11 +69,38 @@ def down_of(q: Array) -> Array:
     return np.stack((2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)), axis=1)
 
 
-def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, sensor: Array) -> tuple[Array, Array]:
+@compiled
+def _thrust_slopes(n, v, U, p, out):  # type: ignore[no-untyped-def]
+    """Fill out (K,) with dT/dU [N s/m] of a thruster whose axial flow v follows: T_v (-b / a), dv/dt = a v + b U."""
+    for k in range(len(n)):
+        rate = derivative(n[k], v[k], U[k], 0.0, p)[1]
+        a = (derivative(n[k], v[k] + _SMALL, U[k], 0.0, p)[1] - rate) / _SMALL
+        b = (derivative(n[k], v[k], U[k] + _SMALL, 0.0, p)[1] - rate) / _SMALL
+        thrust = outputs(n[k], v[k], U[k], 0.0, p)[2]
+        by_flow = (outputs(n[k], v[k] + _SMALL, U[k], 0.0, p)[2] - thrust) / _SMALL
+        out[k] = -by_flow * b / a if a < -_SETTLING else 0.0
+
+
+def thrust_slopes(thrusters: Sequence[Any], c: VehicleCoefficients, nu: Array, n: Array, v: Array) -> Array:
+    """Return dT/dU (K, N) [N s/m] at rotor speeds n (K, N) [rad/s], axial flows v (K, N) [m/s] and motion nu (K, 6)."""
+    U, out = np.clip(nu, -_FASTEST, _FASTEST) @ c.inflow, np.zeros(n.shape)
+    for i, p in enumerate(thrusters):
+        if getattr(p, "k_Tv", 0.0):
+            slope = np.zeros(len(n))
+            _thrust_slopes(n[:, i].copy(), np.clip(v[:, i], -_FLOW, _FLOW), U[:, i].copy(), p, slope)
+            out[:, i] = np.minimum(np.nan_to_num(slope), 0.0) * c.thrust_scale[i]
+    return out
+
+
+def slopes(
+    q: Array, nu: Array, thrust: Array, c: VehicleCoefficients, imu: Array, log: Array, sensor: Array
+) -> tuple[Array, Array]:  # fmt: skip
     """Return A (K, 16, 16) of the motion and H (K, 13, 16) of the channels.
 
     Args:
         q: attitudes (K, 4); nu: (K, 6).
+        thrust: `thrust_slopes` (K, N): what the water under way takes off a thrust holds a vehicle more than its hull
+            does, and tells an accelerometer more of its speed.
         c: of the vehicle.
         imu, log, sensor: places of IMU, velocity log, depth sensor [m].
     """
@@ -89,6 +120,7 @@ def slopes(q: Array, nu: Array, c: VehicleCoefficients, imu: Array, log: Array, 
     turning[:, 3:, :3] -= _skew(a)
     turning[:, 3:, 3:] -= _skew(b)
     drag = c.D_L[None] + 2.0 * c.D_Q[None] * np.abs(nu)[:, None, :]
+    drag = drag - c.K_t @ (thrust[:, :, None] * c.inflow.T)
     arm = c.weight * np.asarray(c.r_G) - c.buoyancy * np.asarray(c.r_B)
     Sd = _skew(down)
     righting = np.concatenate(((c.weight - c.buoyancy) * Sd, _skew(arm) @ Sd), axis=1)

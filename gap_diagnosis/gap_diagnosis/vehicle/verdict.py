@@ -7,12 +7,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.refining import Refined
-from gap_diagnosis.vehicle.search import Found
+from gap_diagnosis.vehicle.search import Found, Stage
 
 __all__ = ["Claim", "Verdict", "judged"]
 
@@ -69,7 +70,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
     top = last.nameless[0][0] if last.nameless else -np.inf
     p_unknown = float(1.0 / (1.0 + np.exp(np.clip(total - top, -500.0, 500.0))))
-    rough = bool(wrench[:3].max() > rules.LARGE_WRENCH[0] or wrench[3:].max() > rules.LARGE_WRENCH[1])
+    rough = _rough(last)
     if rough:
         p_unknown = max(p_unknown, 0.9)
     shifted = _shifted(found)
@@ -95,6 +96,29 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]), hidden=_hidden(found),
         wrench=wrench, summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
     )  # fmt: skip
+
+
+def _rough(last: Stage) -> bool:
+    """Return whether the recordings ask for a random wrench that calm water does not have.
+
+    Without a velocity log they hardly tell its size: then one that is learned as large is not evidence of it.
+    """
+    noises = last.screen.runs[0].noises
+    force, moment = rules.LARGE_WRENCH
+    calm = np.minimum(noises.wrench, [force] * 3 + [moment] * 3)
+    if np.array_equal(calm, noises.wrench):
+        return False
+    effects = [e.active for e in last.fit.effects]
+    likelihood = []
+    for wrench in (noises.wrench, calm):
+        again = [
+            prepared_with(
+                last.screen.model, p.log, p.run, noises._replace(wrench=wrench), last.fit.values, effects, p.base.states
+            )
+            for p in last.screen.runs
+        ]
+        likelihood.append(sum(log_likelihood(p) if p.base.done else -np.inf for p in again))
+    return bool(likelihood[0] > likelihood[1] + rules.NAMELESS)
 
 
 def _claim(accepted: Refined, rivals: Sequence[tuple[float, Refined]]) -> Claim:

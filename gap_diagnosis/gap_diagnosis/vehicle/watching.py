@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import at_rest, correcting, initial_state, rotor_decay
-from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.filtering import at_rest, initial_state, rotor_decay, starting
+from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes, thrust_slopes
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -175,9 +175,13 @@ class Watch:
         nu[:, 3:] = np.where(np.isfinite(rates), rates, nu[:, 3:])
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
         places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-        A, H = slopes(q, nu, first.body, *places)
-        starting = max(round((rules.START - self.time) / log.period), 0)
-        gains = filter_gains(A, H, correcting(log, starting), noises, log.period, self._P)
+        N, thrust = log.thrusters, np.zeros(log.speeds.shape)
+        if self._state is not None:
+            n, v = self._state[None, 19 : 19 + N], self._state[None, 19 + 2 * N :]
+            thrust += thrust_slopes([s.coefficients for s in self._model.sets], first.body, nu[:1], n, v)
+        A, H = slopes(q, nu, thrust, first.body, *places)
+        begun = max(round((rules.START - self.time) / log.period), 0)
+        gains = filter_gains(*starting(A, H, log, begun), noises, log.period, self._P)
         self._P = gains.last
         driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
         decay = rotor_decay(self._model, log.period)
@@ -186,8 +190,8 @@ class Watch:
         for ratio, branch in zip(self.ratios, self._branches[1:], strict=True):
             if ratio <= 0.0:  # a failure that is not believed has not begun yet
                 branch.follow(first)
-        B, K, N = len(self._branches), log.count, log.thrusters
-        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, 19 + 2 * N)]
+        B, K = len(self._branches), log.count
+        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, 19 + 3 * N)]
         done = [
             branch.step(log, gains.gains, speed_gains, keep, tuple(each[j] for each in out))
             for j, branch in enumerate(self._branches)

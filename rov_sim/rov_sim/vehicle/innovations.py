@@ -44,7 +44,8 @@ def innovations(  # type: ignore[no-untyped-def]
         lateness: (K,), by which the velocity in row k was measured before instant k, in periods.
         gains: (K, 16, 13); speed_gains: (K, N).
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
-        states: (K, 13 + 6 + N + N): position, attitude, nu, w, rotor speeds, thrusts, as they are after correction.
+        states: (K, 13 + 6 + 3 N): position, attitude, nu, w, rotor speeds, thrusts, axial flows, as they are after
+            correction.
     """
     K, N = commands.shape
     row = np.empty(record_width_of(N))
@@ -107,6 +108,7 @@ def innovations(  # type: ignore[no-untyped-def]
                 sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
             states[k, 19 + i] = sheet[STATE, BODY + i]
             states[k, 19 + N + i] = row[BODY + 8 + 4 * N + i]
+            states[k, 19 + 2 * N + i] = sheet[STATE, BODY + N + i]
         for j in range(13):
             states[k, j] = sheet[STATE, j]
         for j in range(6):
