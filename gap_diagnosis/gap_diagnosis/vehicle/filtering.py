@@ -214,6 +214,8 @@ def prepared_with(
 
 def log_likelihood(prepared: Prepared) -> float:
     """Return that of the body's innovations at the point for which the gains were made; outliers count as the bound."""
+    if not prepared.base.done:
+        return -np.inf
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
     body = body[_first(prepared.log) :]
@@ -243,9 +245,10 @@ def prepared(
         best: tuple[float, list[Prepared]] | None = None
         for turn in range(rounds + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
-            states = [p.base.states for p in found]  # of a lost one as far as it got: slopes there are better than none
+            # a lost one is tried with the slopes of where it got, then with those of a vehicle at rest again
+            states = [p.base.states if p.base.done or s is None else None for p, s in zip(found, states, strict=True)]
             done = all(p.base.done for p in found)
-            score = sum(log_likelihood(p) for p in found) if done else -np.inf
+            score = sum(log_likelihood(p) for p in found)
             if best is None or score > best[0]:
                 best = (score, found)
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
@@ -326,7 +329,8 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
         [(np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance)[_first(p.log) :] for p in found]
     )
     least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
-    wrench = np.maximum(np.sqrt(_trimmed(w)), least)
+    most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
+    wrench = np.clip(np.sqrt(_trimmed(w)), least, most)
     left, spread = [], []
     for p in found:
         # what is left of the innovation once the state is corrected: e - H G e, and H P H^T beside it

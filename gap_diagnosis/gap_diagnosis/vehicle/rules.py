@@ -18,6 +18,9 @@ CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
 """[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
 LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4
 """[N, N m] Random wrench that is assumed at least: no water is calmer, and gains stay finite."""
+MOST_PUSHED = (1.0, 2.5)
+"""[m/s^2, rad/s^2] Random acceleration that is assumed at most. Where no sensor tells a wrench, each round of learning
+makes it larger: on a real vehicle without a velocity log it had reached hundreds of newtons."""
 DRAWN = 0.05
 """Share of the range of a battery's current by which readings deviate at least: it goes with |gamma||n| of thrusters to
 some percent only. Taken for exact it told viscous friction from the rotor's own damping, k_n (tuning seed 1202)."""

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, learned_from, prepared, whitened
+from gap_diagnosis.vehicle.filtering import Prepared, learned_from, log_likelihood, prepared
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -15,6 +15,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
+from gap_diagnosis.vehicle.wiring import Wiring
 
 __all__ = ["Found", "Stage", "search", "settled"]
 
@@ -63,7 +64,7 @@ def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
 
 def search(
     model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None,
-    only: Callable[[Hypothesis], bool] = lambda h: True,
+    only: Callable[[Hypothesis], bool] = lambda h: True, wiring: Wiring | None = None,
 ) -> Found:  # fmt: skip
     """Return what explains these recordings beyond the model's parameters.
 
@@ -72,14 +73,22 @@ def search(
         logs: its recordings.
         told: is told of the progress.
         only: which hypotheses are tried.
+        wiring: what the commands do; where that is not as stated, the search begins with it where that is more likely.
     """
     there = {name: any(log.there[name] for log in logs) for name in logs[0].there}
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
+    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(wiring, tried)]
+    if rewired:
+        # numbers that were fitted with a thruster the wrong way round are no place to begin from
+        first = prepared(model, logs, {}, [a.active for a in rewired], start=None, rounds=0)
+        other = settled(model, logs, free, first, rewired, {}, anew=True)
+        if _likelihood(*other) > _likelihood(runs, fit) + np.log(rules.CLAIM):
+            runs, fit = other
     stages: list[Stage] = []
-    rivals: list[tuple[tuple[float, Refined], ...]] = []
+    rivals: list[tuple[tuple[float, Refined], ...]] = [() for _ in fit.effects]
     left: tuple[tuple[float, Refined], ...] = ()
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = _stage(model, runs, fit, free, tried)
@@ -103,9 +112,27 @@ def search(
     return Found(stages=tuple(stages), rivals=tuple(rivals), left=left, nuisances=free, tried=tuple(tried))
 
 
+def _rewired(wiring: Wiring | None, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the reversed thrusters and exchanged pairs among the hypotheses that the commands themselves tell."""
+    if wiring is None or wiring.verdict != "wrong":
+        return []
+    order, found = wiring.order, []
+    for h in tried:
+        i, j = h.thruster, h.other
+        if h.effect == "thruster_polarity" and i is not None and order[i] == i and wiring.signs[i] < 0:
+            found.append(h)
+        if h.effect == "thruster_swap" and i is not None and j is not None and (order[i], order[j]) == (j, i):
+            found.append(h)
+    return found
+
+
+def _likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
+    return sum(log_likelihood(p) for p in runs) - 0.5 * float(fit.moved @ fit.moved)
+
+
 def settled(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
-    accepted: Sequence[Refined], values: Mapping[Key, float],
+    accepted: Sequence[Refined], values: Mapping[Key, float], *, anew: bool = False,
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
     """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
 
@@ -123,7 +150,7 @@ def settled(
         moved, sizes = fit.moved, [e.sizes for e in fit.effects]
         if turn > 0 and after - before < rules.SETTLED:
             break
-        afresh = turn == 0 and not accepted
+        afresh = turn == 0 and (anew or not accepted)
         start = None if afresh else learned_from(runs)
         runs = prepared(
             model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
@@ -254,13 +281,3 @@ def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> tuple[Arr
     if h.carrier and abs(own_sizes[0]) > 1e-9:
         own_sizes[1:] = own_sizes[1:] * h.scale[0] / own_sizes[0]
     return moved, [*sizes, tuple(map(float, own_sizes))]
-
-
-def residual_correlation(runs: Sequence[Prepared]) -> Array:
-    """Return how far each rotor's innovations follow from the ones before, in deviations of chance, (N,)."""
-    out = []
-    for i in range(runs[0].log.thrusters):
-        r = [whitened(p, p.base)[:, 13 + i] for p in runs]
-        pairs = sum(float(x[1:] @ x[:-1]) for x in r)
-        out.append(pairs / max(np.sqrt(sum(float(x @ x) for x in r)), 1e-9) ** 2 * np.sqrt(sum(x.size for x in r)))
-    return np.array(out)

@@ -117,7 +117,7 @@ def _rough(last: Stage) -> bool:
             )
             for p in last.screen.runs
         ]
-        likelihood.append(sum(log_likelihood(p) if p.base.done else -np.inf for p in again))
+        likelihood.append(sum(log_likelihood(p) for p in again))
     return bool(likelihood[0] > likelihood[1] + rules.NAMELESS)
 
 

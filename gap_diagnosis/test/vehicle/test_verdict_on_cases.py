@@ -17,13 +17,13 @@ from thruster_model.vehicle_set_io import load_vehicle_set
 FEW = ("thrust_loss", "buoyancy_offset", "velocity_scale")
 
 
-def of(folder: Path, draw: Draw) -> Diagnosed:
+def of(folder: Path, draw: Draw, tried: tuple[str, ...] = FEW) -> Diagnosed:
     model = load_model(draw.vehicle)
     logs = [
         read_log(write_run(folder / f"run_{k}", topics), model.thrusters)
         for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
     ]
-    return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in FEW, how_far=False)
+    return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +58,14 @@ def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed,
     effect = load_vehicle_set(paths["with_effect.yaml"]).effects[0]
     assert (effect.id, effect.thruster) == ("thrust_loss", 2)
     assert "Diagnosis of" in paths["report.html"].read_text("utf-8")
+
+
+def test_a_thruster_the_wrong_way_round_is_named_and_nothing_beside_it(tmp_path: Path) -> None:
+    hidden: Any = (("thruster_polarity", {"thruster": 1}, {}),)
+    draw = Draw(seed=1215, vehicle="ngs", effects=hidden, wrench=0.28, time=5.0, noise=0.64, kinds=("steps",))
+    content = of(tmp_path, draw, ("thruster_polarity", "thrust_loss", "entrained_water")).content
+    assert content["verdict"] == "effect"
+    assert [(e["id"], e["thruster"]) for e in content["effects"]] == [("thruster_polarity", 1)]
 
 
 def test_a_vehicle_within_its_deviations_has_no_effect(tmp_path: Path) -> None:

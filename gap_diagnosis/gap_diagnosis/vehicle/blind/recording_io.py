@@ -95,19 +95,14 @@ def recorded_run(
     _outside(draw.outside, wrench, truth, K, rng)
     sent, out = np.zeros((K, N)), np.zeros((K * steps, 18))
     out_n, supply = np.zeros((K * steps, N)), np.zeros((K * steps, 2))
-    signs = truth.sign[None, :]
-    # a thruster that is wired the wrong way round gets the negative of what is logged
-    table = truth.thrusters.copy()
-    flipped = truth.sign < 0.0
-    table[flipped, 3:6] *= -1.0
     done = run_world(
-        commands, steps, table, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G, truth.r_B,
-        truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, wrench, np.array([0.0, 0.0, 3.0]),
-        np.eye(3), gains, wanted, noise, out, out_n, sent, supply,
+        commands, steps, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G,
+        truth.r_B, truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign, wrench,
+        np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, out, out_n, sent, supply,
     )  # fmt: skip
     if done < K:
         raise ArithmeticError(f"case {draw.seed}: the world diverged in run {run}")
-    return _topics(draw, truth, sensors, rng, sent, out, out_n * signs, supply)
+    return _topics(draw, truth, sensors, rng, sent, out, out_n, supply)
 
 
 def _outside(kind: str, wrench: Array, truth: Truth, K: int, rng: np.random.Generator) -> None:

@@ -107,13 +107,13 @@ def _push(p, n, v):  # type: ignore[no-untyped-def]
 @compiled
 def run_world(  # type: ignore[no-untyped-def]
     commands, steps, thrusters, M, D_L, D_Q, weight, buoyancy, r_G, r_B, current, tether, interaction, sag, wiring,
-    wrench, position, R, gains, wanted, feedback_noise, out, out_n, sent, supply,
+    sign, wrench, position, R, gains, wanted, feedback_noise, out, out_n, sent, supply,
 ):  # fmt: skip
     """Fill out (K steps + 1, 24) with position, R, v over ground, w, dv, dw at each step; out_n with rotor speeds;
     sent (K, N): commands with feedback; supply (K steps + 1, 2): relative voltage and load.
 
     commands (K, N) [V]; gains (N, 12): of feedback on errors of turn, rate, depth; wanted (K, 4): roll, pitch, yaw,
-    depth.
+    depth; wiring, sign (N,): whose command each thruster gets, and +1 or -1, what it makes of it.
     """
     K, N = commands.shape
     inverse = np.linalg.inv(M)
@@ -155,7 +155,7 @@ def run_world(  # type: ignore[no-untyped-def]
             supply[at, 0], supply[at, 1] = volt, load / N
             for i in range(N):
                 p = thrusters[i]
-                past[i, now % 400] = sent[k, int(wiring[i])]
+                past[i, now % 400] = sign[i] * sent[k, int(wiring[i])]
                 begun = u[i]
                 asked = past[i, (now - int(p[DELAY])) % 400] if now >= int(p[DELAY]) else 0.0
                 if p[LAG] > 0.0:
