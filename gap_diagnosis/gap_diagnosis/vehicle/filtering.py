@@ -117,14 +117,14 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
 
 
-def _begun(log: VehicleLog) -> int:
-    return min(round(rules.START / log.period), log.count // 2)
+def _instant(log: VehicleLog, start: float) -> int:
+    """Return the instant of a time [s], within the first half."""
+    return min(round(start / log.period), log.count // 2)
 
 
 def _first(log: VehicleLog) -> int:
     """Return the first instant that counts: later where no sensor tells the velocity at the start."""
-    start = rules.START if log.there["velocity"] else rules.START_UNTOLD
-    return min(round(start / log.period), log.count // 2)
+    return _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
 
 
 def whitened(prepared: Prepared, result: Filtered) -> Array:
@@ -203,7 +203,7 @@ def prepared_with(
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     given, log = log, _shifted(log, values)
     A, H = _slopes_of(model, log, states, built)
-    gains = filter_gains(*starting(A, H, log, _begun(log)), noises, log.period, first=_first(log))
+    gains = filter_gains(*starting(A, H, log, _instant(log, rules.START)), noises, log.period, first=_first(log))
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)

@@ -137,7 +137,8 @@ def settled(
     """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
 
     Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
-    too near to what was believed, and noises learned there too large.
+    too near to what was believed, and noises learned there too large. anew: also with effects on, learn noises from the
+    beginning, not from those of the recordings.
     """
     effects = tuple(a.hypothesis for a in accepted)
     moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
