@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Shrink
 from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.search import Found
@@ -32,7 +32,7 @@ def _units(h: Hypothesis) -> dict[str, str]:
     return {p.name: p.unit for p in library.parameters}
 
 
-def _effect(claim: Claim) -> dict[str, Any]:
+def _effect(claim: Claim, shrink: Shrink | None) -> dict[str, Any]:
     h, units = claim.refined.hypothesis, _units(claim.refined.hypothesis)
     rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
     return {
@@ -41,8 +41,9 @@ def _effect(claim: Claim) -> dict[str, Any]:
         "probability": round(claim.probability, 4),
         "parameters": {n: {"value": s, "std": d, "unit": units[n]} for n, s, d in rows},
         "indistinguishable_from": [{**place_of(r), "probability": round(p, 4)} for p, r in claim.rivals],
-        "shrink": None,
-        "shrink_interval": None,
+        "nameless": [{"axis": k[1], "regime": k[2], "probability": round(p, 4)} for p, k in claim.nameless],
+        "shrink": None if shrink is None else shrink.share,
+        "shrink_interval": None if shrink is None else [shrink.low, shrink.high],
     }
 
 
@@ -77,13 +78,17 @@ def content_of(
             values = {k: _number(getattr(each, k)[name]) for k in ("as_is", "retuned", "with_effect")}
             if values["as_is"] is not None:
                 channels[f"rov/{name} after {each.horizon:g} s"] = {"unit": unit, **values}
+    shrinks: dict[Hypothesis, Shrink | None] = {}
+    if found is not None and errors:
+        shrinks = {a.hypothesis: s for a, s in zip(found.stages[-1].accepted, errors[0].shrinks, strict=True)}
+    effects = [_effect(c, shrinks.get(c.refined.hypothesis)) for c in verdict.claims]
     return {
         "verdict": verdict.name,
         "summary": verdict.summary,
         "gap": {"channels": channels},
         "where": where_of(verdict),
-        "effects": [_effect(c) for c in verdict.claims] if verdict.name != "unknown" else [],
-        "suspected": [_effect(c) for c in verdict.claims] if verdict.name == "unknown" else [],
+        "effects": effects if verdict.name != "unknown" else [],
+        "suspected": effects if verdict.name == "unknown" else [],
         "candidates": [
             {**place_of(h), "probability": round(float(1.0 / (1.0 + np.exp(-np.clip(o, -50, 50)))), 4)}
             for o, h in verdict.candidates

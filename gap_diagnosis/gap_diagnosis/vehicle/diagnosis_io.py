@@ -65,7 +65,7 @@ def diagnosed(
     wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(c.mass_matrix))
     for sentence in wiring.sentences:
         told(sentence)
-    found = search(model, logs, told, only, wiring)
+    found = search(model, logs, told, only)
     verdict = judged(found, logs)
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []

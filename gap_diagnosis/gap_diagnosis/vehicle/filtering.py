@@ -8,7 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes, thrust_slopes
+from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -17,8 +18,8 @@ from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "filtered", "initial_state", "learned_from", "log_likelihood", "prepared",
-    "prepared_with", "rotor_decay", "starting", "whitened",
+    "Filtered", "Prepared", "at_rest", "filtered", "foreseen_deviations", "initial_state", "learned_from",
+    "log_likelihood", "prepared", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -146,12 +147,13 @@ def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # t
     if states is None:
         nu[:, 3:] = np.nan_to_num(log.told[:, 3:6])
     N, c = log.thrusters, built.settings.coefficients
-    thrust = np.zeros((log.count, N))
+    n, v = np.zeros((2, log.count, N))
     if states is not None:
         n, v = np.nan_to_num(states[:, 19 : 19 + N]), np.nan_to_num(states[:, 19 + 2 * N :])
-        thrust = thrust_slopes(built.settings.thrusters, c, nu, n, v)
+    water = inflow(built.settings.thrusters, c, nu, n, v, log.period)
     places = (np.asarray(getattr(model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-    return slopes(q, nu, thrust, c, *places)
+    A, H = slopes(q, nu, water.slopes, c, *places)
+    return A, H, (c.K_t * water.doubts[:, None] ** 2) @ c.K_t.T
 
 
 def _filled(q: Array) -> Array:
@@ -202,14 +204,37 @@ def prepared_with(
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     given, log = log, _shifted(log, values)
-    A, H = _slopes_of(model, log, states, built)
-    gains = filter_gains(*starting(A, H, log, _instant(log, rules.START)), noises, log.period, first=_first(log))
+    A, H, doubts = _slopes_of(model, log, states, built)
+    untold = log.count if states is None else _instant(log, rules.START)
+    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_first(log))
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
     return Prepared(
         log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
     )  # fmt: skip
+
+
+def foreseen_deviations(
+    model: Model, prepared: Prepared, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect],
+    windows: Sequence[tuple[int, int, int]],
+) -> Array:  # fmt: skip
+    """Return the deviations (W, 13) that readings should have from free runs of this point of the model.
+
+    windows: instants each: where a filter begins anew, from which on nothing corrects it, where it ends.
+    """
+    log = _shifted(prepared.log, values)
+    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
+    A, H, there = starting(A, H, log, 0)
+    out = np.empty((len(windows), 13))
+    for row, (first, free, last) in enumerate(windows):
+        told = there.copy()
+        told[free:] = False
+        part = slice(first, last)
+        P = filter_gains(A[part], H[part], told[part], prepared.noises, log.period, doubts[part]).last
+        out[row] = np.sqrt(np.einsum("ij,jl,il->i", H[last], P, H[last]) + prepared.noises.channels**2)
+    return out
 
 
 def log_likelihood(prepared: Prepared) -> float:
@@ -238,7 +263,10 @@ def prepared(
     """
     if rounds == 0:
         noises = start or _first_noises(model, logs)
-        return [_weighted(p) for p in _all_prepared(model, logs, noises, values, effects, [None] * len(logs))]
+        first = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
+        states = [p.base.states if p.base.done else None for p in first]
+        second = _all_prepared(model, logs, noises, values, effects, states)
+        return [_weighted(p if p.base.done else q) for p, q in zip(second, first, strict=True)]
 
     def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
         states: list[Array | None] = [None] * len(logs)
@@ -333,12 +361,13 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
     wrench = np.clip(np.sqrt(_trimmed(w)), least, most)
     left, spread = [], []
     for p in found:
-        # what is left of the innovation once the state is corrected: e - H G e, and H P H^T beside it
-        S_inverse = np.einsum("kji,kjl->kil", p.gains.whitener, p.gains.whitener)
+        # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it
+        W = p.gains.whitener
+        S_inverse = np.einsum("kji,kjl->kil", W, W)
         R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
         far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
         left.append(far[_first(p.log) :])
-        spread.append(np.where(np.isfinite(p.base.body), p.gains.channel_variance, np.nan)[_first(p.log) :])
+        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[_first(p.log) :])
     R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
     channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
     channels = np.maximum(channels, 0.5 * found[0].noises.channels)

@@ -13,19 +13,16 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import prepared
-from gap_diagnosis.vehicle.how_far import Point, free_run_errors
+from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import settled
 
 __all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle"]
 
 Array = NDArray[np.float64]
-BIASES = ("gyro", "force")
-"""Numbers of one recording alone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,8 +87,8 @@ def fitted_vehicle(
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    products = [J.astype(np.float64).T @ J.astype(np.float64) for J in fit.columns]
-    H = sum(products, np.eye(len(free)))
+    wide = [J.astype(np.float64) for J in fit.columns]
+    H = sum((J.T @ J for J in wide), np.eye(len(free)))
     covariance = np.linalg.inv(H)
     share = np.sqrt(np.diag(covariance))
     correlation = covariance / np.outer(share, share) - np.eye(len(free))
@@ -108,24 +105,12 @@ def fitted_vehicle(
         )  # fmt: skip
     told("free runs")
     screen = Screen(model=model, runs=runs, values=fit.values)
-    alone = len(runs) == 1
-    points = [fit.values] if alone else [_without(screen, k, free, fit, H - A) for k, A in enumerate(products)]
+    points = [Point(without_run(screen, fit, free, k), ()) for k in range(len(runs))]
     longest = max(log.duration for log in logs)
     errors = []
     for horizon in (h for h in rules.HORIZONS if h + 4.0 < longest):
-        compared = [[Point({}, ()) for _ in runs], [Point(p, ()) for p in points]]
-        before, after = free_run_errors(model, runs, compared, horizon)
+        before, after = (rms(free_runs(model, runs, at, horizon)) for at in ([Point({}, ()) for _ in runs], points))
         errors.append(LeftOut(horizon=horizon, as_stated=before, fitted=after))
     return VehicleFit(
-        numbers=tuple(numbers), errors=tuple(errors), wrench=np.asarray(runs[0].noises.wrench), left_out=not alone
+        numbers=tuple(numbers), errors=tuple(errors), wrench=np.asarray(runs[0].noises.wrench), left_out=len(runs) > 1
     )
-
-
-def _without(screen: Screen, k: int, free: dict[Key, float], fit: Fit, H: Array) -> dict[Key, float]:
-    """Return the numbers as all recordings but one have them, to first order; its own biases are its own.
-
-    At the joint fit the slope of all is zero, so that of the others alone is minus the one's: x + H^-1 J_k^T r_k.
-    """
-    x = fit.moved + np.linalg.solve(H, fit.columns[k].astype(np.float64).T @ screen.residual(k).ravel())
-    values = {key: float(v) * d for (key, d), v in zip(free.items(), x, strict=True)}
-    return {key: fit.values[key] if key[0] in BIASES else v for key, v in values.items()}

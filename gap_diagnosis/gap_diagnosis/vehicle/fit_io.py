@@ -5,8 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from gap_diagnosis.vehicle.fit import BIASES, FittedNumber, VehicleFit
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
+from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
+from gap_diagnosis.vehicle.how_far import BIASES, CHANNEL_GROUPS
 from gap_diagnosis.vehicle.model import Key, Model
 from run_bag.report import Column, Report
 from safe_files.whole_files_io import new_folder, write_whole

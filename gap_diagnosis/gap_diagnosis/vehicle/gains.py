@@ -8,27 +8,22 @@ Error state x (16): turn theta of the body, nu, random wrench w, depth. With A t
 The rotors have a scalar filter each: their speed follows the throttle by k_n, and what disturbs it is white.
 """
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.rules import FASTEST, FLOW_TIME
 from rov_sim.vehicle.innovations import CHANNELS, CORRECTED
 from thruster_model.compilation import compiled
-from thruster_model.pipeline import derivative, outputs
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
-__all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes", "thrust_slopes"]
+__all__ = ["Gains", "Noises", "filter_gains", "rotor_gains", "slopes"]
 
 Array = NDArray[np.float64]
 _UNSEEN = 1e12
-_FASTEST = np.array([3.0] * 3 + [8.0] * 3)
-"""[m/s, rad/s] Beyond it a filter has lost the vehicle, and slopes there would lose its covariance too."""
 _FIRST = np.array([0.05] * 3 + [0.3] * 3 + [0.1] * 3)
 _DRIFT = np.array([1e-5] * 3 + [2e-4] * 3 + [2e-4] * 3)
-_FLOW, _SMALL, _SETTLING = 2.0, 1e-4, 1.0
-"""Fastest axial flow [m/s] at which slopes are taken, their step [m/s], slowest rate at which a flow follows [1/s]."""
 
 
 class Noises(NamedTuple):
@@ -45,13 +40,12 @@ class Noises(NamedTuple):
 
 class Gains(NamedTuple):
     """Of one run: G (K, 16, 13); W (K, 13, 13), inverse of the factor of S; log |S|, sum over the run; spread of the
-    wrench P_ww (K, 6) and of the fitted channels H P H^T (K, 13), after correction; P (16, 16) at the end."""
+    wrench P_ww (K, 6) after correction; P (16, 16) at the end."""
 
     gains: Array
     whitener: Array
     log_determinant: float
     wrench_variance: Array
-    channel_variance: Array
     last: Array
 
 
@@ -69,29 +63,6 @@ def down_of(q: Array) -> Array:
     return np.stack((2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)), axis=1)
 
 
-@compiled
-def _thrust_slopes(n, v, U, p, out):  # type: ignore[no-untyped-def]
-    """Fill out (K,) with dT/dU [N s/m] of a thruster whose axial flow v follows: T_v (-b / a), dv/dt = a v + b U."""
-    for k in range(len(n)):
-        rate = derivative(n[k], v[k], U[k], 0.0, p)[1]
-        a = (derivative(n[k], v[k] + _SMALL, U[k], 0.0, p)[1] - rate) / _SMALL
-        b = (derivative(n[k], v[k], U[k] + _SMALL, 0.0, p)[1] - rate) / _SMALL
-        thrust = outputs(n[k], v[k], U[k], 0.0, p)[2]
-        by_flow = (outputs(n[k], v[k] + _SMALL, U[k], 0.0, p)[2] - thrust) / _SMALL
-        out[k] = -by_flow * b / a if a < -_SETTLING else 0.0
-
-
-def thrust_slopes(thrusters: Sequence[Any], c: VehicleCoefficients, nu: Array, n: Array, v: Array) -> Array:
-    """Return dT/dU (K, N) [N s/m] at rotor speeds n (K, N) [rad/s], axial flows v (K, N) [m/s] and motion nu (K, 6)."""
-    U, out = np.clip(nu, -_FASTEST, _FASTEST) @ c.inflow, np.zeros(n.shape)
-    for i, p in enumerate(thrusters):
-        if getattr(p, "k_Tv", 0.0):
-            slope = np.zeros(len(n))
-            _thrust_slopes(n[:, i].copy(), np.clip(v[:, i], -_FLOW, _FLOW), U[:, i].copy(), p, slope)
-            out[:, i] = np.minimum(np.nan_to_num(slope), 0.0) * c.thrust_scale[i]
-    return out
-
-
 def slopes(
     q: Array, nu: Array, thrust: Array, c: VehicleCoefficients, imu: Array, log: Array, sensor: Array
 ) -> tuple[Array, Array]:  # fmt: skip
@@ -99,13 +70,13 @@ def slopes(
 
     Args:
         q: attitudes (K, 4); nu: (K, 6).
-        thrust: `thrust_slopes` (K, N): what the water under way takes off a thrust holds a vehicle more than its hull
+        thrust: slopes of `inflow` (K, N): what water under way takes off a thrust holds a vehicle more than its hull
             does, and tells an accelerometer more of its speed.
         c: of the vehicle.
         imu, log, sensor: places of IMU, velocity log, depth sensor [m].
     """
     K = len(q)
-    nu = np.clip(nu, -_FASTEST, _FASTEST)
+    nu = np.clip(nu, -FASTEST, FASTEST)
     M = c.mass_matrix
     inverse = np.linalg.inv(M)
     down = down_of(q)
@@ -148,7 +119,7 @@ def slopes(
 
 
 @compiled
-def _riccati(F, H, Q, R, P, first, gains, whitener, wrench_variance, channel_variance):  # type: ignore[no-untyped-def]
+def _riccati(F, H, Q, pushed, R, P, first, gains, whitener, wrench_variance):  # type: ignore[no-untyped-def]
     K, m, _x = H.shape
     total = 0.0
     for k in range(K):
@@ -165,23 +136,22 @@ def _riccati(F, H, Q, R, P, first, gains, whitener, wrench_variance, channel_var
         P = P - G @ HP
         P = 0.5 * (P + P.T)
         gains[k], whitener[k] = G, W
-        after = H[k] @ P @ H[k].T
-        for j in range(m):
-            channel_variance[k, j] = after[j, j]
         for j in range(6):
             wrench_variance[k, j] = P[9 + j, 9 + j]
         P = F[k] @ P @ F[k].T + Q
+        P[3:9, 3:9] += pushed[k]
     return total, P
 
 
 def filter_gains(
-    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, before: Array | None = None,
-    first: int = 0,
+    A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, doubts: Array,
+    before: Array | None = None, first: int = 0,
 ) -> Gains:  # fmt: skip
     """Return the gains of one run.
 
     Args:
         A, H: `slopes`; there: (K, 13), which channels tell at which instant.
+        doubts: covariance (K, 6, 6) of a wrench that changes within `FLOW_TIME`.
         before: covariance at the first instant (16, 16); None: little is known.
         first: instant from which on log |S| is summed up.
     """
@@ -193,12 +163,14 @@ def filter_gains(
     Q = np.diag(np.concatenate((_DRIFT**2, noises.wrench**2 * (1.0 - keep**2), [1e-10])))
     P = np.diag(np.concatenate((_FIRST**2, noises.wrench**2, [1.0]))) if before is None else before
     deviations = np.where(np.isfinite(noises.channels), noises.channels, 1.0)
-    R = np.where(there, deviations**2, _UNSEEN)
+    told = np.einsum("kij,kjl,kil->ki", H[:, :, 9:15], doubts, H[:, :, 9:15])
+    R = np.where(there, deviations**2 + told, _UNSEEN)
+    pushed = A[:, 3:9, 9:15] @ doubts @ A[:, 3:9, 9:15].transpose(0, 2, 1) * (2.0 * FLOW_TIME * period)
     made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
-    wrench, channel = np.empty((K, 6)), np.empty((K, CHANNELS))
+    wrench = np.empty((K, 6))
     F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
-    total, last = _riccati(F, H, Q, R, np.ascontiguousarray(P), first, *made, wrench, channel)
-    return Gains(*made, float(total), wrench, channel, last)
+    total, last = _riccati(F, H, Q, np.ascontiguousarray(pushed), R, np.ascontiguousarray(P), first, *made, wrench)
+    return Gains(*made, float(total), wrench, last)
 
 
 def rotor_gains(

@@ -1,4 +1,10 @@
-"""How far free runs of the model go astray over a stated horizon, on recordings that its numbers were not fitted to."""
+"""How far free runs of the model go astray over a stated horizon, on recordings that its numbers were not fitted to.
+
+With z an error over the deviation that the filter's covariance foresees for it, a random wrench and noise included, and
+E the mean of z^2 over free runs and channels, 1 where all is right, an effect closes of the gap that re-tuning leaves
+
+    shrink = (E before it - E with it) / (E re-tuned - 1)
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -7,13 +13,25 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.filtering import Prepared, filtered
-from gap_diagnosis.vehicle.gram import Gram, solution
+from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviations
+from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
-from gap_diagnosis.vehicle.search import Found, Stage
+from gap_diagnosis.vehicle.refining import Fit
+from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.search import Found
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
-__all__ = ["CHANNEL_GROUPS", "Errors", "Point", "free_run_errors", "left_out_errors"]
+__all__ = [
+    "BIASES",
+    "CHANNEL_GROUPS",
+    "Errors",
+    "Point",
+    "Shrink",
+    "free_runs",
+    "left_out_errors",
+    "rms",
+    "without_run",
+]
 
 Array = NDArray[np.float64]
 CHANNEL_GROUPS = {
@@ -22,18 +40,30 @@ CHANNEL_GROUPS = {
     "depth": (slice(9, 10), "m"),
     "velocity": (slice(10, 13), "m/s"),
 }
+BIASES = ("gyro", "force")
 _WARM = 2.0  # s of filter before each free run
+_DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its interval [%]
+_SEEN = 2.0  # standard errors by which a re-tuned model must be off for a share of it to mean anything
+
+
+class Shrink(NamedTuple):
+    """Share of the gap that an effect closes, and its 90 % interval."""
+
+    share: float
+    low: float
+    high: float
 
 
 @dataclass(frozen=True, kw_only=True)
 class Errors:
     """Root mean squares by channel group at the end of the horizon: with the model as it is, re-tuned, with the
-    effects; NaN: not measured."""
+    effects; NaN: not measured. Shrinks of the effects in order; None where re-tuning leaves nothing."""
 
     horizon: float
     as_is: Mapping[str, float]
     retuned: Mapping[str, float]
     with_effect: Mapping[str, float]
+    shrinks: tuple[Shrink | None, ...] = ()
 
 
 class Point(NamedTuple):
@@ -45,44 +75,93 @@ class Point(NamedTuple):
 
 def left_out_errors(found: Found, horizon: float) -> Errors:
     """Return the errors of each run predicted from numbers of the other runs; with one run, from its own."""
-    first, last = found.stages[0], found.stages[-1]
-    runs = last.screen.runs
-    compared = [
-        [Point({}, ()) for _ in runs],
-        [Point(_without(first, found, k), ()) for k in range(len(runs))],
-        [Point(_without(last, found, k), last.screen.effects) for k in range(len(runs))],
-    ]
-    tables = free_run_errors(last.screen.model, runs, compared, horizon)
-    return Errors(horizon=horizon, as_is=tables[0], retuned=tables[1], with_effect=tables[2])
+    last = found.stages[-1].screen
+    model, runs = last.model, last.runs
+    points: list[list[Point]] = [[Point({}, ()) for _ in runs]]
+    if found.stages[0].accepted:  # the search began with effects
+        points.append([Point(found.retuned, ()) for _ in runs])
+    for stage in found.stages:
+        fit, on = stage.fit, stage.screen.effects
+        points.append([Point(without_run(stage.screen, fit, found.nuisances, k), on) for k in range(len(runs))])
+    errors = [free_runs(model, runs, each, horizon) for each in points]
+    spread = np.concatenate(
+        [_spreads(model, run, at, horizon) for run, at in zip(runs, points[-1], strict=True)]
+    )  # fmt: skip
+    squares = [_over(each, spread) for each in errors[1:]]
+    begun = len(found.stages[0].accepted)
+    shrinks = _shrinks(squares)
+    whole = [rms(each) for each in (errors[0], errors[1], errors[-1])]
+    return Errors(
+        horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2],
+        shrinks=(*([None] * (begun - 1)), *shrinks),
+    )  # fmt: skip
 
 
-def free_run_errors(
-    model: Model, runs: Sequence[Prepared], compared: Sequence[Sequence[Point]], horizon: float
-) -> list[dict[str, float]]:
-    """Return root mean square errors by channel group at the end of free runs, for each set of points, one a run."""
-    found = []
-    for points in compared:
-        errors = np.concatenate(
-            [np.reshape(_free_runs(model, run, *at, horizon), (-1, 13)) for run, at in zip(runs, points, strict=True)]
-        )
-        squares = {name: np.square(errors[:, columns]) for name, (columns, _) in CHANNEL_GROUPS.items()}
-        there = {name: each[np.isfinite(each)] for name, each in squares.items()}
-        found.append({name: float(np.sqrt(np.mean(s))) if s.size else float("nan") for name, s in there.items()})
-    return found
+def _over(errors: Array, spread: Array) -> Array:
+    """Return the mean of z^2 over the channels that tell, (windows,), NaN where none does."""
+    z = (errors / spread) ** 2
+    there = np.isfinite(z)
+    return np.asarray(np.where(there, z, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan))
 
 
-def _without(stage: Stage, found: Found, k: int) -> dict[Key, float]:
-    """Return the nuisances as the other runs have them; biases of the run itself are its own."""
-    gram, m = stage.gram, len(found.nuisances)
-    values = dict(stage.screen.values)
-    if len(gram.by_run) > 1:
-        A, b, rr = gram.by_run[k]
-        others: Gram = replace(gram, A=gram.A - A, b=gram.b - b, rr=gram.rr - rr)
-        shifts, _ = solution(others, range(m))
-        for (key, deviation), shift in zip(found.nuisances.items(), shifts, strict=True):
-            if key[0] not in ("gyro", "force"):
-                values[key] = values.get(key, 0.0) + float(shift) * deviation
-    return values
+def _shrinks(squares: Sequence[Array]) -> tuple[Shrink | None, ...]:
+    """Return the shrink of each step from squares (windows,) re-tuned and after each step."""
+    table = np.array(squares)
+    table = table[:, np.isfinite(table).all(axis=0)]
+    steps, W = table.shape[0] - 1, table.shape[1]
+    if W < 2 or table[0].mean() - 1.0 < _SEEN * table[0].std() / np.sqrt(W):
+        return (None,) * steps
+
+    def shares(E: Array) -> Array:
+        return np.asarray((E[:-1] - E[1:]) / max(E[0] - 1.0, 1e-9))
+
+    rng = np.random.default_rng(0)
+    drawn = np.array([shares(table[:, rng.integers(W, size=W)].mean(axis=1)) for _ in range(_DRAWS)])
+    low, high = np.percentile(drawn, _LEVELS, axis=0)
+    return tuple(Shrink(*map(float, row)) for row in zip(shares(table.mean(axis=1)), low, high, strict=True))
+
+
+def rms(errors: Array) -> dict[str, float]:
+    """Return root mean squares by channel group of errors (windows, 13)."""
+    squares = {name: np.square(errors[:, columns]) for name, (columns, _) in CHANNEL_GROUPS.items()}
+    there = {name: each[np.isfinite(each)] for name, each in squares.items()}
+    return {name: float(np.sqrt(np.mean(s))) if s.size else float("nan") for name, s in there.items()}
+
+
+def free_runs(model: Model, runs: Sequence[Prepared], points: Sequence[Point], horizon: float) -> Array:
+    """Return the errors at the end of free runs (windows, 13), each run with its point; NaN: not measured."""
+    return np.concatenate(
+        [np.reshape(_free_runs(model, run, *at, horizon), (-1, 13)) for run, at in zip(runs, points, strict=True)]
+    )
+
+
+def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> dict[Key, float]:
+    """Return the numbers as all recordings but one have them, to first order; its own biases are its own.
+
+    At the joint fit the slope of all is zero, so that of the others alone is minus the one's: x + H^-1 J_k^T r_k. With
+    one recording there are no others.
+    """
+    if len(fit.columns) == 1:
+        return dict(fit.values)
+    wide = [J.astype(np.float64) for J in fit.columns]
+    H = np.eye(wide[0].shape[1]) + sum(J.T @ J for j, J in enumerate(wide) if j != k)
+    moved = fit.moved + np.linalg.solve(H, wide[k].T @ screen.residual(k).ravel())[: len(fit.moved)]
+    return {
+        key: fit.values[key] if key[0] in BIASES else float(v) * d
+        for (key, d), v in zip(free.items(), moved, strict=True)
+    }
+
+
+def _windows(log: VehicleLog, horizon: float) -> tuple[range, int, int]:
+    """Return first instants of free runs, how many instants each is filtered and how many it is free."""
+    warm, free = round(_WARM / log.period), round(horizon / log.period)
+    return range(0, log.count - warm - free - 1, max(free, warm)), warm, free
+
+
+def _spreads(model: Model, run: Prepared, at: Point, horizon: float) -> Array:
+    """Return the deviations (windows, 13) that the errors at the end of free runs should have."""
+    starts, warm, free = _windows(run.log, horizon)
+    return foreseen_deviations(model, run, at.values, at.effects, [(k, k + warm, k + warm + free) for k in starts])
 
 
 def _free_runs(
@@ -90,9 +169,9 @@ def _free_runs(
 ) -> list[Array]:  # fmt: skip
     """Return the errors (13,) at the end of each free run, begun anew from the filter's state."""
     log = run.log
-    warm, free = round(_WARM / log.period), round(horizon / log.period)
+    starts, warm, free = _windows(log, horizon)
     found = []
-    for first in range(0, log.count - warm - free - 1, max(free, warm)):
+    for first in starts:
         last = first + warm + free + 6
         gains = run.gains.gains[first:last].copy()
         gains[warm:] = 0.0

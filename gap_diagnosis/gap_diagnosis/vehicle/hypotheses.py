@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from thruster_model.effects import stages
 
-__all__ = ["SENSORS_OF", "Hypothesis", "hypotheses"]
+__all__ = ["HULL_REACH", "SENSORS_OF", "WIRING", "Hypothesis", "hypotheses"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -131,6 +131,10 @@ SENSORS_OF = {
     "gyro_scale": "gyro", "magnetic_disturbance": "attitude", "tach_scale": "tachometer", "tach_lag": "tachometer",
 }  # fmt: skip
 """What an effect of a sensor cannot be shown without."""
+HULL_REACH = 0.3
+"""Share of a thruster's axis along surge, sway or heave from which on its wake may meet the hull on that axis."""
+WIRING = ("thruster_swap", "thruster_polarity")
+"""Which command drives which thruster, and which way round."""
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -193,7 +197,7 @@ def _all(model: Model) -> Iterator[Hypothesis]:
             yield _made("thruster_misalignment", _TURNED, thruster=i, kind=kind)
         yield _made("thruster_misalignment", _MOVED, thruster=i, kind="position")
         reach = np.abs(model.vehicle.configuration[:3, i])
-        for k in np.flatnonzero(reach > 0.3):
+        for k in np.flatnonzero(reach > HULL_REACH):
             yield _made("hull_interaction", _BODY["hull_interaction"], thruster=i, axis=_AXES[int(k)], kind="both")
         if model.vehicle.layout[i].turn and model.vehicle.values.get("reaction_torque", 0.0) > 0.0:
             yield _made("reaction_torque", _BODY["reaction_torque"], thruster=i)

@@ -1,5 +1,7 @@
 """Every threshold of a vehicle's diagnosis in one place, each with its reason."""
 
+import numpy as np
+
 PERIOD = 0.04
 """[s] of the filter: commands of a vehicle come at 25 Hz, and its bodies and rotors are slower than that."""
 STEP = 0.02
@@ -52,9 +54,10 @@ HORIZONS = (2.0, 10.0)
 """[s] over which the model runs free: within one the attitude is near, within the other drag has acted."""
 BLOCK = 2.0
 """[s] of the blocks whose scores are compared: longer than most disturbances are remembered, twenty in a run."""
-LARGE_WRENCH = (1.2, 0.25)
-"""[N, N m] Random wrench above which it is no eddy but something that the model lacks: pools and harbours
-have 0 to 0.6 N."""
+LARGE_WRENCH, CALM_WRENCH = (1.2, 0.25), (0.6, 0.12)
+"""[N, N m] Random wrench above which it is no eddy but something that the model lacks, and the largest one of pools and
+harbours, against which there must be evidence for it: a minute holds six values of a wrench of ten seconds, and what
+they make of its size may be twice as large."""
 WIRING_SEEN = 60.0
 """Chi squared of a command's column on six axes, above which it is seen to do something: 6 by chance."""
 WIRING_MARGIN = 30.0
@@ -88,5 +91,11 @@ FIT_STEPS = 8
 FITTED_ANEW, FAR_BEHIND = 4, 20.0
 """Candidates that are fitted along columns made anew at each step, and log evidence behind the best one of a quick fit
 from which on that cannot change the answer: odds of 1 to 5e8. Set by reason; no seeds were run for it."""
+FASTEST, FASTEST_FLOW = np.array([3.0] * 3 + [8.0] * 3), 2.0
+"""[m/s, rad/s], [m/s] Beyond it a filter has lost the vehicle, and slopes there would lose its covariance too."""
+IDLE = 5.0
+"""[rad/s] Rotor speed below which a stream, and not the thruster, decides on the flow through it."""
+FLOW_TIME = 0.2
+"""[s] In which a flow that is not known changes a thrust: those of measured thrusters follow with 5 to 20 1/s."""
 TIMING = 0.003
 """[s] Deviation of the instant at which commands act from their stamps: a driver's loop, a bus, half a sample."""

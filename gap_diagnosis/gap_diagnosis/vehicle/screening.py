@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
 from gap_diagnosis.vehicle.gram import Column
-from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.hypotheses import HULL_REACH, Hypothesis
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from thruster_model.errors import VehicleError
@@ -115,36 +115,33 @@ class Screen:
 
 
 def nameless_names(model: Model) -> list[Key]:
-    """Return the names of all nameless dependences that are tried."""
-    own = [f"thrust {i}" for i in range(model.thrusters)]
-    motion = ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
-    rest = ["time", "start or end", "depth"]
-    return [("nameless", axis, feature) for axis in _AXES for feature in (*own, *motion, *rest)]
+    """Return the names of all nameless dependences that are tried: none that an effect of the library is."""
+    reach = np.abs(model.vehicle.configuration)
+    features = [f"thrust {i}" for i in range(model.thrusters)]
+    features += ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
+    features += [f"{a}|{a}|" for a in "uvwpqr"]
+    features += ["time", "start or end", "depth"]
+    named = {(_AXES[a], f"{c}|{c}|") for a, c in enumerate("uvwpqr")}  # its own drag
+    named |= {(_AXES[a], f"thrust {i}") for a, i in np.argwhere(reach[:3] > HULL_REACH)}  # its wake on the hull
+    return [("nameless", axis, f) for axis in _AXES for f in features if (axis, f) not in named]
 
 
 def features(prepared: Prepared, feature: str) -> Array:
     """Return a feature of the motion over a run (K,), of mean square 1 or less."""
     states = np.nan_to_num(prepared.base.states)
-    N = prepared.log.thrusters
     nu = states[:, 7:13]
-    w, x, y, z = states[:, 3:7].T
-    if feature.endswith("|") or feature.startswith("thrust"):
-        i = int(feature.strip("|").split()[1])
-        T = states[:, 19 + N + i]
-        out = np.abs(T) - np.mean(np.abs(T)) if feature.startswith("|") else T
+    if feature.startswith("thrust"):
+        out = states[:, 19 + prepared.log.thrusters + int(feature.split()[1])]
     elif feature == "time":
         out = np.linspace(-1.0, 1.0, len(states))
     elif feature == "start or end":
         out = np.linspace(-1.0, 1.0, len(states)) ** 2
-    elif feature in ("down x", "down y"):
-        out = 2.0 * (x * z - w * y) if feature == "down x" else 2.0 * (y * z + w * x)
-    elif feature in ("north", "east"):
-        out = 1.0 - 2.0 * (y * y + z * z) if feature == "north" else 2.0 * (x * y + w * z)
     elif feature == "depth":
         out = states[:, 2] - np.mean(states[:, 2])
+    elif feature.endswith("|"):
+        a = "uvwpqr".index(feature[0])
+        out = nu[:, a] * np.abs(nu[:, a])
     else:
         a, b = ("uvwpqr".index(c) for c in feature)
-        out = nu[:, a] * np.abs(nu[:, a]) if a == b else nu[:, a] * nu[:, b]
-        if a == b:
-            out = nu[:, a] ** 2
+        out = nu[:, a] * nu[:, b]
     return np.asarray(out / max(float(np.sqrt(np.mean(out**2))), 1e-9))

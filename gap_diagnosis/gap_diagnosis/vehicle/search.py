@@ -7,15 +7,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, learned_from, log_likelihood, prepared
+from gap_diagnosis.vehicle.filtering import Prepared, learned_from, log_likelihood, prepared, whitened
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
-from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
+from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
-from gap_diagnosis.vehicle.wiring import Wiring
+from gap_diagnosis.vehicle.side_by_side import side_by_side
+from rov_sim.vehicle.innovations import CHANNELS
 
 __all__ = ["Found", "Stage", "search", "settled"]
 
@@ -31,7 +32,8 @@ class Stage:
         fit: of what is on; screen, gram: at its point; moved: of the nuisances there, in deviations.
         accepted: effects that are on, in order.
         offered: hypotheses by their log posterior odds against nothing more, to first order, best first.
-        nameless: nameless dependences by their gain in log evidence, best first.
+        nameless: nameless dependences by their gain in log evidence, as it counts (`tempered`), best first.
+        odds: log posterior odds of each of them against nothing more, to first order, as those of `offered`.
     """
 
     fit: Fit
@@ -41,14 +43,23 @@ class Stage:
     accepted: tuple[Refined, ...]
     offered: tuple[tuple[float, Hypothesis], ...]
     nameless: tuple[tuple[float, Key], ...]
+    odds: dict[Key, float]
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the recordings with what is on, comparable over noises."""
+        return self.fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in self.screen.runs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
-    """All stages, the last one to be believed; rivals of each accepted effect with log odds against it; left: what was
+    """All stages, the last one to be believed; calm: the same in calm water, None where it is; retuned: numbers
+    without any effect; rivals of each accepted effect with log odds against it; left: what was
     fitted in the last stage and not accepted, with log odds against nothing more, best first."""
 
     stages: tuple[Stage, ...]
+    calm: Stage | None
+    retuned: Mapping[Key, float]
     rivals: tuple[tuple[tuple[float, Refined], ...], ...]
     left: tuple[tuple[float, Refined], ...]
     nuisances: dict[Key, float]
@@ -64,7 +75,7 @@ def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
 
 def search(
     model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None,
-    only: Callable[[Hypothesis], bool] = lambda h: True, wiring: Wiring | None = None,
+    only: Callable[[Hypothesis], bool] = lambda h: True,
 ) -> Found:  # fmt: skip
     """Return what explains these recordings beyond the model's parameters.
 
@@ -73,16 +84,16 @@ def search(
         logs: its recordings.
         told: is told of the progress.
         only: which hypotheses are tried.
-        wiring: what the commands do; where that is not as stated, the search begins with it where that is more likely.
     """
     there = {name: any(log.there[name] for log in logs) for name in logs[0].there}
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(wiring, tried)]
+    retuned = fit.values
+    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(model, logs, tried)]
     if rewired:
-        # numbers that were fitted with a thruster the wrong way round are no place to begin from
+        told(f"begins with {', '.join(a.hypothesis.words for a in rewired)}")
         first = prepared(model, logs, {}, [a.active for a in rewired], start=None, rounds=0)
         other = settled(model, logs, free, first, rewired, {}, anew=True)
         if _likelihood(*other) > _likelihood(runs, fit) + np.log(rules.CLAIM):
@@ -109,21 +120,53 @@ def search(
             model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
         )
         runs, fit = settled(model, logs, free, runs, accepted, values)
-    return Found(stages=tuple(stages), rivals=tuple(rivals), left=left, nuisances=free, tried=tuple(tried))
+    calm = _calmed(model, logs, stages[-1], free)
+    return Found(
+        stages=tuple(stages),
+        calm=calm,
+        retuned=retuned,
+        rivals=tuple(rivals),
+        left=left,
+        nuisances=free,
+        tried=tuple(tried),
+    )
 
 
-def _rewired(wiring: Wiring | None, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the reversed thrusters and exchanged pairs among the hypotheses that the commands themselves tell."""
-    if wiring is None or wiring.verdict != "wrong":
-        return []
-    order, found = wiring.order, []
-    for h in tried:
-        i, j = h.thruster, h.other
-        if h.effect == "thruster_polarity" and i is not None and order[i] == i and wiring.signs[i] < 0:
-            found.append(h)
-        if h.effect == "thruster_swap" and i is not None and j is not None and (order[i], order[j]) == (j, i):
-            found.append(h)
-    return found
+def _rewired(model: Model, logs: Sequence[VehicleLog], tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the wrong wires with which the believed numbers foresee these recordings far better, one after the other.
+
+    Numbers that are fitted with a thruster the wrong way round are no place to look for it from.
+    """
+    on: list[Hypothesis] = []
+    best = _foreseen(model, logs, on)
+    while len(on) < rules.MOST_EFFECTS:
+        others = [[*on, h] for h in tried if h.effect in WIRING and h not in on]
+        scores = side_by_side(lambda each: _foreseen(model, logs, each), others)
+        if not others or max(scores) < best + np.log(rules.CLAIM):
+            return on
+        best = max(scores)
+        on = others[scores.index(best)]
+    return on
+
+
+def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Hypothesis]) -> float:
+    """Return the log likelihood of recordings under the believed numbers, with switches on."""
+    found = prepared(model, logs, {}, [h.active(()) for h in on], start=None, rounds=0)
+    rotors = slice(CHANNELS, CHANNELS + model.thrusters)
+    return sum(log_likelihood(p) - 0.5 * float(np.sum(whitened(p, p.base)[:, rotors] ** 2)) for p in found)
+
+
+def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Key, float]) -> Stage | None:
+    """Return the last stage as it is if the water is calm: a wrench that was learned hides what would explain it."""
+    noises = learned_from(last.screen.runs)
+    calm = np.minimum(noises.wrench, np.repeat(rules.CALM_WRENCH, 3))
+    if np.array_equal(calm, noises.wrench):
+        return None
+    on, sizes = last.screen.effects, [a.sizes for a in last.fit.effects]
+    runs = prepared(model, logs, last.fit.values, on, start=noises._replace(wrench=calm), rounds=0)
+    effects = tuple(a.hypothesis for a in last.fit.effects)
+    problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
+    return _stage(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, ())
 
 
 def _likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
@@ -193,15 +236,17 @@ def _stage(model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float],
         if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
             continue
         offered.append((gain + log_prior(h, tried), h))
+    gains = [evidence(gram, [*base, first + j]) - nothing for j in range(len(nameless_of))]
+    prior = np.log(rules.P_EFFECT / (1.0 - rules.P_EFFECT) * rules.P_NAMELESS / len(nameless_of))
+    odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
     nameless = [
-        (tempered(evidence(gram, [*base, first + j]) - nothing, gram, [first + j]), name)
-        for j, name in enumerate(nameless_of)
+        (tempered(g, gram, [first + j]), name) for j, (g, name) in enumerate(zip(gains, nameless_of, strict=True))
     ]
     offered.sort(key=lambda each: -each[0])
     nameless.sort(key=lambda each: -each[0])
     return Stage(
         fit=fit, screen=screen, gram=gram, moved=fit.moved[:m], accepted=fit.effects, offered=tuple(offered),
-        nameless=tuple(nameless),
+        nameless=tuple(nameless), odds=odds,
     )  # fmt: skip
 
 

@@ -22,11 +22,13 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True)
 class Claim:
-    """One effect: as fitted, its probability among what the data cannot tell from it, and those rivals."""
+    """One effect: as fitted, its probability among what the data cannot tell from it, and those rivals, of the library
+    and nameless ones."""
 
     refined: Refined
     probability: float
     rivals: tuple[tuple[float, Hypothesis], ...]
+    nameless: tuple[tuple[float, Key], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +63,14 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     """Return the verdict on these recordings."""
     last = found.stages[-1]
     wrench = np.asarray(last.screen.runs[0].noises.wrench)
-    accepted = [(a, r) for a, r in zip(last.accepted, found.rivals, strict=True) if worth_claiming(a)]
-    claims = tuple(_claim(a, r) for a, r in accepted)
+    begun = len(last.accepted) + 1 - len(found.stages)  # effects with which the search began
+    where: list[Stage | None] = [*([None] * begun), *found.stages[:-1]]
+    accepted = zip(last.accepted, found.rivals, where, strict=True)
+    claims = tuple(_claim(a, r, stage) for a, r, stage in accepted if worth_claiming(a))
     small = tuple(a for a in last.accepted if not worth_claiming(a))
     best = found.left[0][0] if found.left else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
-    nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
+    nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS] or _in_calm_water(found)
     total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
     top = last.nameless[0][0] if last.nameless else -np.inf
     p_unknown = float(1.0 / (1.0 + np.exp(np.clip(total - top, -500.0, 500.0))))
@@ -104,10 +108,9 @@ def _rough(last: Stage) -> bool:
     Without a velocity log they hardly tell its size: then one that is learned as large is not evidence of it.
     """
     noises = last.screen.runs[0].noises
-    force, moment = rules.LARGE_WRENCH
-    calm = np.minimum(noises.wrench, [force] * 3 + [moment] * 3)
-    if np.array_equal(calm, noises.wrench):
+    if np.all(noises.wrench <= np.repeat(rules.LARGE_WRENCH, 3)):
         return False
+    calm = np.minimum(noises.wrench, np.repeat(rules.CALM_WRENCH, 3))
     effects = [e.active for e in last.fit.effects]
     likelihood = []
     for wrench in (noises.wrench, calm):
@@ -121,11 +124,30 @@ def _rough(last: Stage) -> bool:
     return bool(likelihood[0] > likelihood[1] + rules.NAMELESS)
 
 
-def _claim(accepted: Refined, rivals: Sequence[tuple[float, Refined]]) -> Claim:
-    odds = np.exp(np.clip([o for o, _ in rivals], -50.0, 0.0)) if rivals else np.zeros(0)
-    probability = float(1.0 / (1.0 + odds.sum()))
-    near = tuple((float(o) * probability, r.hypothesis) for o, (_, r) in zip(odds, rivals, strict=True) if o > 0.02)
-    return Claim(refined=accepted, probability=probability, rivals=near)
+def _in_calm_water(found: Found) -> list[tuple[float, Key]]:
+    """Return nameless dependences with which calm water explains more than rough water does without, by so much."""
+    if found.calm is None:
+        return []
+    behind = found.stages[-1].log_evidence - found.calm.log_evidence
+    return [(gain - behind, key) for gain, key in found.calm.nameless if gain > rules.NAMELESS + max(behind, 0.0)]
+
+
+def _claim(accepted: Refined, rivals: Sequence[tuple[float, Refined]], stage: Stage | None) -> Claim:
+    """Return a claim; stage: where it was accepted, None where nothing else was tried there."""
+    h = accepted.hypothesis
+    own = max((odds for odds, offered in stage.offered if offered == h), default=0.0) if stage else 0.0
+    beside = [(odds - own, key) for key, odds in stage.odds.items()] if stage else []
+    weights = np.exp(np.clip([o for o, _ in (*rivals, *beside)], -50.0, 0.0))
+    probability = float(1.0 / (1.0 + weights.sum()))
+    found = [
+        (float(w) * probability, each) for w, (_, each) in zip(weights, (*rivals, *beside), strict=True) if w > 0.02
+    ]
+    return Claim(
+        refined=accepted,
+        probability=probability,
+        rivals=tuple((p, each.hypothesis) for p, each in found if isinstance(each, Refined)),
+        nameless=tuple(sorted(((p, each) for p, each in found if isinstance(each, tuple)), key=lambda e: -e[0])),
+    )
 
 
 def worth_claiming(accepted: Refined) -> bool:
@@ -192,8 +214,12 @@ def _summary(
             for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
-        if claim.rivals:
-            says.append("These recordings cannot tell it from " + ", ".join(h.words for _, h in claim.rivals[:4]) + ".")
+        alike = [rival.words for _, rival in claim.rivals[:4]]
+        if claim.nameless:
+            _, axis, feature = claim.nameless[0][1]
+            alike.append(f"something on {axis} that goes with {feature} and is in no library")
+        if alike:
+            says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
     if name == "no_gap":
         says.append("The model explains the recordings within the deviations of its parameters.")
     if small:

@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import at_rest, initial_state, rotor_decay, starting
-from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes, thrust_slopes
+from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -153,6 +154,7 @@ class Watch:
         self._since = np.zeros(len(self.names))
         self._branches: list[_Branch] = []
         self._P: Array | None = None
+        self._flows: Array | None = None
         self._P_n: Array | None = None
         self._state: Array | None = None
         self.time = self._begun = 0.0
@@ -175,14 +177,17 @@ class Watch:
         nu[:, 3:] = np.where(np.isfinite(rates), rates, nu[:, 3:])
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
         places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-        N, thrust = log.thrusters, np.zeros(log.speeds.shape)
+        N, K_t = log.thrusters, first.body.K_t
+        n, v = np.zeros((2, log.count, N))
         if self._state is not None:
-            n, v = self._state[None, 19 : 19 + N], self._state[None, 19 + 2 * N :]
-            thrust += thrust_slopes([s.coefficients for s in self._model.sets], first.body, nu[:1], n, v)
-        A, H = slopes(q, nu, thrust, first.body, *places)
+            n, v = n + self._state[19 : 19 + N], v + self._state[19 + 2 * N :]
+        own = [s.coefficients for s in self._model.sets]
+        water = inflow(own, first.body, nu, n, v, log.period, self._flows)
+        A, H = slopes(q, nu, water.slopes, first.body, *places)
+        doubts = (K_t * water.doubts[:, None] ** 2) @ K_t.T
         begun = max(round((rules.START - self.time) / log.period), 0)
-        gains = filter_gains(*starting(A, H, log, begun), noises, log.period, self._P)
-        self._P = gains.last
+        gains = filter_gains(*starting(A, H, log, begun), noises, log.period, doubts, self._P)
+        self._P, self._flows = gains.last, water.last
         driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
         decay = rotor_decay(self._model, log.period)
         speed_gains, spread, self._P_n = rotor_gains(driven, decay, noises, self._P_n)
@@ -206,6 +211,7 @@ class Watch:
             self.ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
         if not done[0]:  # the vehicle is lost: begin anew with what the sensors tell
             self._branches, self._P, self._P_n, self._state, self._begun = [], None, None, None, self.time
+            self._flows = None
         return self._alarms()
 
     def _alarms(self) -> list[Alarm]:

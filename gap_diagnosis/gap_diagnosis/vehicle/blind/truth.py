@@ -11,9 +11,11 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["Truth", "truth_of"]
+__all__ = ["GROUPS", "Truth", "off", "truth_of"]
 
 Array = NDArray[np.float64]
+GROUPS = ("c_u", "delta_u", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv")
+"""Coefficients of a thruster that are off together."""
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -46,8 +48,8 @@ def _turned(x: Array, axis: Array, angle: float) -> Array:
     return np.asarray((np.eye(3) + np.sin(angle) * k + (1.0 - np.cos(angle)) * k @ k) @ x)
 
 
-def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:
-    """Return the world of a case: believed numbers, off by what parameters deviate, with its effects."""
+def off(draw: Draw, vehicle: VehicleSet) -> tuple[dict[str, float], Array]:
+    """Return the numbers of a case's vehicle, and factors (N, 8) of its thrusters' coefficients by `GROUPS`."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(78,)))
     v = dict(vehicle.values)
     for name in sorted(vehicle.parameters):
@@ -55,13 +57,18 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
     for name in v:
         if name[:2] in ("A_", "L_", "Q_", "I_"):
             v[name] = max(v[name], 0.2 * vehicle.values[name])
+    common = 1.0 + 0.05 * draw.deviations * rng.normal(size=len(GROUPS))
+    return v, common * (1.0 + 0.02 * draw.deviations * rng.normal(size=(len(vehicle.layout), len(GROUPS))))
+
+
+def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:
+    """Return the world of a case: believed numbers, off by what parameters deviate, with its effects."""
+    v, shares = off(draw, vehicle)
     N = len(vehicle.layout)
     table = np.zeros((N, len(COLUMNS)))
     at = {name: k for k, name in enumerate(COLUMNS)}
-    common = 1.0 + 0.05 * draw.deviations * rng.normal(size=8)
-    own = 1.0 + 0.02 * draw.deviations * rng.normal(size=(N, 8))
     for i, place in enumerate(vehicle.layout):
-        p, f = sets[i].coefficients, common * own[i]
+        p, f = sets[i].coefficients, shares[i]
         row = dict(zip(("rx", "ry", "rz", "ex", "ey", "ez"), (*place.position, *place.axis), strict=True))
         row |= {"c_u1": p.c_u1 * f[0], "c_u2": p.c_u2 * f[0], "d_1": p.delta_u1 * f[1], "d_2": p.delta_u2 * f[1]}
         row |= {"k_n": p.k_n * f[2], "k_q": p.k_Q * p.c_Q2, "c_T": p.c_T2 * f[3], "c_nv": p.c_nv_T * f[4]}
