@@ -277,6 +277,9 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         at = [j for j, name in enumerate(names) if isinstance(name, tuple) and name[0] == h]
         x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
         starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
+        # what a thruster's numbers took over before the effect was there, they give back at once
+        own = np.array([key[0] == "own" and key[2] in (h.thruster, h.other) for key in free])
+        starts += [(np.where(own, 0.0, moved), sizes) for moved, sizes in starts if own.any()]
         start = max(starts, key=lambda there: problem.score(*there))
         quick.append((problem.fit(*start, stage.fit.columns, product), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
