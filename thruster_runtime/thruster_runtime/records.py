@@ -84,8 +84,8 @@ class UnreadableBytes(ThrusterRuntimeError):
 class Listener:
     """A subscription whose callback gets records.
 
-    Bytes that are no such message are passed over, as rclpy's own subscriptions do: what anyone on the network sends does
-    not end a node. To a join they are as a message that was lost.
+    Bytes that are no such message are passed over, as by rclpy's own subscriptions: what anyone on the network sends
+    does not end a node. To a join they are as a message that was lost.
 
     Attributes:
         subscription: to the topic.
