@@ -119,8 +119,11 @@ def test_the_report_opens_in_a_browser_without_errors_and_with_all_plots_drawn(o
 def test_the_lines_on_the_terminal_say_how_well_and_where(runs, tmp_path, capsys):
     words = [runs[0], "--model", "simplified", "--stages", "thesis", "--out", str(tmp_path / "out")]
     assert cli_fit.main(words) == 0
-    first, last = capsys.readouterr().out.splitlines()
+    written = capsys.readouterr()
+    first, last = written.out.splitlines()
     assert first.startswith("simplified: noise-weighted error ")
+    told = written.err.splitlines()
+    assert len(told) >= 2 and any("simplified" in line for line in told), "what it is at, also where nobody sees a bar"
     assert last == str(tmp_path / "out" / "report.html")
 
 
@@ -233,5 +236,6 @@ cli_fit.main()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 130
-    assert done.stderr == "interrupted: nothing was written\n"
+    assert done.stderr.splitlines()[-1] == "interrupted: nothing was written"  # what it was at stands before
+    assert done.stderr.count("interrupted") == 1 and "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -11,9 +11,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NoReturn
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
 from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
@@ -26,6 +23,7 @@ from thruster_model.identification.study import FittedModel, Study, run_study
 from thruster_model.models import MODELS
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
+from thruster_model.progress_io import progress
 
 EXAMPLES = """
   %(prog)s runs/log --model hl hq --out fit              # two models, from the published sets on
@@ -102,14 +100,7 @@ def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]
 
 
 def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, ParameterSet]]) -> Study:
-    console = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("reading", total=None)
-
-        def tell(text: str) -> None:
-            progress.update(task, description=text)
-
+    with progress("reading") as tell:
         preparation = PreparationOptions(flow=FlowLimits(velocity=given.largest_flow))
         return run_study(
             starts,
