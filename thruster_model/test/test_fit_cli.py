@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -127,6 +128,24 @@ def test_the_lines_on_the_terminal_say_how_well_and_where(runs, tmp_path, capsys
     assert last == str(tmp_path / "out" / "report.html")
 
 
+def test_a_fit_that_determines_nothing_is_written_and_ends_with_1(runs, tmp_path, capsys, monkeypatch):
+    def open_everywhere(study):
+        models = [
+            replace(m, result=replace(m.result, determinations=tuple(
+                replace(d, status="flat") for d in m.result.determinations
+            )))
+            for m in study.models
+        ]  # fmt: skip
+        return replace(study, models=tuple(models))
+
+    found = cli_fit.run_study
+    monkeypatch.setattr(cli_fit, "run_study", lambda *given, **named: open_everywhere(found(*given, **named)))
+    words = [runs[0], "--model", "simplified", "--stages", "thesis", "--out", str(tmp_path / "out")]
+    assert cli_fit.main(words) == 1
+    assert "fit: expected runs that determine a parameter; these determine none" in capsys.readouterr().err
+    assert (tmp_path / "out/report.html").is_file()
+
+
 def refused(words, capsys, sentence):
     """Exit status 1, the sentence on stderr, nothing else and no traceback."""
     assert cli_fit.main([str(word) for word in words]) == 1
@@ -231,6 +250,7 @@ from thruster_model import cli_fit
 from thruster_model.identification.fit_report import quality
 threading.Timer(4.0, os.kill, (os.getpid(), signal.SIGINT)).start()
 import sys
+from dataclasses import replace
 sys.argv = ["fit", *{runs!r}, "--model", "hq", "airfoil", "table", "--hold-out", "--out", {str(tmp_path / "out")!r}]
 cli_fit.main()
 """

@@ -40,11 +40,15 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
         starts = _starts(given)
         if given.out.exists() and any(given.out.iterdir()):
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
-        _write(_study(given, starts), given)
+        study = _study(given, starts)
+        _write(study, given)
     except (ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
-    return 0
+    if any(d.status == "determined" for model in study.models for d in model.result.determinations):
+        return 0
+    print("fit: expected runs that determine a parameter; these determine none, see the report", file=sys.stderr)
+    return 1
 
 
 def _parser(program: str) -> argparse.ArgumentParser:
