@@ -25,7 +25,11 @@ BY_THE_WALL = {
     "test_stock_ros2.py",
 }  # fmt: skip
 """Files that judge graphs or browsers by the wall's clock: side by side they would take each other's time."""
-COMPILED_ALIKE = ({"test_vehicle_loop.py", "test_rov_study.py"},)
+COMPILED_ALIKE = (
+    {"rov_sim/test/test_vehicle_loop.py", "rov_sim/test/test_rov_study.py"},
+    {"rov_sim/test/test_bench_study.py", "rov_sim/test/test_closed_loop.py"},
+    {"thruster_model/test/test_classes.py", "thruster_model/test/test_effects.py"},
+)
 """Files that compile the same large kernels, for half a minute: side by side each would do so."""
 
 
@@ -40,9 +44,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            name = Path(file).name
-            alike = next((sorted(group)[0] for group in COMPILED_ALIKE if name in group), file)
-            return "by the wall" if name in BY_THE_WALL else alike
+            alike = next((min(group) for group in COMPILED_ALIKE if file in group), file)
+            return "by the wall" if Path(file).name in BY_THE_WALL else alike
 
     return ByFile(config, log)
 
