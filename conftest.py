@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,9 @@ from thruster_runtime.domains import reserved_domain
 ROOT = Path(__file__).resolve().parent
 # Whatever the shell has: in one domain, the graphs of two processes of tests (or a live one) would hear each other.
 os.environ["ROS_DOMAIN_ID"] = str(reserved_domain())
+# A shell starts what it sends to the background with Ctrl-C ignored, and every program that a test starts inherits it.
+if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 BY_THE_WALL = {
     "test_bench_experiment.py", "test_driver_process.py", "test_ending.py", "test_graph_degraded.py",
@@ -21,11 +25,17 @@ BY_THE_WALL = {
     "test_stock_ros2.py",
 }  # fmt: skip
 """Files that judge graphs or browsers by the wall's clock: side by side they would take each other's time."""
+COMPILED_ALIKE = (
+    {"rov_sim/test/test_vehicle_loop.py", "rov_sim/test/test_rov_study.py"},
+    {"rov_sim/test/test_bench_study.py", "rov_sim/test/test_closed_loop.py"},
+    {"thruster_model/test/test_classes.py", "thruster_model/test/test_effects.py"},
+)
+"""Files that compile the same large kernels, for half a minute: side by side each would do so."""
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
-    """Keep the tests of a file in one process, those by the wall's clock all in one.
+    """Keep the tests of a file in one process, those by the wall's clock all in one, and those that compile alike.
 
     The groups of pytest-xdist 3.8 do that no more: they stand in names that pytest 9.1 makes anew.
     """
@@ -34,7 +44,8 @@ def pytest_xdist_make_scheduler(config: pytest.Config, log: Any) -> Any:
     class ByFile(LoadScopeScheduling):
         def _split_scope(self, nodeid: str) -> str:
             file = nodeid.partition("::")[0]
-            return "by the wall" if Path(file).name in BY_THE_WALL else file
+            alike = next((min(group) for group in COMPILED_ALIKE if file in group), file)
+            return "by the wall" if Path(file).name in BY_THE_WALL else alike
 
     return ByFile(config, log)
 

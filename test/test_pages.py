@@ -15,6 +15,10 @@ PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),
     *ROOT.glob("[!.]*/README.md"),
 ]
+GENERATED = {"models.md", "vehicles.md"}
+"""Reference pages that commands print: as long as there are models and vehicles."""
+WORDS, WORDS_IN_A_CLAUSE, LINES = 20.5, 45, 150
+"""Of a sentence on a page's average, of any clause, and of a page."""
 LONGEST = 1800.0
 """[s] From then on something hangs."""
 
@@ -64,6 +68,30 @@ def test_the_scripts_of_the_readme_are_there() -> None:
     assert len(named) >= 6
     assert [name for name in named if not (ROOT / name).is_file()] == []
     assert shutil.which("thruster") is not None
+
+
+def sentences(page: Path) -> list[str]:
+    """Return the sentences of a page's text; commands, tables and headings are none."""
+    text = re.sub(r"^```.*?^```", "\n", page.read_text("utf-8"), flags=re.MULTILINE | re.DOTALL)
+    text = re.sub(r"^( {4}|\||#|!\[).*$", "", text, flags=re.MULTILINE)
+    text = re.sub(r"^ *([-*]|\d+\.) ", "\n\n", text, flags=re.MULTILINE)
+    text = re.sub(r"\]\([^)]*\)", "]", re.sub(r"`[^`]*`", "code", text))
+    return [
+        each for block in re.split(r"\n\s*\n", text) for each in re.split(r"(?<=[.!?])\**\s+", block) if each.strip()
+    ]
+
+
+def words(text: str) -> int:
+    return len(re.findall(r"\w\S*", text))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_a_page_is_short_and_so_are_its_sentences(page: Path) -> None:
+    assert page.name in GENERATED or len(page.read_text("utf-8").splitlines()) <= LINES
+    found = sentences(page)
+    assert sum(map(words, found)) <= WORDS * len(found)
+    clauses = [clause for each in found for clause in re.split(r"(?<=[:;])\**\s+", each)]
+    assert not [clause for clause in clauses if words(clause) > WORDS_IN_A_CLAUSE]
 
 
 def anchors(page: Path) -> set[str]:

@@ -326,3 +326,17 @@ def test_each_requirement_has_one_exact_version() -> None:
     pins = {line.partition("==")[0] for line in pinned if "==" in line}
     assert set(names) <= pins
     assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize(
+    ("ours", "plain", "unit", "said"),
+    [
+        (300.0, 100.0, "steps/s", "3 x better"),
+        (50.0, 100.0, "x real time", "2 x worse"),
+        (50.0, 100.0, "us", "2 x better"),
+        (8.0, 2.0, "ns", "4 x worse"),
+    ],
+)
+def test_the_benchmark_says_which_way_is_good(ours: float, plain: float, unit: str, said: str) -> None:
+    compared = runpy.run_path(str(ROOT / "scripts/workspace/benchmark_table.py"))["compared"]
+    assert compared(ours, plain, unit) == said

@@ -36,7 +36,10 @@ DEFAULT_QOS: dict[str, Any] = {
 LATCHED_QOS = {**DEFAULT_QOS, "depth": 1, "durability": "transient_local"}
 
 
-class _Dumper(yaml.SafeDumper):
+_Fastest: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)  # libyaml's, where PyYAML was built with it
+
+
+class _Dumper(_Fastest):  # type: ignore[misc]
     """rosbag2's YAML reader is happier without anchors."""
 
     def ignore_aliases(self, data: Any) -> bool:

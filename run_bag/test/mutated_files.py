@@ -1,6 +1,6 @@
 """Good files, spoiled in many ways, before every reader: what is no sentence of ours is a fault.
 
-python run_bag/test/mutated_files.py --seconds 600 --seed 7 [READER...]      the long way; the tests take seconds
+`test/all_mutated_files.py` is the long way, with the readers of other packages; the tests take seconds.
 """
 
 import argparse
@@ -10,8 +10,11 @@ import sys
 import tempfile
 import time
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from functools import lru_cache
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from foreign_recordings import autopilot_log, ros1_bag, ros2_bag, table, telemetry_log
@@ -53,6 +56,14 @@ def _text(name: str, content: str) -> Callable[[Path], Path]:
     return write
 
 
+class Reader(NamedTuple):
+    """How a good file is made in a folder, how one is read, and what reading may say of one that is not good."""
+
+    make: Callable[[Path], Path]
+    read: Callable[[Path], object]
+    refusals: tuple[type[Exception], ...] = (RunError, YamlError)
+
+
 def _import(path: Path) -> None:
     target, told = path.parent / "out", path.parent / "map.yaml"
     told.write_text(MAP)
@@ -79,9 +90,15 @@ def _folder(path: Path) -> None:
 
 def _guess(path: Path) -> None:
     text = guess([open_source(path, None)])
-    (path.parent / "guessed.yaml").write_text(text)
     if any(line[0] not in "#t" or not line.startswith(("#", "time:")) for line in text.splitlines()):
-        read_map(path.parent / "guessed.yaml")  # what is proposed can be read
+        _read_back(text, path.parent)
+
+
+@lru_cache(1000)
+def _read_back(text: str, folder: Path) -> None:
+    """What is proposed can be read; each proposal is looked at once."""
+    (folder / "guessed.yaml").write_text(text)
+    read_map(folder / "guessed.yaml")
 
 
 def _sqlite(folder: Path) -> Path:
@@ -92,25 +109,25 @@ def _packed(folder: Path) -> Path:
     return next(ros2_bag(folder / "z", StoragePlugin.SQLITE3, CompressionMode.FILE).glob("*.zstd"))
 
 
-READERS: dict[str, tuple[Callable[[Path], Path], Callable[[Path], object]]] = {
-    "mcap": (lambda f: _run(f / "m"), read_run),
-    "mcap of others": (lambda f: next(ros2_bag(f / "o", StoragePlugin.MCAP).glob("*.mcap")), read_run),
-    "metadata.yaml": (lambda f: _run(f / "y").with_name("metadata.yaml"), _folder),
-    "sqlite3": (_sqlite, read_run),
-    "file-compressed": (_packed, read_run),
-    "ros1": (lambda f: ros1_bag(f / "x.bag"), read_run),
-    "BIN": (lambda f: autopilot_log(f / "x.BIN"), _guess),
-    "tlog": (lambda f: telemetry_log(f / "x.tlog"), _guess),
-    "csv": (lambda f: table(f / "x.csv"), _import),
-    "csv guessed": (lambda f: table(f / "g.csv", separator=";", comma=True), _guess),
-    "bench csv": (lambda f: controlled_recording(f) / "CL.csv", _bench),
-    "bench csv.xz": (lambda f: controlled_recording(f, packed=True) / "CL.csv.xz", _bench),
-    "bench dat": (lambda f: controlled_recording(f) / "CL.dat", _bench),
-    "bench mat": (lambda f: controlled_recording(f) / "CL.mat", _bench),
-    "bench mat packed": (lambda f: controlled_recording(f, packed=True) / "CL.mat", _bench),
-    "pool npz": (lambda f: write_pool(f / "dive.npz"), _pool),
-    "map": (_text("m.yaml", MAP), read_map),
-    "yaml": (_text("any.yaml", "a: [1, {b: 2e3}]\nc:\n- 'd'\n- |\n  text\n? e\n: \"\\x41\"\n"), read_yaml),
+READERS: dict[str, Reader] = {
+    "mcap": Reader(lambda f: _run(f / "m"), read_run),
+    "mcap of others": Reader(lambda f: next(ros2_bag(f / "o", StoragePlugin.MCAP).glob("*.mcap")), read_run),
+    "metadata.yaml": Reader(lambda f: _run(f / "y").with_name("metadata.yaml"), _folder),
+    "sqlite3": Reader(_sqlite, read_run),
+    "file-compressed": Reader(_packed, read_run),
+    "ros1": Reader(lambda f: ros1_bag(f / "x.bag"), read_run),
+    "BIN": Reader(lambda f: autopilot_log(f / "x.BIN"), _guess),
+    "tlog": Reader(lambda f: telemetry_log(f / "x.tlog"), _guess),
+    "csv": Reader(lambda f: table(f / "x.csv"), _import),
+    "csv guessed": Reader(lambda f: table(f / "g.csv", separator=";", comma=True), _guess),
+    "bench csv": Reader(lambda f: controlled_recording(f) / "CL.csv", _bench),
+    "bench csv.xz": Reader(lambda f: controlled_recording(f, packed=True) / "CL.csv.xz", _bench),
+    "bench dat": Reader(lambda f: controlled_recording(f) / "CL.dat", _bench),
+    "bench mat": Reader(lambda f: controlled_recording(f) / "CL.mat", _bench),
+    "bench mat packed": Reader(lambda f: controlled_recording(f, packed=True) / "CL.mat", _bench),
+    "pool npz": Reader(lambda f: write_pool(f / "dive.npz"), _pool),
+    "map": Reader(_text("m.yaml", MAP), read_map),
+    "yaml": Reader(_text("any.yaml", "a: [1, {b: 2e3}]\nc:\n- 'd'\n- |\n  text\n? e\n: \"\\x41\"\n"), read_yaml),
 }
 
 
@@ -140,25 +157,32 @@ def mutated(data: bytes, rng: random.Random) -> bytes:
     return bytes(result)
 
 
-def mutate_all(folder: Path, names: list[str], *, seconds: float, seed: int) -> tuple[int, list[str]]:
-    """Spoil and read for some seconds each; return how many files were read, and what was no sentence."""
-    count, wrong = 0, []
-    for name in names:
+def mutate_all(
+    folder: Path,
+    readers: Mapping[str, Reader],
+    *,
+    seed: int,
+    seconds: float = float("inf"),
+    files: float = float("inf"),
+) -> tuple[int, list[str]]:
+    """Spoil and read, each reader for some seconds or files; return how many were read, and what was no sentence."""
+    total, wrong = 0, []
+    for name, reader in readers.items():
         own = folder / name.replace(" ", "_")
         own.mkdir()
-        path = READERS[name][0](own)
+        path = reader.make(own)
         good, rng = path.read_bytes(), random.Random(f"{seed} {name}")
-        READERS[name][1](path)  # as it is, it must be read
-        end, cut = time.monotonic() + seconds, 0
-        while time.monotonic() < end:
+        reader.read(path)  # as it is, it must be read
+        end, cut, count = time.monotonic() + seconds, rng.randrange(len(good)), 0
+        while count < files and time.monotonic() < end:
             # every third one is cut, at one place after the other
             cut = (cut + 1 + len(good) // 997) % len(good)
             data = good[:cut] if count % 3 == 0 else mutated(good, rng)
             path.write_bytes(data)
             begin = time.process_time()
             try:
-                READERS[name][1](path)
-            except (RunError, YamlError) as error:
+                reader.read(path)
+            except reader.refusals as error:
                 if not str(error).strip():
                     wrong.append(f"{name}, {count}: no sentence")
             except Exception:  # noqa: BLE001 (faults are what is looked for)
@@ -167,24 +191,49 @@ def mutate_all(folder: Path, names: list[str], *, seconds: float, seed: int) -> 
             if time.process_time() - begin > SLOW:
                 wrong.append(f"{name}, {count}: {time.process_time() - begin:.1f} s")
             count += 1
-    return count, wrong
+        total += count
+    return total, wrong
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Spoil files and read them.")
-    parser.add_argument("readers", nargs="*", metavar="READER", help=", ".join(READERS))
-    parser.add_argument("--seconds", type=float, default=60.0, help="for all of them together")
-    parser.add_argument("--seed", type=int, default=1)
+_OF_MAIN: dict[str, Reader] = {}
+"""The readers of `main`, in its processes too."""
+
+
+def _part(folder: Path, name: str, seed: int, files: int, end: float) -> tuple[int, list[str]]:
+    if (seconds := end - time.monotonic()) <= 0.0:
+        return 0, []
+    (own := folder / f"{seed}_{name}".replace(" ", "_")).mkdir()
+    done = mutate_all(own, {name: _OF_MAIN[name]}, seed=seed, files=files, seconds=seconds)
+    if not done[1]:
+        shutil.rmtree(own)
+    return done
+
+
+def main(readers: Mapping[str, Reader] = READERS) -> int:
+    """Spoil and read as the command line says; return 0, or 1 where something was no sentence."""
+    parser = argparse.ArgumentParser(description="Spoil good files and read them.")
+    parser.add_argument("readers", nargs="*", metavar="READER", help=", ".join(readers))
+    parser.add_argument("--files", type=int, default=100_000, help="for each reader (100000)")
+    parser.add_argument("--seconds", type=float, default=float("inf"), help="for each reader, at most (no limit)")
+    parser.add_argument("--jobs", type=int, default=1, help="processes side by side (1)")
+    parser.add_argument("--seed", type=int, default=1, help="of the first thousand files of each; then counted on (1)")
     parser.add_argument("--keep", type=Path, help="folder for the files at fault; must not exist")
     given = parser.parse_args()
-    names = given.readers or list(READERS)
-    with tempfile.TemporaryDirectory() as temporary:
+    names = given.readers or list(readers)
+    if unknown := sorted(set(names) - set(readers)):
+        parser.error(f"expected readers of {', '.join(readers)}; found {', '.join(unknown)}")
+    _OF_MAIN.update(readers)
+    parts = [min(1000, given.files - k) for k in range(0, given.files, 1000)]
+    faults = 0
+    with tempfile.TemporaryDirectory() as temporary, ProcessPoolExecutor(given.jobs) as pool:
         folder = given.keep or Path(temporary)
         folder.mkdir(exist_ok=given.keep is None)
-        count, wrong = mutate_all(folder, names, seconds=given.seconds / len(names), seed=given.seed)
-    sys.stdout.write("\n".join([*wrong, f"{count} files, {len(wrong)} faults"]) + "\n")
-    return 1 if wrong else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+        for name in names:
+            end = time.monotonic() + given.seconds
+            tasks = [pool.submit(_part, folder, name, given.seed + k, files, end) for k, files in enumerate(parts)]
+            counts, wrongs = zip(*(task.result() for task in tasks), strict=True)
+            count, wrong = sum(counts), [each for some in wrongs for each in some]
+            sys.stdout.write("\n".join([*wrong, f"{name}: {count} files, {len(wrong)} faults"]) + "\n")
+            sys.stdout.flush()
+            faults += len(wrong)
+    return 1 if faults else 0

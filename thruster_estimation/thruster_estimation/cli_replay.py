@@ -11,6 +11,7 @@ from typing import Any
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_estimation.errors import EstimationError
+from thruster_estimation.reference import REFERENCES
 from thruster_estimation.replay import Job, Outcome, problem_with, replay
 from thruster_estimation.replay_io import PERIOD, dump_outcomes, read_signals
 from thruster_estimation.replay_report_io import build_report, label
@@ -45,8 +46,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="replay", description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs (rosbag2 directories)")
-    names = "observers (default ekf)"
-    parser.add_argument("--estimator", nargs="+", default=["ekf"], choices=tuple(OBSERVERS), help=names)
+    names = "observers (default ekf); ukf and rts are references: an unscented filter, a smoother that knows the future"
+    known = (*OBSERVERS, *REFERENCES)
+    parser.add_argument("--estimator", "--observer", nargs="+", default=["ekf"], choices=known, help=names)
     sets = "parameter sets of the simplified, HL or HQ form, by name or YAML file (default hl)"
     parser.add_argument("--model", nargs="+", default=["hl"], help=sets)
     form = "bench: Euler, as the bench ran it (default proper)"
@@ -109,7 +111,7 @@ def _jobs(given: argparse.Namespace) -> tuple[list[Job], list[str]]:
 
 def _settings(given: argparse.Namespace, estimator: str, coefficients: Any) -> Any:
     form = BENCH if given.form == "bench" else PROPER
-    settings = bench_settings(estimator, form=form, k_U=coefficients.k_U)
+    settings = bench_settings("ekf" if estimator in REFERENCES else estimator, form=form, k_U=coefficients.k_U)
     changed: dict[str, float] = {}
     if given.gate is not None:
         changed["gate"] = given.gate

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import sqrt
+from math import inf, sqrt
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from thruster_estimation.consistency import nis_interval
 from thruster_estimation.errors import EstimationError
 from thruster_estimation.offline import History, observe
 from thruster_estimation.online import first_belief
+from thruster_estimation.reference import REFERENCES, look_back
 from thruster_estimation.settings import BENCH
 from thruster_model.equations.thruster import ThrusterCoefficients
 
@@ -118,6 +119,8 @@ def problem_with(job: Job) -> str:
         return f"{job.estimator} with {job.model}: {expected}"
     if job.estimator != "speed-ekf" and job.coefficients.k_Uv == 0.0:
         return f"{job.estimator} with {job.model}: the model has no axial flow; only speed-ekf can work with it"
+    if job.estimator in REFERENCES and (job.settings.form == BENCH or job.settings.gate < inf):
+        return f"{job.estimator} with {job.model}: expected the proper form without a gate, as references have no other"
     return ""
 
 
@@ -142,6 +145,9 @@ def replay(signals: Signals, job: Job) -> Outcome:
     if euler:
         dt = np.append(s.dt[1:], np.median(s.dt[1:]))
         history, instants = observe(s.y_n, s.y_U, s.u_after, dt, start, settings, job.coefficients), s.time + dt
+    elif job.estimator in REFERENCES:
+        history = look_back(job.estimator, s.y_n, s.y_U, s.u_before, s.dt, start, settings, job.coefficients)
+        instants = s.time
     else:
         history = observe(s.y_n, s.y_U, s.u_before, s.dt, start, settings, job.coefficients)
         instants = s.time

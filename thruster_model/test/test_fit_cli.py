@@ -3,6 +3,7 @@
 import json
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -119,9 +120,30 @@ def test_the_report_opens_in_a_browser_without_errors_and_with_all_plots_drawn(o
 def test_the_lines_on_the_terminal_say_how_well_and_where(runs, tmp_path, capsys):
     words = [runs[0], "--model", "simplified", "--stages", "thesis", "--out", str(tmp_path / "out")]
     assert cli_fit.main(words) == 0
-    first, last = capsys.readouterr().out.splitlines()
+    written = capsys.readouterr()
+    first, last = written.out.splitlines()
     assert first.startswith("simplified: noise-weighted error ")
+    told = written.err.splitlines()
+    assert len(told) >= 2 and any("simplified" in line for line in told), "what it is at, also where nobody sees a bar"
     assert last == str(tmp_path / "out" / "report.html")
+
+
+def test_a_fit_that_determines_nothing_is_written_and_ends_with_1(runs, tmp_path, capsys, monkeypatch):
+    def open_everywhere(study):
+        models = [
+            replace(m, result=replace(m.result, determinations=tuple(
+                replace(d, status="flat") for d in m.result.determinations
+            )))
+            for m in study.models
+        ]  # fmt: skip
+        return replace(study, models=tuple(models))
+
+    found = cli_fit.run_study
+    monkeypatch.setattr(cli_fit, "run_study", lambda *given, **named: open_everywhere(found(*given, **named)))
+    words = [runs[0], "--model", "simplified", "--stages", "thesis", "--out", str(tmp_path / "out")]
+    assert cli_fit.main(words) == 1
+    assert "fit: expected runs that determine a parameter; these determine none" in capsys.readouterr().err
+    assert (tmp_path / "out/report.html").is_file()
 
 
 def refused(words, capsys, sentence):
@@ -228,10 +250,12 @@ from thruster_model import cli_fit
 from thruster_model.identification.fit_report import quality
 threading.Timer(4.0, os.kill, (os.getpid(), signal.SIGINT)).start()
 import sys
+from dataclasses import replace
 sys.argv = ["fit", *{runs!r}, "--model", "hq", "airfoil", "table", "--hold-out", "--out", {str(tmp_path / "out")!r}]
 cli_fit.main()
 """
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     assert done.returncode == 130
-    assert done.stderr == "interrupted: nothing was written\n"
+    assert done.stderr.splitlines()[-1] == "interrupted: nothing was written"  # what it was at stands before
+    assert done.stderr.count("interrupted") == 1 and "Traceback" not in done.stderr
     assert list(tmp_path.iterdir()) == []

@@ -7,8 +7,6 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
 
 from run_bag import RunError
 from run_bag.command_line import user_arguments
@@ -22,6 +20,7 @@ from thruster_model.attitude_fit.study import Study, run_study
 from thruster_model.attitude_fit.tables import MISSING, markdown
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.progress_io import progress
 from thruster_model.vehicle_set_io import load_vehicle_set
 
 
@@ -64,17 +63,8 @@ def _study(given: argparse.Namespace) -> Study:
     recordings, others = (
         [read_recording(path, thruster, configuration) for path in paths] for paths in (given.runs, given.validate)
     )
-    console = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("fitting", total=None)
-        return run_study(
-            recordings,
-            FitOptions(piece=given.piece),
-            given.seed,
-            others,
-            lambda text: progress.update(task, description=text),
-        )
+    with progress("fitting") as tell:
+        return run_study(recordings, FitOptions(piece=given.piece), given.seed, others, tell)
 
 
 def _write(study: Study, given: argparse.Namespace) -> None:

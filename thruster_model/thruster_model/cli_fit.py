@@ -11,9 +11,6 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NoReturn
 
-from rich.console import Console
-from rich.progress import Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
 from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
@@ -26,6 +23,7 @@ from thruster_model.identification.study import FittedModel, Study, run_study
 from thruster_model.models import MODELS
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import load_parameter_set, write_parameter_set
+from thruster_model.progress_io import progress
 
 EXAMPLES = """
   %(prog)s runs/log --model hl hq --out fit              # two models, from the published sets on
@@ -42,11 +40,15 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
         starts = _starts(given)
         if given.out.exists() and any(given.out.iterdir()):
             raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
-        _write(_study(given, starts), given)
+        study = _study(given, starts)
+        _write(study, given)
     except (ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
-    return 0
+    if any(d.status == "determined" for model in study.models for d in model.result.determinations):
+        return 0
+    print("fit: expected runs that determine a parameter; these determine none, see the report", file=sys.stderr)
+    return 1
 
 
 def _parser(program: str) -> argparse.ArgumentParser:
@@ -102,14 +104,7 @@ def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]
 
 
 def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, ParameterSet]]) -> Study:
-    console = Console(stderr=True)
-    columns = (SpinnerColumn(), TextColumn("{task.description}"), TimeElapsedColumn())
-    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("reading", total=None)
-
-        def tell(text: str) -> None:
-            progress.update(task, description=text)
-
+    with progress("reading") as tell:
         preparation = PreparationOptions(flow=FlowLimits(velocity=given.largest_flow))
         return run_study(
             starts,

@@ -3,8 +3,11 @@
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from typing import get_args
 
 from run_bag.command_line import user_arguments
+from thruster_model.effects.effect import Block, Effect, EffectParameter
+from thruster_model.effects.stages import LIBRARY
 from thruster_model.equations.classes import (
     AmbientInflowCoefficients,
     ForceTableCoefficients,
@@ -23,13 +26,50 @@ _STATES = {  # where axial flow or rotor speed follow at once, they are no state
     StaticCoefficients: "none",
     TableCoefficients: "none",
 }
+_BLOCKS = {
+    "log": "In the log", "command": "In the command", "rotor": "In the rotor", "thrust": "In thrust and torque",
+    "flow": "In the flow", "sensor": "In the sensors",
+}  # fmt: skip
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Print the reference; return the exit status."""
-    argparse.ArgumentParser(prog="reference", description=__doc__).parse_args(user_arguments(arguments))
-    print(reference(), end="")
+    parser = argparse.ArgumentParser(prog="reference", description=__doc__)
+    parser.add_argument("--effects", action="store_true", help="that of the effects of a thruster, in their place")
+    given = parser.parse_args(user_arguments(arguments))
+    print(effects() if given.effects else reference(), end="")
     return 0
+
+
+def effects() -> str:
+    """Return the reference of the effects of a thruster, its sensors and its log."""
+    lines = [
+        "# Effects of a thruster",
+        "",
+        "Made by `ros2 run thruster_model reference --effects`. Each is one file in `thruster_model/effects/library`: "
+        "switched on in a parameter set's YAML or by `--effect ID.SIZE=VALUE`, suspected by a diagnosis. Those of a "
+        "whole vehicle: [vehicles.md](vehicles.md). How to add one: [extend.md](extend.md).",
+        "",
+        'A size has its unit, its plausible range and the value at which there is exactly no effect. "Alike": effects '
+        "that recordings of one thruster cannot tell from it.",
+    ]
+    heads = ["effect", "what it is", "equation", "sizes", "alike"]
+    for block in get_args(Block):
+        of_block = [effect for effect in LIBRARY.values() if effect.block == block]
+        lines += ["", f"## {_BLOCKS[block]}", _row(heads), "|" + "---|" * len(heads)]
+        lines += [_effect(effect) for effect in of_block]
+    return "\n".join(lines) + "\n"
+
+
+def _effect(effect: Effect) -> str:
+    sizes = "; ".join(_size(p) for p in effect.parameters)
+    alike = ", ".join(f"`{twin.partition(':')[0]}`" for twin in effect.twins)
+    return _row([f"`{effect.id}`", effect.title, effect.equation, sizes, alike or "-"])
+
+
+def _size(p: EffectParameter) -> str:
+    sign = "±" if p.both_signs else ""
+    return f"{p.name} [{p.unit}], {p.meaning}: {sign}{p.lower:g} to {p.upper:g}, none at {p.neutral:g}"
 
 
 def reference() -> str:

@@ -17,7 +17,7 @@ from std_msgs.msg import Header
 from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterState, ThrustSetpoint
 from thruster_runtime.executors import EXECUTOR_KINDS, make_executor, spin_until
 from thruster_runtime.qos import RELIABLE
-from thruster_runtime.records import RecordPublisher, UnreadableBytes, UnreadableType, format_of, listen
+from thruster_runtime.records import RecordPublisher, UnreadableBytes, UnreadableType, ends_of, format_of, listen
 
 texts = st.text(st.characters(min_codepoint=1, exclude_categories=["Cs"]), max_size=20)
 numbers = st.floats(allow_nan=False)
@@ -95,6 +95,17 @@ def test_bytes_that_are_no_such_message_are_refused(spoiled: bytes | str) -> Non
         of(ThrustSetpoint, data)
 
 
+def test_a_text_that_is_no_utf_8_is_read_as_rclpy_reads_it() -> None:
+    good = ThrusterEstimate(header=Header(frame_id="abc"), estimator="ekf", n=1.5, reason="none")
+    data = bytes(serialize_message(good)).replace(b"abc", b"a\xff\xfe").replace(b"none", b"\xc3\x28\xed\xa0")
+    message = deserialize_message(data, ThrusterEstimate)
+    for _ in range(2):  # learnt, then known
+        record = of(ThrusterEstimate, data)
+        assert (record.frame_id, record.reason) == (message.header.frame_id, message.reason)
+        assert "\ufffd" in record.frame_id and record.n == 1.5
+    assert deserialize_message(format_of(ThrusterEstimate).write(record), ThrusterEstimate) == message
+
+
 def test_a_number_that_its_field_cannot_hold_is_not_written() -> None:
     setpoint = format_of(ThrustSetpoint)
     with pytest.raises(struct.error):
@@ -121,6 +132,26 @@ def test_a_listener_gets_records_and_a_subscription_messages_of_what_is_publishe
     publisher.publish(record)
     assert spin_until(executor, lambda: bool(heard) and bool(messages), 10.0)
     assert (heard, messages) == ([record], [message])
+    executor.remove_node(node)
+    executor.shutdown()
+    node.destroy_node()
+
+
+@pytest.mark.parametrize("kind", EXECUTOR_KINDS)
+def test_bytes_of_anyone_do_not_end_a_listener_and_the_next_message_is_heard(context: Context, kind: str) -> None:
+    node, heard = rclpy.create_node("listener", context=context), []
+    publisher = node.create_publisher(ThrusterState, "state", RELIABLE)
+    listen(node, ThrusterState, "state", heard.append)
+    (listener,) = ends_of(node).listeners
+    executor = make_executor(kind, context=context)
+    executor.add_node(node)
+    assert spin_until(executor, lambda: publisher.get_subscription_count() == 1, 10.0)
+    good = bytes(serialize_message(ThrusterState(header=Header(frame_id="abcd"), n=60.0)))
+    for data in (good[:-20], good + bytes(4), good.replace(b"abcd", b"\xff\xfe\xfd\xfc"), good):
+        publisher.publish(data)
+    assert spin_until(executor, lambda: len(heard) == 2, 10.0)
+    assert [record.frame_id for record in heard] == ["\ufffd" * 4, "abcd"]
+    assert listener.passed_over == 2
     executor.remove_node(node)
     executor.shutdown()
     node.destroy_node()

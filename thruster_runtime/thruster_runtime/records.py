@@ -57,6 +57,8 @@ _ARRAY = re.compile(r"(\w+)\[(\d+)\]")
 _TIME = ".sec", ".nanosec"
 _WORD = 4  # bytes of a text's length
 _LITTLE_ENDIAN = b"\0\1\0\0"
+_BETWEEN_WORDS = 5.0
+"""[s] Between two warnings of bytes that are no message, at least."""
 _MOST_FORMS = 256
 """Of a type, for as many lengths of its texts; then all are learnt anew."""
 
@@ -82,19 +84,32 @@ class UnreadableBytes(ThrusterRuntimeError):
 class Listener:
     """A subscription whose callback gets records.
 
+    Bytes that are no such message are passed over, as by rclpy's own subscriptions: what anyone on the network sends
+    does not end a node. To a join they are as a message that was lost.
+
     Attributes:
         subscription: to the topic.
         callback: gets each record.
+        passed_over: how many messages were none of the topic's type.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, callback: Callable[[Any], None], qos: QoSProfile) -> None:
         """Subscribe for `node`."""
         self._read = format_of(kind).read
+        self._say = node.get_logger().warning
         self.callback = callback
+        self.passed_over = 0
         self.subscription: Subscription = node.create_subscription(kind, topic, self._receive, qos, raw=True)
 
     def _receive(self, data: bytes) -> None:
-        self.callback(self._read(data))
+        try:
+            record = self._read(data)
+        except UnreadableBytes as error:
+            self.passed_over += 1
+            told = f"{self.subscription.topic_name}: {error}; passed over, as {self.passed_over} in all"
+            self._say(told, throttle_duration_sec=_BETWEEN_WORDS)
+            return
+        self.callback(record)
 
 
 class RecordPublisher:
@@ -204,14 +219,14 @@ class Format:
             for place, length in texts:
                 if values[place][:_WORD] != length:
                     break
-                values[place] = values[place][_WORD:].decode()
+                values[place] = values[place][_WORD:].decode(errors="replace")  # as rclpy does
             else:
                 break
         else:
             numbers, texts = self._form(data)
             values = list(numbers.unpack_from(data, HEADER_BYTES))
             for place, _ in texts:
-                values[place] = values[place][_WORD:].decode()
+                values[place] = values[place][_WORD:].decode(errors="replace")
         for place, count, stamp in reversed(self._joined):  # from the last on, so that places stay
             found = values[place : place + count]
             values[place : place + count] = [found[0] * NANOSECONDS + found[1] if stamp else tuple(found)]

@@ -7,6 +7,7 @@ from html import escape
 from urllib.parse import quote
 
 from .errors import ReportError
+from .glossary import explained
 from .numbers import format_number, is_number
 
 _MIME = {"yaml": "text/yaml", "json": "application/json", "csv": "text/csv", "html": "text/html"}
@@ -18,10 +19,11 @@ class Paragraph:
 
     text: str
 
-    def render(self) -> str:
-        """Return the text as HTML."""
+    def render(self, told: set[str] | None = None) -> str:
+        """Return the text as HTML; house words are explained but for those that were told already, and join them."""
+        told = set() if told is None else told
         parts = [part.strip() for part in self.text.split("\n\n") if part.strip()]
-        return "".join(f"<p>{escape(part)}</p>" for part in parts)
+        return "".join(f"<p>{explained(part, told)}</p>" for part in parts)
 
 
 @dataclass(frozen=True)

@@ -108,6 +108,7 @@ class Report:
     def html(self) -> str:
         """Return the page."""
         body, tables, figures = [self._render_warnings()], 0, 0
+        told: set[str] = set()  # house words
         for block in self._blocks:
             if isinstance(block, Table):
                 tables += 1
@@ -115,6 +116,8 @@ class Report:
             elif isinstance(block, Figure):
                 figures += 1
                 body.append(block.render(figures))
+            elif isinstance(block, Paragraph):
+                body.append(block.render(told))
             else:
                 body.append(block.render())
         headings = [Heading(text="Warnings", anchor="warnings", level=2)] if self._warnings else []
