@@ -88,20 +88,30 @@ def filtered(
     extra: Array | None = None,
 ) -> Filtered:
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
-    log = _shifted(prepared.log, values)
+    log = _shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra)
 
 
-def _shifted(log: VehicleLog, values: Mapping[Key, float]) -> VehicleLog:
-    """Return a log whose commands act later by what the values say: a mean over a shifted period, exact where held."""
-    late = values.get(("late",), 0.0) / log.period
-    if late == 0.0:
+def _shifted(
+    log: VehicleLog, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect] = ()
+) -> VehicleLog:  # fmt: skip
+    """Return a log whose commands act later by what values and effects of the log say.
+
+    Each is a mean over a shifted period, exact where commands are held.
+    """
+    late = np.full(log.count, values.get(("late",), 0.0))
+    for effect in effects:
+        if effect.id == "log_alignment":
+            late -= effect.sizes["throttle"]
+        elif effect.id == "clock_drift":
+            late += effect.sizes["rate"] * log.period * np.arange(log.count)
+    if not late.any():
         return log
-    u = log.throttles
-    other = np.concatenate((u[:1], u[:-1])) if late > 0.0 else np.concatenate((u[1:], u[-1:]))
-    share = min(abs(late), 1.0)
-    return replace(log, throttles=(1.0 - share) * u + share * other)
+    whole, share = np.divmod(late / log.period, 1.0)
+    row = np.arange(log.count) - whole.astype(int)
+    here, before = (log.throttles[np.clip(at, 0, log.count - 1)] for at in (row, row - 1))
+    return replace(log, throttles=(1.0 - share[:, None]) * here + share[:, None] * before)
 
 
 def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
@@ -203,7 +213,7 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    given, log = log, _shifted(log, values)
+    given, log = log, _shifted(log, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
     gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_first(log))
@@ -223,7 +233,7 @@ def foreseen_deviations(
 
     windows: instants each: where a filter begins anew, from which on nothing corrects it, where it ends.
     """
-    log = _shifted(prepared.log, values)
+    log = _shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
     A, H, there = starting(A, H, log, 0)

@@ -1,7 +1,7 @@
 """What may be wrong: every effect of both libraries on every thruster, pair, axis and sensor that it can act on."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import combinations, permutations
 from typing import Any
 
@@ -122,6 +122,10 @@ _BODY: dict[str, tuple[tuple[str, float, float], ...]] = {
     "reaction_torque": (("share", 0.5, 0.1),),
     "thruster_interaction": (("share", 0.3, 0.1),),
 }  # fmt: skip
+_LOG: dict[str, tuple[tuple[str, float, float], ...]] = {
+    "log_alignment": (("throttle", 0.05, 0.01),),
+    "clock_drift": (("rate", 0.002, 0.0003),),
+}
 _TURNED = (("angle", 0.15, 0.02),)
 _MOVED = (("x", 0.07, 0.01), ("y", 0.07, 0.01), ("z", 0.07, 0.01))
 _CARRIERS = {"payload": "mass", "tether_drag": "length"}
@@ -215,6 +219,9 @@ def _all(model: Model) -> Iterator[Hypothesis]:
         "velocity_delay", "magnetic_disturbance",
     ):  # fmt: skip
         yield _made(effect, _BODY[effect])
+    # commands that are stamped too early act late, which is their delay
+    yield replace(_made("log_alignment", _LOG["log_alignment"]), lower=(0.0,))
+    yield _made("clock_drift", _LOG["clock_drift"])
     for a, b in (("surge", "pitch"), ("sway", "roll"), ("sway", "yaw"), ("heave", "pitch"), ("surge", "heave")):
         translation = sum(x in _AXES[:3] for x in (a, b))
         size = {2: 6.0, 1: 1.5, 0: 0.3}[translation]

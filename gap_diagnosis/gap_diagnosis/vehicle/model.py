@@ -31,7 +31,7 @@ from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Built", "Key", "Model"]
+__all__ = ["GROUPS", "OF_LOG", "Built", "Key", "Model"]
 
 Array = NDArray[np.float64]
 Key = tuple[Any, ...]
@@ -49,6 +49,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """Coefficients of a thruster that move together; thrust is that on the vehicle where a table gives it."""
 _TACH = ("tach_scale", "tach_lag")
+OF_LOG = ("log_alignment", "clock_drift")
+"""Effects of when commands are said to act, not of the vehicle."""
 _VEHICLES = 512
 """Vehicles with changed numbers that are kept: a fit asks for the same ones with other thrusters, run after run."""
 
@@ -149,7 +151,7 @@ class Model:
         changes = tuple((k[1], v) for k, v in values.items() if k[0] == "vehicle" and v)
         body = body_with(self._coefficients(changes), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
-        own = thruster_effects([a for a in active if a.id not in _TACH], N)
+        own = thruster_effects([a for a in active if a.id not in (*_TACH, *OF_LOG)], N)
         settings = VehicleSettings(
             coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial, largest_step=STEP
         )

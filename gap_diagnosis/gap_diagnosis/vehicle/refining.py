@@ -194,8 +194,11 @@ class Problem:
         return np.concatenate((np.ones(len(self.nuisances)), own))
 
     def _held(self, x: Array) -> Array:
-        """Return a point whose sizes are within their ranges."""
+        """Return a point whose sizes are within their ranges, and whose commands act as late as loops and buses do."""
         m, x = len(self.nuisances), x.copy()
+        if ("late",) in self.nuisances:
+            at = list(self.nuisances).index(("late",))
+            x[at] = np.clip(x[at], -rules.LATEST, rules.LATEST)
         lower = [v for h in self.effects for v in h.lower]
         upper = [v for h in self.effects for v in h.upper]
         scale = np.array(self._scale)

@@ -97,5 +97,7 @@ IDLE = 5.0
 """[rad/s] Rotor speed below which a stream, and not the thruster, decides on the flow through it."""
 FLOW_TIME = 0.2
 """[s] In which a flow that is not known changes a thrust: those of measured thrusters follow with 5 to 20 1/s."""
+LATEST = 4.0
+"""Deviations by which commands may act late without an effect: beyond it they are delayed, or stamped wrongly."""
 TIMING = 0.003
 """[s] Deviation of the instant at which commands act from their stamps: a driver's loop, a bus, half a sample."""

@@ -1,9 +1,12 @@
 """From recordings to a verdict: cases of the sealed generator, with few hypotheses so that they are quick."""
 
 import json
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.blind.draws import Draw
@@ -84,3 +87,27 @@ def test_marks_ask_for_effect_and_place() -> None:
     wrong = scored(hidden, "", {"verdict": "effect", "effects": [{**said, "thruster": 3}]})
     assert right["right"] and right["sizes"] == [[0.4, 0.38, 0.03]] and right["wrong_sure"] == 0
     assert not wrong["right"] and wrong["wrong_sure"] == 1 and wrong["thruster"] is False
+
+
+@pytest.mark.parametrize(
+    ("effect", "size", "stamp"),
+    [("log_alignment", 0.08, lambda t: t + 0.08), ("clock_drift", -0.002, lambda t: t * 1.002)],
+)
+def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
+    effect: str, size: float, stamp: Callable[[Any], Any], tmp_path: Path
+) -> None:
+    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
+    model = load_model(draw.vehicle)
+    topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
+    wrong = [
+        replace(topic, stamps=np.round(1e9 * stamp(np.asarray(topic.stamps) / 1e9 - 1.0) + 1e9).astype(np.int64))
+        if topic.name.endswith("throttle")
+        else topic
+        for topic in topics
+    ]
+    log = read_log(write_run(tmp_path / "run", wrong), model.thrusters)
+    tried = (effect, "command_delay", "command_lag", "thrust_loss")
+    found = diagnosed(model, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
+    assert [e["id"] for e in found.content["effects"]] == [effect]
+    first = next(iter(found.content["effects"][0]["parameters"].values()))
+    assert abs(first["value"] - size) < 4.0 * first["std"] + 0.05 * abs(size)
