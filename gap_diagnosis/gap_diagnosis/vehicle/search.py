@@ -91,7 +91,9 @@ def search(
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
     retuned = fit.values
-    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(model, logs, tried)]
+    far = {key[2] for key, moved in zip(free, fit.moved, strict=True) if key[0] == "own" and abs(moved) > rules.SHIFTED}
+    suspected = [h for h in tried if h.effect in WIRING and far & {h.thruster, h.other}]
+    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(model, logs, suspected)]
     if rewired:
         told(f"begins with {', '.join(a.hypothesis.words for a in rewired)}")
         first = prepared(model, logs, {}, [a.active for a in rewired], start=None, rounds=0)
@@ -132,15 +134,17 @@ def search(
     )
 
 
-def _rewired(model: Model, logs: Sequence[VehicleLog], tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+def _rewired(model: Model, logs: Sequence[VehicleLog], wires: Sequence[Hypothesis]) -> list[Hypothesis]:
     """Return the wrong wires with which the believed numbers foresee these recordings far better, one after the other.
 
     Numbers that are fitted with a thruster the wrong way round are no place to look for it from.
     """
     on: list[Hypothesis] = []
+    if not wires:
+        return on
     best = _foreseen(model, logs, on)
     while len(on) < rules.MOST_EFFECTS:
-        others = [[*on, h] for h in tried if h.effect in WIRING and h not in on]
+        others = [[*on, h] for h in wires if h not in on]
         scores = side_by_side(lambda each: _foreseen(model, logs, each), others)
         if not others or max(scores) < best + np.log(rules.CLAIM):
             return on
