@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations
+from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, states_width
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -30,7 +30,7 @@ def run(settings: VehicleSettings, throttles: Array, attitude: Array, gains: Arr
     """Return innovations (K, 13) and states (K, ...) for attitudes told, nothing else."""
     N, steps = settings.count, settings.steps_in(PERIOD)
     told = np.full((K, CHANNELS), np.nan)
-    out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, 19 + 3 * N))]
+    out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, states_width(N)))]
     kernel: Any = innovations
     done = kernel(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,

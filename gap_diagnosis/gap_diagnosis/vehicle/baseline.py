@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from gap_diagnosis.vehicle.filtering import learned_from, prepared
 from gap_diagnosis.vehicle.gains import Noises
+from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances

@@ -1,4 +1,4 @@
-"""Whitened innovations of recordings under any point of the model, and how their noises are learned from them."""
+"""Whitened innovations of recordings under any point of the model."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -13,13 +13,13 @@ from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations
+from rov_sim.vehicle.innovations import innovations, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "filtered", "foreseen_deviations", "initial_state", "learned_from",
-    "log_likelihood", "prepared", "prepared_with", "rotor_decay", "starting", "whitened",
+    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "foreseen_deviations", "initial_state",
+    "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -116,7 +116,12 @@ def _shifted(
 
 def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
     K, N = log.count, log.thrusters
-    out = np.full((K, 13), np.nan), np.full((K, N), np.nan), np.full((K, 2), np.nan), np.full((K, 19 + 3 * N), np.nan)
+    out = (
+        np.full((K, 13), np.nan),
+        np.full((K, N), np.nan),
+        np.full((K, 2), np.nan),
+        np.full((K, states_width(N)), np.nan),
+    )
     steps = built.settings.steps_in(log.period)
     kernel: Any = innovations
     done = kernel(
@@ -133,7 +138,7 @@ def _instant(log: VehicleLog, start: float) -> int:
     return min(round(start / log.period), log.count // 2)
 
 
-def _first(log: VehicleLog) -> int:
+def first_instant(log: VehicleLog) -> int:
     """Return the first instant that counts: later where no sensor tells the velocity at the start."""
     return _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
 
@@ -147,20 +152,18 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
     battery = np.nan_to_num(result.battery / prepared.noises.battery)
     r = np.clip(np.nan_to_num(np.concatenate((body, rotor, battery), axis=1)), -_FARTHEST, _FARTHEST)
     r[~np.isfinite(result.states).all(axis=1)] = _FARTHEST  # a filter that is lost foresees nothing
-    r[: _first(prepared.log)] = 0.0
+    r[: first_instant(prepared.log)] = 0.0
     return r * prepared.weights if prepared.weights.size else r
 
 
 def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]
     q = _filled(log.attitude)
-    nu = np.zeros((log.count, 6)) if states is None else np.nan_to_num(states[:, 7:13])
+    there = states_of(np.zeros((log.count, states_width(log.thrusters))) if states is None else np.nan_to_num(states))
+    nu = there.nu.copy()
     if states is None:
         nu[:, 3:] = np.nan_to_num(log.told[:, 3:6])
-    N, c = log.thrusters, built.settings.coefficients
-    n, v = np.zeros((2, log.count, N))
-    if states is not None:
-        n, v = np.nan_to_num(states[:, 19 : 19 + N]), np.nan_to_num(states[:, 19 + 2 * N :])
-    water = inflow(built.settings.thrusters, c, nu, n, v, log.period)
+    c = built.settings.coefficients
+    water = inflow(built.settings.thrusters, c, nu, there.speeds, there.flows, log.period)
     places = (np.asarray(getattr(model.sensors, s).position) for s in ("imu", "velocity", "depth"))
     A, H = slopes(q, nu, water.slopes, c, *places)
     return A, H, (c.K_t * water.doubts[:, None] ** 2) @ c.K_t.T
@@ -216,7 +219,7 @@ def prepared_with(
     given, log = log, _shifted(log, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
-    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_first(log))
+    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=first_instant(log))
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
@@ -253,157 +256,5 @@ def log_likelihood(prepared: Prepared) -> float:
         return -np.inf
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
-    body = body[_first(prepared.log) :]
+    body = body[first_instant(prepared.log) :]
     return -0.5 * float(np.sum(np.minimum(body**2, rules.MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant
-
-
-def prepared(
-    model: Model,
-    logs: Sequence[VehicleLog],
-    values: Mapping[Key, float],
-    effects: Sequence[ActiveVehicleEffect] = (),
-    start: Noises | None = None,
-    rounds: int = 4,
-) -> list[Prepared]:
-    """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
-
-    The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
-    likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best of all
-    that was tried is kept.
-    """
-    if rounds == 0:
-        noises = start or _first_noises(model, logs)
-        first = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
-        states = [p.base.states if p.base.done else None for p in first]
-        second = _all_prepared(model, logs, noises, values, effects, states)
-        return [_weighted(p if p.base.done else q) for p, q in zip(second, first, strict=True)]
-
-    def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
-        states: list[Array | None] = [None] * len(logs)
-        best: tuple[float, list[Prepared]] | None = None
-        for turn in range(rounds + 1):
-            found = _all_prepared(model, logs, noises, values, effects, states)
-            # a lost one is tried with the slopes of where it got, then with those of a vehicle at rest again
-            states = [p.base.states if p.base.done or s is None else None for p, s in zip(found, states, strict=True)]
-            done = all(p.base.done for p in found)
-            score = sum(log_likelihood(p) for p in found)
-            if best is None or score > best[0]:
-                best = (score, found)
-            # sensors are believed at first: else a filter may learn to do without one of them, and stay there
-            channels = noises.channels
-            if turn > 0 or done:
-                noises = _learned(model, found) if done else _looser(noises)
-            if done and patient and turn < rounds - 1:
-                noises = noises._replace(channels=channels)
-        assert best is not None
-        return best
-
-    if start is None:
-        first = _first_noises(model, logs)
-        ways = [
-            learned(first._replace(time=time), rounds, patient)
-            for time in rules.CORRELATION_TIMES
-            for patient in (False, True)
-        ]
-    else:
-        ways = [learned(start, rounds)]
-        ended = learned_from(ways[0][1])
-        ways += [learned(ended._replace(time=t), rounds // 4) for t in rules.CORRELATION_TIMES if t != start.time]
-    return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
-
-
-def learned_from(found: Sequence[Prepared]) -> Noises:
-    """Return the noises that these logs are prepared with."""
-    return found[0].noises
-
-
-def _all_prepared(
-    model: Model, logs: Sequence[VehicleLog], noises: Noises, values: Mapping[Key, float],
-    effects: Sequence[ActiveVehicleEffect], states: Sequence[Array | None],
-) -> list[Prepared]:  # fmt: skip
-    return [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
-
-
-def _looser(noises: Noises) -> Noises:
-    """Return noises for a filter that has lost the vehicle: less faith in its readings, more room for the wrench."""
-    return noises._replace(wrench=2.0 * noises.wrench, channels=1.5 * noises.channels)
-
-
-def _weighted(prepared: Prepared) -> Prepared:
-    size = np.abs(whitened(prepared, prepared.base))
-    return replace(prepared, weights=np.minimum(rules.MOST_DEVIATIONS / np.maximum(size, 1e-9), 1.0))
-
-
-def _first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
-    def typical(name: str) -> Array:
-        values = np.array([getattr(log, name) for log in logs])
-        found = np.full(values.shape[1], np.nan)
-        for j in np.flatnonzero(np.isfinite(values).any(axis=0)):
-            found[j] = np.nanmedian(values[:, j])
-        return found
-
-    c = model.built({}).settings.coefficients
-    weight = c.mass_matrix.diagonal()
-    wrench = np.concatenate((0.02 * weight[:3], 0.05 * weight[3:]))
-    floor = np.array([1e-4] * 3 + [1e-4] * 3 + [2e-3] * 3 + [1e-3] + [1e-3] * 3)
-    battery = np.fmax(typical("battery_noise"), _battery_floor(logs))
-    return Noises(
-        wrench, 2.0, np.fmax(typical("noise"), floor), np.full(model.thrusters, 0.3),
-        np.fmax(typical("speed_noise"), 0.05), np.where(np.isfinite(battery), battery, 1.0),
-    )  # fmt: skip
-
-
-def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
-    """Return the least deviations of voltage and current (2,): what a thruster draws is known in its form alone."""
-    told = [log.battery[:, 1][np.isfinite(log.battery[:, 1])] for log in logs]
-    drawn = max((float(np.ptp(each)) for each in told if each.size), default=0.0)
-    return np.array([1e-3, max(rules.DRAWN * drawn, 1e-3)])
-
-
-def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
-    """Return the noises that the filters' own estimates speak for."""
-    old = found[0].noises
-    w = np.concatenate(
-        [(np.nan_to_num(p.base.states[:, 13:19]) ** 2 + p.gains.wrench_variance)[_first(p.log) :] for p in found]
-    )
-    least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
-    most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
-    wrench = np.clip(np.sqrt(_trimmed(w)), least, most)
-    left, spread = [], []
-    for p in found:
-        # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it
-        W = p.gains.whitener
-        S_inverse = np.einsum("kji,kjl->kil", W, W)
-        R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
-        far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
-        left.append(far[_first(p.log) :])
-        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[_first(p.log) :])
-    R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
-    channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
-    channels = np.maximum(channels, 0.5 * found[0].noises.channels)
-    e = np.concatenate([p.base.rotor[_first(p.log) :] for p in found])
-    rotor, speed = old.rotor.copy(), old.speed.copy()
-    S = np.concatenate([p.spread[_first(p.log) :] for p in found]) ** 2
-    for i in range(e.shape[1]):
-        if np.isfinite(e[:, i]).sum() > 50:
-            excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
-            rotor[i] = np.sqrt(max(rotor[i] ** 2 + 0.5 * excess, 1e-4))
-    battery, floor = old.battery.copy(), _battery_floor([p.log for p in found])
-    b = np.concatenate([p.base.battery for p in found])
-    for j in range(2):
-        if np.isfinite(b[:, j]).sum() > 20:
-            battery[j] = max(float(np.nanstd(b[:, j])), floor[j])
-    return Noises(wrench, old.time, channels, rotor, speed, battery)
-
-
-def _trimmed(squares: Array) -> Array:
-    """Return means of columns, values beyond 16 times the mean counting as that."""
-    return _mean(np.minimum(squares, 16.0 * _mean(squares)))
-
-
-def _mean(values: Array) -> Array:
-    """Return the means of columns over what is there, NaN where nothing is."""
-    there = np.isfinite(values)
-    count = there.sum(axis=0)
-    total = np.where(there, values, 0.0).sum(axis=0)
-    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import prepared
 from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
+from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances

@@ -107,9 +107,10 @@ class Problem:
         here: Array = np.zeros(len(x))
         made = x
         J: list[NDArray[np.float32]] = []
+        fresh = J
         for _ in range(rules.FIT_STEPS):
-            J, made = self._columns(x, r, columns), x
-            end, J, step, settled = self._along(J, (score, x, r), columns, product)
+            fresh, made = self._columns(x, r, columns), x
+            end, J, step, settled = self._along(fresh, (score, x, r), columns, product)
             if end[0] > best[0]:
                 gained, best, uphill = end[0] - best[0], end, False
                 if settled or gained < _ENOUGH:
@@ -137,7 +138,7 @@ class Problem:
         score, x, r = best
         H, _ = self._normal(J, r, x, product)
         if exact or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
-            J = self._columns(x, r, columns)
+            J = fresh if np.array_equal(x, made) else self._columns(x, r, columns)
             H, _ = self._normal(J, r, x, product)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)

@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import HULL_REACH, Hypothesis
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.innovations import states_of
 from thruster_model.errors import VehicleError
 
 __all__ = ["Screen", "nameless_names"]
@@ -105,8 +106,7 @@ class Screen:
         _, axis, feature = name
 
         def change(k: int) -> Array:
-            base = self.runs[k].base.states
-            wrench = np.zeros((len(base), 6))
+            wrench = np.zeros((self.runs[k].log.count, 6))
             wrench[:, _AXES.index(axis)] = probe * features(self.runs[k], feature)
             result = filtered(self.model, self.runs[k], self.values, self.effects, wrench)
             return whitened(self.runs[k], result) - self.residual(k)
@@ -128,16 +128,16 @@ def nameless_names(model: Model) -> list[Key]:
 
 def features(prepared: Prepared, feature: str) -> Array:
     """Return a feature of the motion over a run (K,), of mean square 1 or less."""
-    states = np.nan_to_num(prepared.base.states)
-    nu = states[:, 7:13]
+    states = states_of(np.nan_to_num(prepared.base.states))
+    nu = states.nu
     if feature.startswith("thrust"):
-        out = states[:, 19 + prepared.log.thrusters + int(feature.split()[1])]
+        out = states.thrusts[:, int(feature.split()[1])]
     elif feature == "time":
-        out = np.linspace(-1.0, 1.0, len(states))
+        out = np.linspace(-1.0, 1.0, len(nu))
     elif feature == "start or end":
-        out = np.linspace(-1.0, 1.0, len(states)) ** 2
+        out = np.linspace(-1.0, 1.0, len(nu)) ** 2
     elif feature == "depth":
-        out = states[:, 2] - np.mean(states[:, 2])
+        out = states.position[:, 2] - np.mean(states.position[:, 2])
     elif feature.endswith("|"):
         a = "uvwpqr".index(feature[0])
         out = nu[:, a] * np.abs(nu[:, a])

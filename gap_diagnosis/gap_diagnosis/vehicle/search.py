@@ -7,9 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, learned_from, log_likelihood, prepared, whitened
+from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
+from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances

@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.filtering import prepared
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
+from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances

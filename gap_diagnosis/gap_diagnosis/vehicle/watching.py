@@ -26,7 +26,7 @@ from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations
+from rov_sim.vehicle.innovations import innovations, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
@@ -86,7 +86,7 @@ class _Branch:
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
             log.lateness, gains, speed_gains, *out,
         )  # fmt: skip
-        self._wrench = self._wrench * keep[-1] + out[3][-1, 13:19] * keep[1]
+        self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
         return bool(done == log.count)
 
 
@@ -172,7 +172,7 @@ class Watch:
             bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *(self._effects(n) for n in self.names)]
             self._branches = [_Branch(self._model, self._values, effects, log) for effects in bank]
         first, noises = self._branches[0], self._noises
-        nu = np.zeros((log.count, 6)) if self._state is None else np.tile(self._state[7:13], (log.count, 1))
+        nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
         rates = log.told[:, 3:6]
         nu[:, 3:] = np.where(np.isfinite(rates), rates, nu[:, 3:])
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
@@ -180,7 +180,7 @@ class Watch:
         N, K_t = log.thrusters, first.body.K_t
         n, v = np.zeros((2, log.count, N))
         if self._state is not None:
-            n, v = n + self._state[19 : 19 + N], v + self._state[19 + 2 * N :]
+            n, v = n + states_of(self._state).speeds, v + states_of(self._state).flows
         own = [s.coefficients for s in self._model.sets]
         water = inflow(own, first.body, nu, n, v, log.period, self._flows)
         A, H = slopes(q, nu, water.slopes, first.body, *places)
@@ -196,7 +196,7 @@ class Watch:
             if ratio <= 0.0:  # a failure that is not believed has not begun yet
                 branch.follow(first)
         B, K = len(self._branches), log.count
-        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, 19 + 3 * N)]
+        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, states_width(N))]
         done = [
             branch.step(log, gains.gains, speed_gains, keep, tuple(each[j] for each in out))
             for j, branch in enumerate(self._branches)

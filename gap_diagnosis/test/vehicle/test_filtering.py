@@ -12,7 +12,8 @@ from gap_diagnosis.vehicle.blind.draws import Draw, drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.filtering import _first_noises, _shifted, at_rest, prepared_with, whitened
+from gap_diagnosis.vehicle.filtering import _shifted, at_rest, prepared_with, whitened
+from gap_diagnosis.vehicle.learning import first_noises
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -67,7 +68,7 @@ def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
         write_run(tmp_path / "run", recorded(draw, model.vehicle, model.sets, model.sensors)[0]), model.thrusters
     )
     size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
-    noises = _first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=CHANNELS)
+    noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=CHANNELS)
     effects = [ActiveVehicleEffect(id=name, sizes=sizes, **place) for name, place, sizes in hidden]
     values = believed_as_it_is(draw, model)
     found = prepared_with(model, log, 0, noises, values, effects)
@@ -86,7 +87,7 @@ def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -
     for run, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
         log = read_log(write_run(tmp_path / f"run_{run}", topics), model.thrusters)
         size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
-        noises = _first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
+        noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
         assert prepared_with(model, log, run, noises, {}).base.done
 
 

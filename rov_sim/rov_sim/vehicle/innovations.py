@@ -10,7 +10,10 @@ of their own each. The equations are the plant's and its sensors', so that every
 Gains do not depend on the state: what another coefficient changes in e is a difference of two runs of this kernel.
 """
 
+from typing import NamedTuple
+
 import numpy as np
+from numpy.typing import NDArray
 
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
@@ -19,13 +22,37 @@ from thruster_model.compilation import compiled
 from thruster_model.equations.attitude import conjugate, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
-__all__ = ["CHANNELS", "CORRECTED", "innovations", "record_width"]
+__all__ = ["CHANNELS", "CORRECTED", "States", "innovations", "record_width", "states_of", "states_width"]
 
 CHANNELS, CORRECTED = 13, 16
 """Channels that correct the body's state, and what they correct."""
 ATTITUDE, GYRO, FORCE, DEPTH, VELOCITY = 0, 3, 6, 9, 10
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _NO_VELOCITY = (0.0, 0.0, 0.0)
+
+
+class States(NamedTuple):
+    """States of the filter after correction: position (3) [m], attitude (4), nu (6), w (6); of N thrusters their rotor
+    speeds [rad/s], thrusts [N] and axial flows [m/s]."""
+
+    position: NDArray[np.float64]
+    attitude: NDArray[np.float64]
+    nu: NDArray[np.float64]
+    wrench: NDArray[np.float64]
+    speeds: NDArray[np.float64]
+    thrusts: NDArray[np.float64]
+    flows: NDArray[np.float64]
+
+
+def states_width(thrusters: int) -> int:
+    """Return the number of columns of `states` in `innovations`."""
+    return 19 + 3 * thrusters
+
+
+def states_of(rows: NDArray[np.float64]) -> States:
+    """Return what rows of `states` hold, (..., 19 + 3 N)."""
+    N = (rows.shape[-1] - 19) // 3
+    return States(*np.split(rows, [3, 7, 13, 19, 19 + N, 19 + 2 * N], axis=-1))
 
 
 @compiled
@@ -44,8 +71,7 @@ def innovations(  # type: ignore[no-untyped-def]
         lateness: (K,), by which the velocity in row k was measured before instant k, in periods.
         gains: (K, 16, 13); speed_gains: (K, N).
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
-        states: (K, 13 + 6 + 3 N): position, attitude, nu, w, rotor speeds, thrusts, axial flows, as they are after
-            correction.
+        states: (K, 19 + 3 N), as `States`.
     """
     K, N = commands.shape
     row = np.empty(record_width_of(N))

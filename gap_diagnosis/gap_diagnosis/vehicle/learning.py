@@ -1,0 +1,174 @@
+"""Noises of recordings, learned from what a filter makes of them by expectation and maximisation."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.gains import Noises
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key, Model
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.innovations import states_of
+
+__all__ = ["first_noises", "learned_from", "prepared"]
+
+Array = NDArray[np.float64]
+
+
+def prepared(
+    model: Model,
+    logs: Sequence[VehicleLog],
+    values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (),
+    start: Noises | None = None,
+    rounds: int = 4,
+) -> list[Prepared]:
+    """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
+
+    The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
+    likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best of all
+    that was tried is kept.
+    """
+    if rounds == 0:
+        noises = start or first_noises(model, logs)
+        first = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
+        states = [p.base.states if p.base.done else None for p in first]
+        second = _all_prepared(model, logs, noises, values, effects, states)
+        return [_weighted(p if p.base.done else q) for p, q in zip(second, first, strict=True)]
+
+    def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
+        states: list[Array | None] = [None] * len(logs)
+        best: tuple[float, list[Prepared]] | None = None
+        for turn in range(rounds + 1):
+            found = _all_prepared(model, logs, noises, values, effects, states)
+            # a lost one is tried with the slopes of where it got, then with those of a vehicle at rest again
+            states = [p.base.states if p.base.done or s is None else None for p, s in zip(found, states, strict=True)]
+            done = all(p.base.done for p in found)
+            score = sum(log_likelihood(p) for p in found)
+            if best is None or score > best[0]:
+                best = (score, found)
+            # sensors are believed at first: else a filter may learn to do without one of them, and stay there
+            channels = noises.channels
+            if turn > 0 or done:
+                noises = _learned(model, found) if done else _looser(noises)
+            if done and patient and turn < rounds - 1:
+                noises = noises._replace(channels=channels)
+        assert best is not None
+        return best
+
+    if start is None:
+        first = first_noises(model, logs)
+        ways = [
+            learned(first._replace(time=time), rounds, patient)
+            for time in rules.CORRELATION_TIMES
+            for patient in (False, True)
+        ]
+    else:
+        ways = [learned(start, rounds)]
+        ended = learned_from(ways[0][1])
+        ways += [learned(ended._replace(time=t), rounds // 4) for t in rules.CORRELATION_TIMES if t != start.time]
+    return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
+
+
+def learned_from(found: Sequence[Prepared]) -> Noises:
+    """Return the noises that these logs are prepared with."""
+    return found[0].noises
+
+
+def _all_prepared(
+    model: Model, logs: Sequence[VehicleLog], noises: Noises, values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect], states: Sequence[Array | None],
+) -> list[Prepared]:  # fmt: skip
+    return [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+
+
+def _looser(noises: Noises) -> Noises:
+    """Return noises for a filter that has lost the vehicle: less faith in its readings, more room for the wrench."""
+    return noises._replace(wrench=2.0 * noises.wrench, channels=1.5 * noises.channels)
+
+
+def _weighted(prepared: Prepared) -> Prepared:
+    size = np.abs(whitened(prepared, prepared.base))
+    return replace(prepared, weights=np.minimum(rules.MOST_DEVIATIONS / np.maximum(size, 1e-9), 1.0))
+
+
+def first_noises(model: Model, logs: Sequence[VehicleLog]) -> Noises:
+    def typical(name: str) -> Array:
+        values = np.array([getattr(log, name) for log in logs])
+        found = np.full(values.shape[1], np.nan)
+        for j in np.flatnonzero(np.isfinite(values).any(axis=0)):
+            found[j] = np.nanmedian(values[:, j])
+        return found
+
+    c = model.built({}).settings.coefficients
+    weight = c.mass_matrix.diagonal()
+    wrench = np.concatenate((0.02 * weight[:3], 0.05 * weight[3:]))
+    floor = np.array([1e-4] * 3 + [1e-4] * 3 + [2e-3] * 3 + [1e-3] + [1e-3] * 3)
+    battery = np.fmax(typical("battery_noise"), _battery_floor(logs))
+    return Noises(
+        wrench, 2.0, np.fmax(typical("noise"), floor), np.full(model.thrusters, 0.3),
+        np.fmax(typical("speed_noise"), 0.05), np.where(np.isfinite(battery), battery, 1.0),
+    )  # fmt: skip
+
+
+def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
+    """Return the least deviations of voltage and current (2,): what a thruster draws is known in its form alone."""
+    told = [log.battery[:, 1][np.isfinite(log.battery[:, 1])] for log in logs]
+    drawn = max((float(np.ptp(each)) for each in told if each.size), default=0.0)
+    return np.array([1e-3, max(rules.DRAWN * drawn, 1e-3)])
+
+
+def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
+    """Return the noises that the filters' own estimates speak for."""
+    old = found[0].noises
+    w = np.concatenate(
+        [
+            (np.nan_to_num(states_of(p.base.states).wrench) ** 2 + p.gains.wrench_variance)[first_instant(p.log) :]
+            for p in found
+        ]
+    )
+    least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
+    most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
+    wrench = np.clip(np.sqrt(_trimmed(w)), least, most)
+    left, spread = [], []
+    for p in found:
+        # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it
+        W = p.gains.whitener
+        S_inverse = np.einsum("kji,kjl->kil", W, W)
+        R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
+        far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
+        left.append(far[first_instant(p.log) :])
+        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[first_instant(p.log) :])
+    R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
+    channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
+    channels = np.maximum(channels, 0.5 * found[0].noises.channels)
+    e = np.concatenate([p.base.rotor[first_instant(p.log) :] for p in found])
+    rotor, speed = old.rotor.copy(), old.speed.copy()
+    S = np.concatenate([p.spread[first_instant(p.log) :] for p in found]) ** 2
+    for i in range(e.shape[1]):
+        if np.isfinite(e[:, i]).sum() > 50:
+            excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
+            rotor[i] = np.sqrt(max(rotor[i] ** 2 + 0.5 * excess, 1e-4))
+    battery, floor = old.battery.copy(), _battery_floor([p.log for p in found])
+    b = np.concatenate([p.base.battery for p in found])
+    for j in range(2):
+        if np.isfinite(b[:, j]).sum() > 20:
+            battery[j] = max(float(np.nanstd(b[:, j])), floor[j])
+    return Noises(wrench, old.time, channels, rotor, speed, battery)
+
+
+def _trimmed(squares: Array) -> Array:
+    """Return means of columns, values beyond 16 times the mean counting as that."""
+    return _mean(np.minimum(squares, 16.0 * _mean(squares)))
+
+
+def _mean(values: Array) -> Array:
+    """Return the means of columns over what is there, NaN where nothing is."""
+    there = np.isfinite(values)
+    count = there.sum(axis=0)
+    total = np.where(there, values, 0.0).sum(axis=0)
+    return np.asarray(np.where(count > 0, total / np.maximum(count, 1), np.nan))
