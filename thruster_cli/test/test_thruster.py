@@ -35,6 +35,15 @@ def test_the_help_of_a_command_is_its_programs_with_options_and_an_example_under
     assert used <= offered, "an example uses an option that is none"
 
 
+@pytest.mark.parametrize("name", [name for name, program in PROGRAMS.items() if program.of_vehicle])
+@pytest.mark.parametrize("vehicle", [("--vehicle", "ngs"), ("--vehicle=ngs",)])
+def test_runs_of_a_vehicle_are_for_the_program_of_vehicles(name, vehicle, tmp_path):
+    assert thruster(name, *vehicle, "--help").stdout.startswith(f"usage: thruster {name} [-h] --vehicle")
+    done = thruster(name, str(tmp_path / "none"), *vehicle)
+    assert done.exit_code == 1
+    assert "none" in done.stderr
+
+
 def test_arguments_and_the_exit_status_are_passed_on(tmp_path):
     file = tmp_path / "mine.yaml"
     assert thruster("new-set", "hl", "--base", "hl_bench", "-o", str(file)).exit_code == 0

@@ -14,18 +14,27 @@ from typer.core import TyperCommand
 
 
 class Program(NamedTuple):
-    """Where a sub-command's `main(arguments, program)` is, and what it is for."""
+    """Where a sub-command's `main(arguments, program)` is, what it is for; where it is for runs of a `--vehicle`."""
 
     module: str
     purpose: str
+    of_vehicle: str = ""
 
 
 PROGRAMS = {
     "import": Program("run_bag.importers.cli_recording", "Make a run of a recording: csv, bags, ArduPilot's logs."),
     "show": Program("run_bag.cli_show", "Draw the channels of a run in one HTML file."),
     "check": Program("gap_diagnosis.cli_check", "Say what runs are good for, before any fit, in seconds."),
-    "fit": Program("thruster_model.cli_fit", "Fit models to runs; write sets and a report."),
-    "diagnose": Program("gap_diagnosis.cli_diagnose", "Say why runs and a simulator's set disagree."),
+    "fit": Program(
+        "thruster_model.cli_fit",
+        "Fit models to runs, a vehicle with --vehicle; write sets.",
+        "gap_diagnosis.vehicle.cli_fit_vehicle",
+    ),
+    "diagnose": Program(
+        "gap_diagnosis.cli_diagnose",
+        "Say why runs and a set disagree, a vehicle's with --vehicle.",
+        "gap_diagnosis.vehicle.cli_diagnose_vehicle",
+    ),
     "compare": Program("gap_diagnosis.cli_compare", "Hold a simulator's own predictions against a recording."),
     "simulate": Program("rov_sim.cli_bench_campaign", "Record what the thruster of a set would do, as runs."),
     "report": Program("run_bag.cli_overview", "Make one page that links the reports and runs of a folder."),
@@ -50,7 +59,10 @@ def _options_of(name: str) -> list[str]:
 
 
 def _call(name: str, arguments: list[str]) -> int:
-    return int(importlib.import_module(PROGRAMS[name].module).main(arguments, program=f"thruster {name}"))
+    program = PROGRAMS[name]
+    vehicle = program.of_vehicle and any(each.split("=")[0] == "--vehicle" for each in arguments)
+    module = importlib.import_module(program.of_vehicle if vehicle else program.module)
+    return int(module.main(arguments, program=f"thruster {name}"))
 
 
 class _PassedOn(TyperCommand):

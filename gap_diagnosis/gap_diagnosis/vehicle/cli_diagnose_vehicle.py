@@ -18,9 +18,9 @@ from thruster_model.vehicle_set_io import available_vehicles
 __all__ = ["main"]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicle") -> int:
     """Diagnose runs of a vehicle; return the exit status."""
-    parser = argparse.ArgumentParser(prog="diagnose_vehicle", description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     sets = ", ".join(available_vehicles())
     parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")

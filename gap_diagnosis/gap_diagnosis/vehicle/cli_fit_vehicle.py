@@ -20,9 +20,9 @@ from thruster_model.vehicle_set_io import available_vehicles
 __all__ = ["main"]
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -> int:
     """Fit a vehicle's numbers to its runs; return the exit status."""
-    parser = argparse.ArgumentParser(prog="fit_vehicle", description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
     sets = ", ".join(available_vehicles())
     parser.add_argument("--vehicle", required=True, help=f"set that is believed within its deviations: {sets} or YAML")

@@ -70,13 +70,14 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     small = tuple(a for a in last.accepted if not worth_claiming(a))
     best = found.left[0][0] if found.left else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
-    nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS] or _in_calm_water(found)
+    nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
+    hidden = [] if nameless else _in_calm_water(found)
     total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
     top = last.nameless[0][0] if last.nameless else -np.inf
     p_unknown = float(1.0 / (1.0 + np.exp(np.clip(total - top, -500.0, 500.0))))
     rough = _rough(last)
-    if rough:
-        p_unknown = max(p_unknown, 0.9)
+    if rough or hidden:
+        p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
     shifted = _shifted(found)
     if (
         all(log.duration < rules.LEAST_TIME for log in logs)
