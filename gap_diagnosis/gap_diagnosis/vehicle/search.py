@@ -90,17 +90,10 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    retuned = fit.values
-    far = {key[2] for key, moved in zip(free, fit.moved, strict=True) if key[0] == "own" and abs(moved) > rules.SHIFTED}
-    suspected = [h for h in tried if h.effect in WIRING and far & {h.thruster, h.other}]
-    rewired = [Refined(hypothesis=h, sizes=(), deviations=()) for h in _rewired(model, logs, suspected)]
-    if rewired:
-        told(f"begins with {', '.join(a.hypothesis.words for a in rewired)}")
-        first = prepared(model, logs, {}, [a.active for a in rewired], start=None, rounds=0)
-        other = settled(model, logs, free, first, rewired, {}, anew=True)
-        if _likelihood(*other) > _likelihood(runs, fit) + np.log(rules.CLAIM):
-            runs, fit = other
+    retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
+    runs, fit = _rewired(model, logs, free, tried, retuned)
+    if fit.effects:
+        told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
     stages: list[Stage] = []
     rivals: list[tuple[tuple[float, Refined], ...]] = [() for _ in fit.effects]
     left: tuple[tuple[float, Refined], ...] = ()
@@ -127,7 +120,7 @@ def search(
     return Found(
         stages=tuple(stages),
         calm=calm,
-        retuned=retuned,
+        retuned=retuned[1].values,
         rivals=tuple(rivals),
         left=left,
         nuisances=free,
@@ -135,23 +128,35 @@ def search(
     )
 
 
-def _rewired(model: Model, logs: Sequence[VehicleLog], wires: Sequence[Hypothesis]) -> list[Hypothesis]:
-    """Return the wrong wires with which the believed numbers foresee these recordings far better, one after the other.
+def _rewired(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
+    retuned: tuple[list[Prepared], Fit],
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit with the wrong wires without which they are far less likely; without any: `retuned`.
 
-    Numbers that are fitted with a thruster the wrong way round are no place to look for it from.
+    Numbers that are fitted with a thruster the wrong way round are no place to look for it from. So the believed ones
+    are asked, where a thruster's own numbers have moved far.
     """
+    far = {
+        k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
+    }
+    wires = [h for h in tried if h.effect in WIRING and far & {h.thruster, h.other}]
     on: list[Hypothesis] = []
-    if not wires:
-        return on
-    best = _foreseen(model, logs, on)
-    while len(on) < rules.MOST_EFFECTS:
+    best = _foreseen(model, logs, on) if wires else 0.0
+    while wires and len(on) < rules.MOST_EFFECTS:
         others = [[*on, h] for h in wires if h not in on]
         scores = side_by_side(lambda each: _foreseen(model, logs, each), others)
         if not others or max(scores) < best + np.log(rules.CLAIM):
-            return on
+            break
         best = max(scores)
         on = others[scores.index(best)]
-    return on
+    if not on:
+        return retuned
+    first = prepared(model, logs, {}, [h.active(()) for h in on], start=None, rounds=0)
+    found = settled(
+        model, logs, free, first, [Refined(hypothesis=h, sizes=(), deviations=()) for h in on], {}, anew=True
+    )
+    return found if _likelihood(*found) > _likelihood(*retuned) + np.log(rules.CLAIM) else retuned
 
 
 def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Hypothesis]) -> float:
