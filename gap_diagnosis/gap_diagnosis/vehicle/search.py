@@ -54,13 +54,21 @@ class Stage:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Found:
-    """All stages, the last one to be believed; calm: the same in calm water, None where it is; retuned: numbers
-    without any effect; rivals of each accepted effect with log odds against it; left: what was
-    fitted in the last stage and not accepted, with log odds against nothing more, best first."""
+    """What was found.
+
+    Attributes:
+        stages: all, the last one to be believed; calm: the last one in calm water, None where it is calm.
+        retuned: numbers without any effect.
+        odds: log posterior odds with which each effect was accepted.
+        rivals: of each accepted effect, with log odds against it.
+        left: what was fitted in the last stage and not accepted, with log odds against nothing more, best first.
+        nuisances: deviations by key; tried: all hypotheses.
+    """
 
     stages: tuple[Stage, ...]
     calm: Stage | None
     retuned: Mapping[Key, float]
+    odds: tuple[float, ...]
     rivals: tuple[tuple[tuple[float, Refined], ...], ...]
     left: tuple[tuple[float, Refined], ...]
     nuisances: dict[Key, float]
@@ -96,6 +104,7 @@ def search(
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
     stages: list[Stage] = []
     rivals: list[tuple[tuple[float, Refined], ...]] = [() for _ in fit.effects]
+    odds = [np.inf for _ in fit.effects]
     left: tuple[tuple[float, Refined], ...] = ()
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = _stage(model, runs, fit, free, tried)
@@ -110,7 +119,8 @@ def search(
         told(f"{depth} effects: fitted {left[0][0]:.1f} {left[0][1].hypothesis.words} {left[0][1].sizes}")
         if candidates[0][0] < np.log(rules.CLAIM):
             break
-        rivals.append(tuple((odds - left[0][0], each) for odds, each in left[1:]))
+        odds.append(left[0][0])
+        rivals.append(tuple((o - odds[-1], each) for o, each in left[1:]))
         accepted, values = candidates[0][1].effects, candidates[0][1].values
         runs = prepared(
             model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
@@ -121,6 +131,7 @@ def search(
         stages=tuple(stages),
         calm=calm,
         retuned=retuned[1].values,
+        odds=tuple(odds),
         rivals=tuple(rivals),
         left=left,
         nuisances=free,

@@ -65,8 +65,8 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     wrench = np.asarray(last.screen.runs[0].noises.wrench)
     begun = len(last.accepted) + 1 - len(found.stages)  # effects with which the search began
     where: list[Stage | None] = [*([None] * begun), *found.stages[:-1]]
-    accepted = zip(last.accepted, found.rivals, where, strict=True)
-    claims = tuple(_claim(a, r, stage) for a, r, stage in accepted if worth_claiming(a))
+    accepted = zip(last.accepted, found.odds, found.rivals, where, strict=True)
+    claims = tuple(_claim(a, o, r, stage) for a, o, r, stage in accepted if worth_claiming(a))
     small = tuple(a for a in last.accepted if not worth_claiming(a))
     best = found.left[0][0] if found.left else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
@@ -133,11 +133,14 @@ def _in_calm_water(found: Found) -> list[tuple[float, Key]]:
     return [(gain - behind, key) for gain, key in found.calm.nameless if gain > rules.NAMELESS + max(behind, 0.0)]
 
 
-def _claim(accepted: Refined, rivals: Sequence[tuple[float, Refined]], stage: Stage | None) -> Claim:
-    """Return a claim; stage: where it was accepted, None where nothing else was tried there."""
+def _claim(
+    accepted: Refined, odds: float, rivals: Sequence[tuple[float, Refined]], stage: Stage | None
+) -> Claim:  # fmt: skip
+    """Return a claim; stage: where it was accepted with these odds, None where nothing else was tried there."""
     h = accepted.hypothesis
-    own = max((odds for odds, offered in stage.offered if offered == h), default=0.0) if stage else 0.0
-    beside = [(odds - own, key) for key, odds in stage.odds.items()] if stage else []
+    # a fit may gain more than its first order foresaw
+    own = max([odds, *(o for o, offered in stage.offered if offered == h)]) if stage else odds
+    beside = [(o - own, key) for key, o in stage.odds.items()] if stage else []
     weights = np.exp(np.clip([o for o, _ in (*rivals, *beside)], -50.0, 0.0))
     probability = float(1.0 / (1.0 + weights.sum()))
     found = [
