@@ -15,8 +15,8 @@ PAGES = [
     *sorted((ROOT / "docs").glob("*.md")),
     *ROOT.glob("[!.]*/README.md"),
 ]
-GENERATED = {"models.md", "vehicles.md"}
-"""Reference pages that commands print: as long as there are models and vehicles."""
+GENERATED = {"commands.md", "models.md", "vehicles.md"}
+"""Reference pages that commands print: as long as there are commands, models and vehicles."""
 WORDS, WORDS_IN_A_CLAUSE, LINES = 20.5, 45, 150
 """Of a sentence on a page's average, of any clause, and of a page."""
 LONGEST = 1800.0

@@ -261,7 +261,8 @@ def test_the_unit_of_a_time_is_that_of_its_name_or_its_steps_and_else_asked_abou
     for header, times, unit in [
         ("t", at, "s"), ("t", 1e3 * at, "ms"), ("t", 1e6 * at, "us"), ("t", 1e9 * at, "ns"),
         ("t", 1.7e12 + 1e3 * at, "ms"),
-        ("time_ms", at, "ms"), ("time [ms]", at, "ms"), ("time_s", 100 * at, "s"), ("t", 50 * at, "'?'"),
+        ("time_ms", at, "ms"), ("t_ms", at, "ms"), ("t_s", 100 * at, "s"),
+        ("time [ms]", at, "ms"), ("time_s", 100 * at, "s"), ("t", 50 * at, "'?'"),
         ("timestamp", 5e4 * at, "'?'"), ("stamp", 1.7e9 + 50 * at, "s"),
     ]:  # fmt: skip
         told = guessed(tmp_path, capsys, f"{header},rpm", 300 * SWEEP, times)

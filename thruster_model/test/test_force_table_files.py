@@ -1,6 +1,7 @@
 """Makers' files, our own file and the command line."""
 
 import csv
+import warnings
 
 import numpy as np
 import openpyxl
@@ -162,6 +163,27 @@ def test_a_sheet_without_a_voltage_in_its_name_is_refused(tmp_path):
         read_force_table(path, read_column_map(written(tmp_path, supply=BY_SHEET, sheets="ten")))
 
 
+def test_a_name_of_a_sheet_or_file_that_is_longer_than_any_is_refused(maker, tmp_path):
+    columns = read_column_map(written(tmp_path, supply=BY_SHEET))
+    text = ",".join(HEADINGS) + "\n" + "".join(",".join(map(str, row)) + "\n" for row in rows(12))
+    for length, refused in [(100, False), (101, True)]:
+        path = tmp_path / f"{'x' * (length - 4)}12 V.csv"
+        path.write_text(text, "utf-8")
+        if not refused:
+            assert read_force_table(path, columns).supply.tolist() == [12.0]
+            continue
+        with pytest.raises(ForceTableError, match="expected a name of at most 100 characters; found 101"):
+            read_force_table(path, columns)
+        assert read_force_table(path, read_column_map(written(tmp_path))).supply.tolist() == [12.0]
+    book = openpyxl.load_workbook(maker)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that other programs may not read it
+        book["10 V"].title = "1" * 40 + " V"
+        book.save(maker)
+    with pytest.raises(ForceTableError, match="expected a name of at most 31 characters; found 42"):
+        read_force_table(maker, columns)
+
+
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
@@ -169,6 +191,8 @@ def test_a_sheet_without_a_voltage_in_its_name_is_refused(tmp_path):
         ({"thrust": {}}, "key 'thrust': unknown; known are name, source"),
         ({"name": 3}, "key 'name': expected a text; found 3"),
         ({"sheets": "["}, "key 'sheets': expected a regular expression; found '['"),
+        ({"sheets": "([0-9]+)+ V"}, "found '([0-9]+)+ V': it repeats so much that a name may take minutes"),
+        ({"supply": {"sheet": "([0-9]*)*V", "unit": "V"}}, "key 'supply.sheet': expected a regular expression; found"),
         ({"power": "P"}, "key 'power': expected column and unit; found 'P'"),
         ({"power": {"column": "P", "unit": "W", "signed": False}}, "key 'power.signed': unknown"),
         ({"power": {"unit": "W"}}, "key 'power': expected column; found none"),

@@ -63,7 +63,8 @@ def _parser(program: str) -> argparse.ArgumentParser:
         "--reference", metavar="SET", help="parameter set to compare with (default: where the fit started)"
     )
     parser.add_argument("--out", type=Path, required=True, help="new or empty folder for the results")
-    parser.add_argument("--method", default="least-squares", choices=("least-squares", "nelder-mead"))
+    method = "how the least sum of squares is sought (default %(default)s)"
+    parser.add_argument("--method", default="least-squares", choices=("least-squares", "nelder-mead"), help=method)
     stages = "joint: all at once after the stages; thesis: the stages alone"
     parser.add_argument("--stages", default="joint", choices=("joint", "thesis"), help=stages)
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs to predict only")

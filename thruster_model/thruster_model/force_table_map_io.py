@@ -8,19 +8,20 @@ supply: {column: Voltage (V), unit: V}                    or {sheet: "([0-9.]+) 
 force: {column: Force (Kg f), unit: N, scale: 9.80665, zero_up_to: 0.0}
 speed: {column: RPM, unit: rad/s, scale: 0.104719755, signed: false}           optional, as are current and power
 
+Patterns are regular expressions, with four repetitions at most and none inside another.
 value = scale * cell, in `unit` (scale defaults to 1). A csv has one sheet, called as the file without its ending.
 Forces of at most `zero_up_to` [N, default 0] are zero: the noise of a scale at rest. `signed: false`: the column holds
 the magnitude; it gets the sign of command - stop.
 """
 
 import math
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from safe_files.yaml_io import yaml_mapping
+from thruster_model.bounded_pattern import bounded
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES
 
@@ -144,8 +145,8 @@ def _number(entries: Mapping[str, Any], name: str, key: str, problems: list[str]
 
 def _pattern(key: str, text: Any, groups: int, problems: list[str]) -> None:
     try:
-        found = re.compile(text).groups if isinstance(text, str) else None
-    except re.error as error:
+        found = bounded(text).groups if isinstance(text, str) else None
+    except ValueError as error:
         problems.append(f"key '{key}': expected a regular expression; found {text!r}: {error}")
         return
     if found is None or found < groups:

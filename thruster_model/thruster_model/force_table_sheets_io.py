@@ -3,6 +3,7 @@
 import csv
 import math
 import re
+import sys
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Sequence
@@ -12,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from thruster_model.bounded_pattern import LONGEST_FILE, LONGEST_NAME
 from thruster_model.errors import ForceTableError
 from thruster_model.force_table import QUANTITIES, ForceTable
 from thruster_model.force_table_map_io import ColumnMap, MappedColumn
@@ -46,9 +48,10 @@ def read_force_table(path: Path, columns: ColumnMap) -> ForceTable:
         ForceTableError: all that is wrong, with sheet and row.
     """
     sheets = read_sheets(path)
-    chosen = [sheet for sheet in sheets if re.fullmatch(columns.sheets, sheet.name)]
-    if path.suffix.lower() != ".xlsx":
-        chosen = sheets  # its name is the file's, which the maker's names of sheets do not bind
+    _refuse_long_names(path, sheets, columns)
+    chosen = sheets
+    if path.suffix.lower() == ".xlsx":  # else its name is the file's, which the maker's names of sheets do not bind
+        chosen = [sheet for sheet in sheets if re.fullmatch(columns.sheets, sheet.name)]
     if not chosen:
         found = ", ".join(repr(sheet.name) for sheet in sheets) or "none"
         raise ForceTableError(str(path), [f"expected sheets named as {columns.sheets!r}; found {found}"])
@@ -79,6 +82,19 @@ def read_force_table(path: Path, columns: ColumnMap) -> ForceTable:
         **tables, supply=supply, command=command, command_unit=columns.command_unit, stop=columns.stop,
         name=columns.name, source=f"{columns.source}; {path.name}", origin=str(path),
     )  # fmt: skip
+
+
+def _refuse_long_names(path: Path, sheets: Sequence[Sheet], columns: ColumnMap) -> None:
+    """Refuse names in which a pattern of the map would be looked for too long."""
+    most = LONGEST_NAME
+    if path.suffix.lower() != ".xlsx":
+        most = LONGEST_FILE if any(c.sheet for c in columns.columns) else sys.maxsize
+    problems = _Problems(
+        f"sheet '{s.name[:most]}...': expected a name of at most {most} characters; found {len(s.name)}"
+        for s in sheets
+        if len(s.name) > most
+    )
+    problems.raise_if_any(path)
 
 
 def _values(sheet: Sheet, columns: ColumnMap, problems: list[str]) -> Iterator[tuple[int, dict[str, float]]]:

@@ -45,7 +45,7 @@ _RULES = (
     _Rule("thruster_{i}/state.supply_voltage", r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage", ""),
     _Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?", ""),
 )  # fmt: skip
-_TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|time_?(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
+_TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|(t_|time_?)(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
 _SUFFIX = re.compile(r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_s|rads|deg_s|hz|pct|percent)$", re.IGNORECASE)
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
