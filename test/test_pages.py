@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+from run_bag import read_run
+from thruster_model.parameter_set_io import load_parameter_set
+
 ROOT = Path(__file__).resolve().parents[1]
 PAGES = [
     ROOT / "README.md",
@@ -50,6 +53,38 @@ def test_the_page_of_a_t200_runs_as_printed_and_finds_what_its_recording_hides(t
         assert effect["parameters"]["time"]["value"] == pytest.approx(0.15, abs=0.01)
     overview = (tmp_path / "t200/overview.html").read_text("utf-8")
     assert "./diagnosis/report.html" in overview and "t200" in overview
+
+
+SLOW = ("thruster check", "thruster fit", "thruster diagnose", "thruster report")
+
+
+def test_the_page_of_an_own_csv_makes_runs_and_a_set_of_it_as_printed(tmp_path: Path) -> None:
+    page = ROOT / "docs/own_csv.md"
+    lines = [line for line in commands(page).splitlines()[1:] if not line.startswith(SLOW)]
+    ran("\n".join(lines), tmp_path)
+    proposed = (tmp_path / "own/map.yaml").read_text("utf-8").replace("unit: rad/s", "unit: '?'")
+    shown = re.search(r"^```yaml\n(.*?)^```", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    assert shown is not None
+    assert shown[1].splitlines() == [line.partition("   #")[0] for line in proposed.splitlines()[1:]]
+    parameters = load_parameter_set(str(tmp_path / "own/mine.yaml")).values
+    assert parameters == load_parameter_set("simplified").values, "all that it names is still behind a #"
+    for number in (1, 2):
+        run = read_run(tmp_path / f"own/runs/log_{number}")
+        assert 4.0 < run["thruster_0/throttle.commanded"].values.max() < 5.0
+        assert 150.0 < run["thruster_0/state.n"].values.max() < 250.0
+
+
+@pytest.mark.long
+def test_the_page_of_an_own_csv_runs_as_printed_and_finds_what_its_logs_hide(tmp_path: Path) -> None:
+    said = ran(commands(ROOT / "docs/own_csv.md").replace(". scripts/env.sh\n", ""), tmp_path)
+    assert "parameters that a fit would determine: c_u1, c_u2, delta_u1, delta_u2, k_n, each by itself" in said
+    assert "usable" in said
+    found = json.loads((tmp_path / "own/diagnosis/diagnosis.json").read_text("utf-8"))
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["id"]) == ("effect", "coulomb_friction")
+    assert effect["parameters"]["deceleration"]["value"] == pytest.approx(150.0, abs=9.0)  # three deviations
+    overview = (tmp_path / "own/overview.html").read_text("utf-8")
+    assert "./diagnosis/report.html" in overview and "./fit/report.html" in overview
 
 
 @pytest.mark.long
