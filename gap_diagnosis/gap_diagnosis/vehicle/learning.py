@@ -35,10 +35,10 @@ def prepared(
     """
     if rounds == 0:
         noises = start or first_noises(model, logs)
-        first = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
-        states = [p.base.states if p.base.done else None for p in first]
-        second = _all_prepared(model, logs, noises, values, effects, states)
-        return [_weighted(p if p.base.done else q) for p, q in zip(second, first, strict=True)]
+        at_rest = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
+        states = [p.base.states if p.base.done else None for p in at_rest]
+        moving = _all_prepared(model, logs, noises, values, effects, states)
+        return [_weighted(p if p.base.done else q) for p, q in zip(moving, at_rest, strict=True)]
 
     def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
         states: list[Array | None] = [None] * len(logs)
