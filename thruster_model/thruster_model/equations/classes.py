@@ -8,6 +8,7 @@ from collections import namedtuple
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
 from numba.extending import overload
 
 from thruster_model.compilation import equation
@@ -100,20 +101,18 @@ def _four_quadrant_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
 
 
 @equation
-def _node_below(u, p):  # type: ignore[no-untyped-def]
-    """Return (index of the node below u, share of the way to the next): beyond the table, its end nodes hold."""
-    k = 0
-    while k < p.table.shape[1] - 2 and u > p.table[0, k + 1]:
-        k += 1
-    share = (u - p.table[0, k]) / (p.table[0, k + 1] - p.table[0, k])
-    return k, min(max(share, 0.0), 1.0)
+def _at_node(u, row, table):  # type: ignore[no-untyped-def]
+    """Return a row of the table at the throttle u, linear between nodes; beyond the table its end nodes hold."""
+    value = table[row, 0] + 0.0 * u
+    for k in range(table.shape[1] - 1):
+        share = (u - table[0, k]) / (table[0, k + 1] - table[0, k])
+        value = value + np.minimum(np.maximum(share, 0.0), 1.0) * (table[row, k + 1] - table[row, k])
+    return value
 
 
 @equation
 def _table_loads(n, v, u, supply, p):  # type: ignore[no-untyped-def]
-    k, share = _node_below(u, p)
-    force = p.table[2, k] + share * (p.table[2, k + 1] - p.table[2, k])
-    return force, p.table[3, k] + share * (p.table[3, k + 1] - p.table[3, k])
+    return _at_node(u, 2, p.table), _at_node(u, 3, p.table)
 
 
 @equation
@@ -137,8 +136,7 @@ def _static_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
 
 @equation
 def _table_speed(n, drive, u, p):  # type: ignore[no-untyped-def]
-    k, share = _node_below(u, p)
-    return p.table[1, k] + share * (p.table[1, k + 1] - p.table[1, k])
+    return _at_node(u, 1, p.table)
 
 
 @equation
