@@ -58,7 +58,8 @@ def repeated_samples(values: Array) -> Mask:
     """Return which samples repeat the one before them though a noisy sensor would not, shape (M,).
 
     Stretches of zeros and long constant stretches are the sensor's, not the log's. Where values lie on a lattice,
-    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat.
+    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat. On a fine
+    lattice, which rounding to decimals may have blurred, chance gives the value before last as often again.
     """
     same = np.zeros(values.size, dtype=bool)
     same[1:] = (values[1:] == values[:-1]) & (values[1:] != 0.0)
@@ -67,13 +68,12 @@ def repeated_samples(values: Array) -> Mask:
         if last - first > LONGEST_REPEAT:
             same[first:last] = False
     share = float(np.mean(same))
+    chance = float(np.mean((values[2:] == values[:-2]) & (values[2:] != values[1:-1]) & (values[2:] != 0.0)))
     step = lattice_step(values[~same])
     if step > 0.0:
         noise = noise_level(values)
-        chance = 1.0 if not noise > 0.0 else min(1.0, step / (2.0 * np.sqrt(np.pi) * noise))
-        if share < 3.0 * chance:
-            return np.zeros(values.size, dtype=bool)
-    return same if share >= 0.003 else np.zeros(values.size, dtype=bool)
+        chance = max(chance, 1.0 if not noise > 0.0 else min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)))
+    return same if share >= max(0.003, 3.0 * chance) else np.zeros(values.size, dtype=bool)
 
 
 def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:

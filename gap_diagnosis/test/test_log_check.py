@@ -34,6 +34,14 @@ def test_readings_of_a_coarse_converter_are_no_repeats():
     assert not repeated_samples(5.0 * np.round(NOISY / 5.0)).any()
 
 
+@pytest.mark.parametrize("decimals", [3, 4])
+def test_readings_of_a_fine_converter_written_with_few_decimals_are_no_repeats(decimals):
+    speed = 40.0 * np.sin(np.arange(4000) / 100.0) + 0.8 * RNG.standard_normal(4000)
+    readings = np.round(np.round(speed / (np.pi / 60.0)) * (np.pi / 60.0), decimals)
+    assert np.mean(readings[1:] == readings[:-1]) > 0.01
+    assert not repeated_samples(readings).any()
+
+
 def test_repeated_samples_are_marked_one_by_one():
     kept = RNG.random(800) >= 0.2
     kept[0] = True
