@@ -6,9 +6,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numba
+import numpy as np
 import pytest
 
 from thruster_model import compilation
+from thruster_model.compilation import borrowed
 from thruster_model.equations.thruster import input_map
 
 
@@ -131,3 +134,23 @@ def test_a_second_process_finds_the_kernel_compiled(tmp_path):
         for _ in range(2)
     ]
     assert [h.stdout.strip() for h in hits] == ["0", "1"]
+
+
+@numba.njit
+def _summed(numbers, rows):
+    first, (second, share) = borrowed((numbers, rows))
+    total = 0.0
+    for i in range(second.shape[0]):
+        row = second[i]
+        row[0] += 1.0
+        total += share * row[1] + first[i]
+    return total
+
+
+def test_borrowed_arrays_are_the_callers_and_stay_his():
+    numbers, rows = np.arange(3.0), np.ones((3, 2))
+    before = sys.getrefcount(numbers), sys.getrefcount(rows)
+    for _ in range(3):
+        assert _summed(numbers, (rows, 0.5)) == 4.5 == _summed.py_func(numbers, (rows, 0.5))
+    assert np.array_equal(rows[:, 0], [7.0, 7.0, 7.0])
+    assert (sys.getrefcount(numbers), sys.getrefcount(rows)) == before

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from thruster_model.acting_throttle import followed
-from thruster_model.compilation import compiled, inlined
+from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.effects.chains import (
     SENSED,
     Outputs,
@@ -181,6 +181,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
         out: (6, M), the rows of `ROWS`.
         at: column.
     """
+    commands, p, gates, supplies, memory, out = borrowed((commands, p, gates, supplies, memory, out))
     step = dt / substeps
     rate, lag = ramp_limit(p.u_dot_max, e), lag_time(0.0, e)
     water = memory.water

@@ -18,7 +18,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.screening import Screen
-from gap_diagnosis.vehicle.search import settled
+from gap_diagnosis.vehicle.settling import settled
 
 __all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle"]
 

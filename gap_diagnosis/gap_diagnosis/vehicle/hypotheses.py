@@ -27,6 +27,7 @@ class Hypothesis:
         fixed: the other parameters.
         carrier: parameter that the later ones multiply (a mass at a place), or "".
         switch: whether it is either on or off.
+        grid: sizes to fit from where the neutral one is infinite; it is then screened at its probe alone.
     """
 
     effect: str
@@ -43,6 +44,7 @@ class Hypothesis:
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
     carrier: str = ""
     switch: bool = False
+    grid: tuple[float, ...] = ()
 
     @property
     def place(self) -> tuple[Any, ...]:
@@ -98,8 +100,7 @@ _OWN: dict[str, tuple[tuple[str, float, float], ...]] = {
     "tach_lag": (("time", 0.2, 0.05),),
 }  # fmt: skip
 _NEEDS_SPEED = ("tach_scale", "tach_lag")
-_FROM_ABOVE = ("throttle_rate_limit", "throttle_saturation")
-"""Their neutral size is infinite: they are tried at one size and fitted from there."""
+_GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturation": (4.0, 3.0, 2.5, 2.0, 1.5, 1.0)}
 _BODY: dict[str, tuple[tuple[str, float, float], ...]] = {
     "added_mass": (("share", 0.4, 0.05),),
     "linear_drag": (("share", 0.5, 0.1),),
@@ -158,6 +159,7 @@ def _made(effect: str, entries: tuple[tuple[str, float, float], ...], **target: 
         upper=tuple(known[n].upper for n, _, _ in entries),
         fixed=_FIXED.get(effect, {}),
         carrier=_CARRIERS.get(effect, ""),
+        grid=_GRIDS.get(effect, ()),
         **target,
     )
 
@@ -191,7 +193,7 @@ def _all(model: Model) -> Iterator[Hypothesis]:
         if effect in ("quadratic_flow_loss", "axial_flow_loss", "flow_lag", "flow_reversal_loss") and not flows:
             continue
         for i in (None, *range(N)):
-            if effect in ("throttle_rate_limit", "throttle_saturation", "tach_scale", "tach_lag") and i is None:
+            if effect in (*_GRIDS, *_NEEDS_SPEED) and i is None:
                 continue
             yield _made(effect, entries, thruster=i)
     for i in range(N):

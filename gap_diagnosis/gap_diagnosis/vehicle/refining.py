@@ -27,7 +27,6 @@ from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 __all__ = ["Fit", "Problem", "Refined"]
 
 Array = NDArray[np.float64]
-_GRIDS = {"throttle_rate_limit": (40.0, 20.0, 10.0, 5.0, 2.5), "throttle_saturation": (4.0, 3.0, 2.5, 2.0, 1.5, 1.0)}
 _SHARES = (0.5, 0.2, 0.05)
 _ENOUGH = 0.1
 """Gain in log likelihood below which a step is the last one along its columns."""
@@ -182,8 +181,7 @@ class Problem:
 
     def grid_start(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
         """Return where the last effect's size begins that has no finite neutral value; the others' sizes are given."""
-        grid = _GRIDS[self.effects[-1].effect]
-        return max(((s,) for s in grid), key=lambda s: self.score(moved, [*sizes, s]))
+        return max(((s,) for s in self.effects[-1].grid), key=lambda s: self.score(moved, [*sizes, s]))
 
     @property
     def _scale(self) -> list[float]:
@@ -191,7 +189,7 @@ class Problem:
 
     @property
     def _weight(self) -> Array:
-        own = [0.0 if h.effect in _GRIDS else 1.0 for h in self.effects for _ in h.scale]
+        own = [0.0 if h.grid else 1.0 for h in self.effects for _ in h.scale]
         return np.concatenate((np.ones(len(self.nuisances)), own))
 
     def _held(self, x: Array) -> Array:

@@ -73,7 +73,7 @@ class Screen:
             return [Column((h, "on"), 0.0, lambda k: self._changed(k, h, ()))]
         if h.carrier:
             return self._carried(h)
-        if h.effect in ("throttle_rate_limit", "throttle_saturation"):
+        if h.grid:
             return [Column((h, h.parameters[0]), 1.0, lambda k: self._changed(k, h, h.probe))]
         return [Column((h, name), 1.0, self._probe(h, j)) for j, name in enumerate(h.parameters)]
 

@@ -1,55 +1,29 @@
-"""Which effects, and how sure: from screening over fits to a posterior over sets of effects, none and the nameless."""
+"""Which effects, and how sure: one after the other, until the next one is not worth its odds."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
-from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
+from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
-from gap_diagnosis.vehicle.screening import Screen, nameless_names
+from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.settling import likelihood, settled
 from gap_diagnosis.vehicle.side_by_side import side_by_side
+from gap_diagnosis.vehicle.stage import Stage, log_prior, stage_at
 from rov_sim.vehicle.innovations import CHANNELS
 
-__all__ = ["Found", "Stage", "search", "settled"]
+__all__ = ["Found", "search"]
 
 Array = NDArray[np.float64]
-_NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Stage:
-    """What is known with a number of effects accepted.
-
-    Attributes:
-        fit: of what is on; screen, gram: at its point; moved: of the nuisances there, in deviations.
-        accepted: effects that are on, in order.
-        offered: hypotheses by their log posterior odds against nothing more, to first order, best first.
-        nameless: nameless dependences by their gain in log evidence, as it counts (`tempered`), best first.
-        odds: log posterior odds of each of them against nothing more, to first order, as those of `offered`.
-    """
-
-    fit: Fit
-    screen: Screen
-    gram: Gram
-    moved: Array
-    accepted: tuple[Refined, ...]
-    offered: tuple[tuple[float, Hypothesis], ...]
-    nameless: tuple[tuple[float, Key], ...]
-    odds: dict[Key, float]
-
-    @property
-    def log_evidence(self) -> float:
-        """Of the recordings with what is on, comparable over noises."""
-        return self.fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in self.screen.runs)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -73,13 +47,6 @@ class Found:
     left: tuple[tuple[float, Refined], ...]
     nuisances: dict[Key, float]
     tried: tuple[Hypothesis, ...]
-
-
-def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
-    """Return that of a hypothesis: shared evenly by effects, then by the places where each can be."""
-    effects = {each.effect for each in tried}
-    places = sum(each.effect == h.effect for each in tried)
-    return float(np.log(rules.P_EFFECT / (1.0 - rules.P_EFFECT) * (1.0 - rules.P_NAMELESS) / len(effects) / places))
 
 
 def search(
@@ -107,7 +74,7 @@ def search(
     odds = [np.inf for _ in fit.effects]
     left: tuple[tuple[float, Refined], ...] = ()
     for depth in range(rules.MOST_EFFECTS + 1):
-        stage = _stage(model, runs, fit, free, tried)
+        stage = stage_at(model, runs, fit, free, tried)
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
@@ -167,7 +134,7 @@ def _rewired(
     found = settled(
         model, logs, free, first, [Refined(hypothesis=h, sizes=(), deviations=()) for h in on], {}, anew=True
     )
-    return found if _likelihood(*found) > _likelihood(*retuned) + np.log(rules.CLAIM) else retuned
+    return found if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM) else retuned
 
 
 def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Hypothesis]) -> float:
@@ -187,104 +154,7 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
     runs = prepared(model, logs, last.fit.values, on, start=noises._replace(wrench=calm), rounds=0)
     effects = tuple(a.hypothesis for a in last.fit.effects)
     problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
-    return _stage(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, ())
-
-
-def _likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
-    return sum(log_likelihood(p) for p in runs) - 0.5 * float(fit.moved @ fit.moved)
-
-
-def settled(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
-    accepted: Sequence[Refined], values: Mapping[Key, float], *, anew: bool = False,
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
-
-    Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
-    too near to what was believed, and noises learned there too large. anew: also with effects on, learn noises from the
-    beginning, not from those of the recordings.
-    """
-    effects = tuple(a.hypothesis for a in accepted)
-    moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
-    sizes = [a.sizes for a in accepted]
-    for turn in range(rules.TURNS):
-        problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
-        before = problem.score(moved, sizes)
-        fit = problem.fit(moved, sizes)
-        after = problem.score(fit.moved, [e.sizes for e in fit.effects])
-        moved, sizes = fit.moved, [e.sizes for e in fit.effects]
-        if turn > 0 and after - before < rules.SETTLED:
-            break
-        afresh = turn == 0 and (anew or not accepted)
-        start = None if afresh else learned_from(runs)
-        runs = prepared(
-            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
-        )
-    # screening compares columns: those of the numbers must be as good as those of what is tried
-    return runs, Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects).fit(
-        moved, sizes, exact=True
-    )
-
-
-def _stage(model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]) -> Stage:
-    screen = Screen(model=model, runs=runs, values=fit.values, effects=tuple(a.active for a in fit.effects))
-    m, known = len(free), fit.columns[0].shape[1]
-    names: list[object] = [
-        *free,
-        *(("accepted", a.hypothesis, p) for a in fit.effects for p in a.hypothesis.parameters),
-    ]
-    columns = [Column(name, 1.0, _known(screen, fit, j)) for j, name in enumerate(names)]
-    places: dict[Hypothesis, list[int]] = {}
-    used = {a.hypothesis.place for a in fit.effects}
-    for h in tried:
-        if h.place in used:
-            continue
-        new = screen.of_hypothesis(h)
-        places[h] = list(range(len(columns), len(columns) + len(new)))
-        columns += new
-    nameless_of = nameless_names(model)
-    first = len(columns)
-    columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in nameless_of]
-    width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
-    gram = gathered(screen.residuals(), columns, base=known, block=width)
-    sizes = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
-    gram = _centred(gram, np.concatenate((fit.moved, sizes)))
-    base = list(range(known))
-    nothing = evidence(gram, base)
-    offered = []
-    for h, at in places.items():
-        gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
-        if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
-            continue
-        offered.append((gain + log_prior(h, tried), h))
-    gains = [evidence(gram, [*base, first + j]) - nothing for j in range(len(nameless_of))]
-    prior = np.log(rules.P_EFFECT / (1.0 - rules.P_EFFECT) * rules.P_NAMELESS / len(nameless_of))
-    odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
-    nameless = [
-        (tempered(g, gram, [first + j]), name) for j, (g, name) in enumerate(zip(gains, nameless_of, strict=True))
-    ]
-    offered.sort(key=lambda each: -each[0])
-    nameless.sort(key=lambda each: -each[0])
-    return Stage(
-        fit=fit, screen=screen, gram=gram, moved=fit.moved[:m], accepted=fit.effects, offered=tuple(offered),
-        nameless=tuple(nameless), odds=odds,
-    )  # fmt: skip
-
-
-def _known(screen: Screen, fit: Fit, j: int) -> Callable[[int], Array]:
-    return lambda k: fit.columns[k][:, j].astype(np.float64)
-
-
-def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
-    """Return a gain in log evidence as it counts where scores scatter more than they should, see `Gram.scatter`."""
-    return gain / float(np.mean(gram.scatter[list(at)])) if gain > 0.0 else gain
-
-
-def _centred(gram: Gram, moved: Array) -> Gram:
-    """Return products whose first columns have priors about the model's own numbers, not about the screen's point."""
-    b = gram.b.copy()
-    b[: moved.size] -= moved
-    return replace(gram, b=b)
+    return stage_at(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, ())
 
 
 def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Fit]]:
@@ -345,7 +215,7 @@ def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> tuple[Arr
         at += len(a.sizes)
     if h.switch:
         return moved, [*sizes, ()]
-    if h.effect in ("throttle_rate_limit", "throttle_saturation"):
+    if h.grid:
         return stage.moved, [*sizes, problem.grid_start(stage.moved, sizes)]
     own_sizes = x[at:] * np.array(h.scale)
     if h.carrier and abs(own_sizes[0]) > 1e-9:

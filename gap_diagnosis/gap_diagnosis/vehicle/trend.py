@@ -18,7 +18,7 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.screening import Screen
-from gap_diagnosis.vehicle.search import settled
+from gap_diagnosis.vehicle.settling import settled
 
 __all__ = ["Line", "Size", "followed", "line_of", "size_in"]
 

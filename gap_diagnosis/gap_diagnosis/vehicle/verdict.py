@@ -13,7 +13,8 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.refining import Refined
-from gap_diagnosis.vehicle.search import Found, Stage
+from gap_diagnosis.vehicle.search import Found
+from gap_diagnosis.vehicle.stage import Stage
 
 __all__ = ["Claim", "Verdict", "judged"]
 
@@ -157,7 +158,7 @@ def _claim(
 def worth_claiming(accepted: Refined) -> bool:
     """Return whether an effect is large enough to be named, see `rules.WORTH`."""
     h = accepted.hypothesis
-    if h.switch or h.effect in ("throttle_rate_limit", "throttle_saturation"):
+    if h.switch or h.grid:
         return True
     sizes, scale = np.abs(accepted.sizes), np.array(h.scale)
     return bool(sizes[0] > rules.WORTH * scale[0]) if h.carrier else bool(np.any(sizes > rules.WORTH * scale))

@@ -70,7 +70,7 @@ def test_scores_of_a_true_effect_scatter_by_chance_once_it_is_on() -> None:
 def test_a_limit_that_is_never_reached_stays_where_it_was_tried() -> None:
     limit = Hypothesis(
         effect="throttle_saturation", thruster=0, parameters=("limit",), scale=(1.0,), probe=(2.0,), lower=(0.5,),
-        upper=(5.0,),
+        upper=(5.0,), grid=(4.0, 2.0),
     )  # fmt: skip
 
     class Unreached(Bilinear):

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import BODY, STATE
-from thruster_model.compilation import compiled
+from thruster_model.compilation import borrowed, compiled
 from thruster_model.equations.attitude import conjugate, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
@@ -73,6 +73,9 @@ def innovations(  # type: ignore[no-untyped-def]
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
+    sheet, body, layout, p, e, tach = borrowed((sheet, body, layout, p, e, tach))
+    commands, extra, attitude, told, speeds, battery = borrowed((commands, extra, attitude, told, speeds, battery))
+    gains, speed_gains, out, out_n, out_b, states = borrowed((gains, speed_gains, out, out_n, out_b, states))
     K, N = commands.shape
     row = np.empty(record_width_of(N))
     gate, w, wrench = np.ones(N), np.zeros(6), np.zeros(6)

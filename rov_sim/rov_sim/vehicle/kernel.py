@@ -37,7 +37,7 @@ from rov_sim.vehicle.tables import (
     WIRING,
 )
 from thruster_model.acting_throttle import followed
-from thruster_model.compilation import compiled, inlined
+from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.effects.chains import command_split
 from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.pipeline import heat_after, lag_time, ramp_limit
@@ -170,6 +170,7 @@ def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e, apar
 @compiled
 def advance_period(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
     """`advance` as a kernel of its own."""
+    sheet, commands, gate, wrench, body, layout, p, e = borrowed((sheet, commands, gate, wrench, body, layout, p, e))
     advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e)
 
 
@@ -179,6 +180,7 @@ def advance_together(sheet, commands, steps, step, gate, wrench, body, layout, p
 
     Half the work for six thrusters; the others' kinks, within pieces of `RAMP_STEP`, cost 1e-4 V s of a command.
     """
+    sheet, commands, gate, wrench, body, layout, p, e = borrowed((sheet, commands, gate, wrench, body, layout, p, e))
     advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e, False)
 
 
@@ -194,6 +196,7 @@ def measured(sheet, gate, wrench, body, layout, p, e, out):  # type: ignore[no-u
 
     The thrust is what arrives at the vehicle; supply and current are relative.
     """
+    sheet, gate, wrench, body, layout, p, e = borrowed((sheet, gate, wrench, body, layout, p, e))
     N = layout.shape[0]
     for i in range(BODY + 4 * N):
         sheet[AT, i] = sheet[STATE, i]

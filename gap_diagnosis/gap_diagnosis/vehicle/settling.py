@@ -1,0 +1,52 @@
+"""Numbers and noises found in turn, until neither moves."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood
+from gap_diagnosis.vehicle.learning import learned_from, prepared
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
+from gap_diagnosis.vehicle.screening import Screen
+
+__all__ = ["likelihood", "settled"]
+
+
+def settled(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    accepted: Sequence[Refined], values: Mapping[Key, float], *, anew: bool = False,
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
+
+    Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
+    too near to what was believed, and noises learned there too large. anew: also with effects on, learn noises from the
+    beginning, not from those of the recordings.
+    """
+    effects = tuple(a.hypothesis for a in accepted)
+    moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
+    sizes = [a.sizes for a in accepted]
+    for turn in range(rules.TURNS):
+        problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
+        before = problem.score(moved, sizes)
+        fit = problem.fit(moved, sizes)
+        after = problem.score(fit.moved, [e.sizes for e in fit.effects])
+        moved, sizes = fit.moved, [e.sizes for e in fit.effects]
+        if turn > 0 and after - before < rules.SETTLED:
+            break
+        afresh = turn == 0 and (anew or not accepted)
+        start = None if afresh else learned_from(runs)
+        runs = prepared(
+            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
+        )
+    # screening compares columns: those of the numbers must be as good as those of what is tried
+    return runs, Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects).fit(
+        moved, sizes, exact=True
+    )
+
+
+def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
+    """Return the log likelihood of recordings where a fit ended, with the prior of its numbers."""
+    return sum(log_likelihood(p) for p in runs) - 0.5 * float(fit.moved @ fit.moved)

@@ -1,0 +1,119 @@
+"""What is known with some effects accepted: what each further one would explain, to first order, with its odds."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import Prepared
+from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.refining import Fit, Refined
+from gap_diagnosis.vehicle.screening import Screen, nameless_names
+
+__all__ = ["Stage", "log_prior", "stage_at"]
+
+Array = NDArray[np.float64]
+_NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
+_ODDS = rules.P_EFFECT / (1.0 - rules.P_EFFECT)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Stage:
+    """What is known with a number of effects accepted.
+
+    Attributes:
+        fit: of what is on; screen, gram: at its point; moved: of the nuisances there, in deviations.
+        accepted: effects that are on, in order.
+        offered: hypotheses by their log posterior odds against nothing more, to first order, best first.
+        nameless: nameless dependences by their gain in log evidence, as it counts (`tempered`), best first.
+        odds: log posterior odds of each of them against nothing more, to first order, as those of `offered`.
+    """
+
+    fit: Fit
+    screen: Screen
+    gram: Gram
+    moved: Array
+    accepted: tuple[Refined, ...]
+    offered: tuple[tuple[float, Hypothesis], ...]
+    nameless: tuple[tuple[float, Key], ...]
+    odds: dict[Key, float]
+
+    @property
+    def log_evidence(self) -> float:
+        """Of the recordings with what is on, comparable over noises."""
+        return self.fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in self.screen.runs)
+
+
+def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
+    """Return that of a hypothesis: shared evenly by effects, then by the places where each can be."""
+    effects = {each.effect for each in tried}
+    places = sum(each.effect == h.effect for each in tried)
+    return float(np.log(_ODDS * (1.0 - rules.P_NAMELESS) / len(effects) / places))
+
+
+def stage_at(
+    model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]
+) -> Stage:
+    """Return what more these hypotheses and the nameless would explain where a fit ended."""
+    screen = Screen(model=model, runs=runs, values=fit.values, effects=tuple(a.active for a in fit.effects))
+    m, known = len(free), fit.columns[0].shape[1]
+    names: list[object] = [
+        *free,
+        *(("accepted", a.hypothesis, p) for a in fit.effects for p in a.hypothesis.parameters),
+    ]
+    columns = [Column(name, 1.0, _known(screen, fit, j)) for j, name in enumerate(names)]
+    places: dict[Hypothesis, list[int]] = {}
+    used = {a.hypothesis.place for a in fit.effects}
+    for h in tried:
+        if h.place in used:
+            continue
+        new = screen.of_hypothesis(h)
+        places[h] = list(range(len(columns), len(columns) + len(new)))
+        columns += new
+    nameless_of = nameless_names(model)
+    first = len(columns)
+    columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in nameless_of]
+    width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
+    gram = gathered(screen.residuals(), columns, base=known, block=width)
+    sizes = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
+    gram = _centred(gram, np.concatenate((fit.moved, sizes)))
+    base = list(range(known))
+    nothing = evidence(gram, base)
+    offered = []
+    for h, at in places.items():
+        gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
+        if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
+            continue
+        offered.append((gain + log_prior(h, tried), h))
+    gains = [evidence(gram, [*base, first + j]) - nothing for j in range(len(nameless_of))]
+    prior = np.log(_ODDS * rules.P_NAMELESS / len(nameless_of))
+    odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
+    nameless = [
+        (tempered(g, gram, [first + j]), name) for j, (g, name) in enumerate(zip(gains, nameless_of, strict=True))
+    ]
+    offered.sort(key=lambda each: -each[0])
+    nameless.sort(key=lambda each: -each[0])
+    return Stage(
+        fit=fit, screen=screen, gram=gram, moved=fit.moved[:m], accepted=fit.effects, offered=tuple(offered),
+        nameless=tuple(nameless), odds=odds,
+    )  # fmt: skip
+
+
+def _known(screen: Screen, fit: Fit, j: int) -> Callable[[int], Array]:
+    return lambda k: fit.columns[k][:, j].astype(np.float64)
+
+
+def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
+    """Return a gain in log evidence as it counts where scores scatter more than they should, see `Gram.scatter`."""
+    return gain / float(np.mean(gram.scatter[list(at)])) if gain > 0.0 else gain
+
+
+def _centred(gram: Gram, moved: Array) -> Gram:
+    """Return products whose first columns have priors about the model's own numbers, not about the screen's point."""
+    b = gram.b.copy()
+    b[: moved.size] -= moved
+    return replace(gram, b=b)
