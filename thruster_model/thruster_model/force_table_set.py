@@ -10,7 +10,7 @@ __all__ = ["ASSUMED_LAG", "parameter_set_of"]
 
 ASSUMED_LAG = 0.1
 """[s]: no bollard-pull sheet tells how fast a thruster follows."""
-_SHARE = 0.05
+_SHARE, _ASSUMED_SHARE = 0.05, 0.5
 
 
 def parameter_set_of(
@@ -35,12 +35,13 @@ def parameter_set_of(
     rising = monotone(table) if falls(table) else table
     curves = ForceCurves(table=rising, scale=chosen)
     middle = float(table.supply[table.supply.size // 2])
+    rate = 1.0 / (lag or ASSUMED_LAG)
     said = "given" if lag is not None else "assumed: the table has no time; fit it, or give it"
     given = {
         "command_scale": (1.0, "1", "the table", _SHARE),
         "delta_u1": (curves.edges[0], "V", "last command without force or speed at any supply", None),
         "delta_u2": (curves.edges[1], "V", "last command without force or speed at any supply", None),
-        "rate": (1.0 / (lag or ASSUMED_LAG), "1/s", said, None),
+        "rate": (rate, "1/s", said, None if lag is not None else _ASSUMED_SHARE * rate),
         "thrust_scale": (1.0, "1", "the table", _SHARE),
         "nominal_supply": (nominal_supply or middle, "V", "given" if nominal_supply else "the table's middle", None),
     }

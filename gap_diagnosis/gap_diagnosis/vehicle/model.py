@@ -39,6 +39,7 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "drive": ("c_u1", "c_u2"),
     "edges": ("delta_u1", "delta_u2"),
     "rotor": ("k_n",),
+    "rate": ("k_n", "drive_gain"),
     "thrust": ("c_T1", "c_T2"),
     "flow_loss": ("c_nv_T",),
     "flow_drag": ("c_v_T",),
@@ -48,6 +49,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "k_Tv": ("k_Tv",),
 }
 """Coefficients of a thruster that move together; thrust is that on the vehicle where a table gives it."""
+_LEAST_SHARE = 0.05
+"""Of a coefficient that is left of it, however far a fit goes: none of them changes its sign."""
 _TACH = ("tach_scale", "tach_lag")
 OF_LOG = ("log_alignment", "clock_drift")
 """Effects of when commands are said to act, not of the vehicle."""
@@ -117,7 +120,7 @@ class Model:
         p = self._believed[0]
         lagged = p.drive_gain == p.k_n  # a lag whose rate sets both: its steady speed must not move with it
         told = (name for name in GROUPS if self._fields[name] or name == "thrust")
-        return tuple(name for name in told if not (name == "rotor" and lagged))
+        return tuple(name for name in told if name != ("rotor" if lagged else "rate"))
 
     def built(
         self,
@@ -138,7 +141,7 @@ class Model:
                 if share and name == "thrust" and not fields:
                     scale[i] = 1.0 + share
                 elif share:
-                    changed |= {f: getattr(p, f) * (1.0 + share) for f in fields}
+                    changed |= {f: getattr(p, f) * max(1.0 + share, _LEAST_SHARE) for f in fields}
             thrusters.append(p._replace(**changed) if changed else p)
         active = (*self._switched_on, *effects)
         tach = np.tile([1.0, 0.0], (N, 1))

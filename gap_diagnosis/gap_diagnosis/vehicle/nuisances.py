@@ -31,7 +31,7 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
         shares = [
             p.standard_deviation / abs(p.value)
             for name, p in stated.parameters.items()
-            if name in GROUPS[group] and p.standard_deviation is not None and p.value
+            if name in (group, *GROUPS[group]) and p.standard_deviation is not None and p.value
         ]
         found["shared", group] = max(shares) if shares else SHARED
     for group in _OWN_GROUPS:
