@@ -10,17 +10,23 @@ written as Fourier series. A propeller that works alike in both directions has o
 and the constants 0.5 rho A and 0.5 rho A D are taken into the coefficients:
 
     T = (v^2 + w^2) (a1 cos b + b1 sin b + a3 cos 3b + b3 sin 3b),   b = atan2(v, w)
+
+and computed without angles, by cos b = w / V, sin b = v / V, V^2 = v^2 + w^2 and what these give for 3b.
 """
 
 import numpy as np
 
 from thruster_model.compilation import equation
 
+_LEAST = 1e-100
+"""[m/s] Where all that is divided by it is zero."""
+
 
 @equation
 def four_quadrant_load(n, v, radius, a1, b1, a3, b3):  # type: ignore[no-untyped-def]
     """Return the thrust [N] or torque [N m] for rotor speed n [rad/s] and inflow v [m/s]; radius R [m]."""
     w = 0.7 * radius * n
-    beta = np.arctan2(v, w)
-    series = a1 * np.cos(beta) + b1 * np.sin(beta) + a3 * np.cos(3.0 * beta) + b3 * np.sin(3.0 * beta)
-    return (v * v + w * w) * series
+    speed = np.sqrt(v * v + w * w)
+    c, s = w / np.maximum(speed, _LEAST), v / np.maximum(speed, _LEAST)
+    third = a3 * c * (4.0 * c * c - 3.0) + b3 * s * (3.0 - 4.0 * s * s)
+    return speed * speed * (a1 * c + b1 * s + third)
