@@ -7,6 +7,7 @@ from pathlib import Path
 
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
 from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
 from gap_diagnosis.vehicle.rules import PERIOD
 from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
@@ -29,6 +30,10 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
+    group = parser.add_argument_group("the next experiment")
+    text = "write the programme, within these limits, that best tells apart what these recordings cannot"
+    group.add_argument("--experiment", action="store_true", help=text)
+    add_limits(group)
     given = parser.parse_args(user_arguments(arguments))
     try:
         refuse_full_folder(given.out)
@@ -41,6 +46,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
             provenance,
             lambda text: print(text, file=sys.stderr, flush=True),
             lambda h: h.effect not in given.without,
+            experiment=limits_of(given) if given.experiment else None,
         )
         paths = written(found, given.out)
     except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
@@ -53,6 +59,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     print(found.content["summary"])
     for path in paths:
         print(path)
+    if given.experiment and found.proposed is None:
+        print("note: no next experiment: nothing is left to be told apart or shown, or no programme keeps the limits")
     return 0
 
 

@@ -1,21 +1,26 @@
 """A vehicle's diagnosis as content for `diagnosis.json`, which other programs read."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from typing import Any
 
 import numpy as np
 
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Shrink
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
 from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
 from gap_diagnosis.vehicle.wiring import Wiring
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.effects import stages
 
-__all__ = ["content_of", "where_of"]
+__all__ = ["PROGRAMME", "content_of", "where_of"]
 
+PROGRAMME = "next_experiment"
+"""Folder of the run whose throttles are to be played next."""
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
@@ -32,7 +37,7 @@ def _units(h: Hypothesis) -> dict[str, str]:
     return {p.name: p.unit for p in library.parameters}
 
 
-def _effect(claim: Claim, shrink: Shrink | None) -> dict[str, Any]:
+def _effect(claim: Claim, shrink: Share | None) -> dict[str, Any]:
     h, units = claim.refined.hypothesis, _units(claim.refined.hypothesis)
     rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
     return {
@@ -69,7 +74,7 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
 
 def content_of(
     verdict: Verdict, found: Found | None, errors: Sequence[Errors], wiring: Wiring | None, logs: Sequence[VehicleLog],
-    provenance: dict[str, Any],
+    provenance: dict[str, Any], proposed: NextExperiment | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`."""
     channels: dict[str, Any] = {}
@@ -78,7 +83,7 @@ def content_of(
             values = {k: _number(getattr(each, k)[name]) for k in ("as_is", "retuned", "with_effect")}
             if values["as_is"] is not None:
                 channels[f"rov/{name} after {each.horizon:g} s"] = {"unit": unit, **values}
-    shrinks: dict[Hypothesis, Shrink | None] = {}
+    shrinks: dict[Hypothesis, Share | None] = {}
     if found is not None and errors:
         shrinks = {a.hypothesis: s for a, s in zip(found.stages[-1].accepted, errors[0].shrinks, strict=True)}
     effects = [_effect(c, shrinks.get(c.refined.hypothesis)) for c in verdict.claims]
@@ -95,7 +100,7 @@ def content_of(
         ],
         "p_none": verdict.p_none,
         "p_unknown": verdict.p_unknown,
-        "budget": {"horizons": [each.horizon for each in errors], "unexplained_wrench": verdict.wrench.tolist()},
+        "budget": {**_budget(found, errors), "unexplained_wrench": verdict.wrench.tolist()},
         "retuned_parameters": {
             ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
         },
@@ -103,13 +108,34 @@ def content_of(
         "wiring": None if wiring is None else wiring.content(),
         "sensors": {name: bool(any(log.there[name] for log in logs)) for name in logs[0].there},
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
-        "next_experiment": _next(verdict, wiring),
+        "next_experiment": _next(verdict, wiring) if proposed is None else _proposed(proposed),
         "provenance": provenance,
     }
 
 
+def _budget(found: Found | None, errors: Sequence[Errors]) -> dict[str, Any]:
+    """Return where the gap goes over the shortest horizon."""
+    if found is None or not errors:
+        return {"horizon": None, "parameters": None, "causes": [], "unexplained": None, "left_out": []}
+    accepted, first = found.stages[-1].accepted, errors[0]
+    tuned, *causes, rest = first.budget or (None,) * (len(accepted) + 2)
+    named = [place_of(a.hypothesis) for a in accepted]
+    steps = ["as_is", "retuned", *(a.hypothesis.words for a in accepted[len(accepted) + 2 - len(first.steps) :])]
+    return {
+        "horizon": first.horizon,
+        "parameters": _share(tuned),
+        "causes": [{**place, **(_share(c) or {})} for place, c in zip(named, causes, strict=True)],
+        "unexplained": _share(rest),
+        "left_out": [{"step": name, "rms": size} for name, size in zip(steps, first.steps, strict=False)],
+    }
+
+
+def _share(share: Share | None) -> dict[str, Any] | None:
+    return None if share is None else {"share": share.share, "interval": [share.low, share.high]}
+
+
 def _hidden(verdict: Verdict) -> list[tuple[Hypothesis, float]]:
-    return [(h, size) for h, size in verdict.hidden if size > max(abs(h.lower[0]), abs(h.upper[0]))]
+    return [(h, size) for h, size in verdict.hidden if size > h.most]
 
 
 def _number(value: float) -> float | None:
@@ -125,3 +151,26 @@ def _next(verdict: Verdict, wiring: Wiring | None) -> dict[str, Any] | None:
         "kind": "pulses",
         "why": "each thruster alone, both ways, tells thrusters from the hull and from each other",
     }
+
+
+def _proposed(proposed: NextExperiment) -> dict[str, Any]:
+    programme = proposed.programme
+    apart = [s for s in proposed.separates if s.then >= rules.TOLD_APART > s.now]
+    told = f"it tells {len(apart)} of {len(proposed.separates)} pairs apart" if proposed.separates else ""
+    shown = f"it leaves {proposed.hidden_then} effects in the dark, of {proposed.hidden_now} now"
+    return {
+        "kind": programme.words,
+        "why": f"{told}; {shown}" if told else shown,
+        "file": PROGRAMME,
+        "separates": [
+            {
+                "candidates": [place_of(s.first), place_of(s.second)], "distance": round(s.then, 2),
+                "distance_now": round(s.now, 2),
+            }
+            for s in proposed.separates
+        ],
+        "hidden": proposed.hidden_then,
+        "hidden_now": proposed.hidden_now,
+        "duration_s": round(programme.duration, 3),
+        "dry_run": asdict(programme.dry_run),
+    }  # fmt: skip

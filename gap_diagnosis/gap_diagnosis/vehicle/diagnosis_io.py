@@ -10,11 +10,14 @@ import numpy as np
 
 from gap_diagnosis.diagnose_io import package_version
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.content import content_of
+from gap_diagnosis.vehicle.content import PROGRAMME, content_of
 from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.next_experiment import NextExperiment, next_experiment
+from gap_diagnosis.vehicle.programmes import Limits
+from gap_diagnosis.vehicle.programmes_io import write_programme
 from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.search import search
 from gap_diagnosis.vehicle.verdict import Claim, Verdict, judged
@@ -32,13 +35,15 @@ __all__ = ["Diagnosed", "diagnosed", "load_model", "provenance_of", "written"]
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosed:
-    """The verdict, what goes into diagnosis.json, errors of free runs, the vehicle's set with the effects as YAML."""
+    """The verdict, what goes into diagnosis.json, errors of free runs, the vehicle's set with the effects as YAML, and
+    what to record next, where that was asked for."""
 
     verdict: Verdict
     content: dict[str, Any]
     errors: tuple[Errors, ...]
     with_effect: str
     model: Model
+    proposed: NextExperiment | None = None
 
 
 def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None = None) -> Model:
@@ -58,9 +63,9 @@ def provenance_of(runs: Sequence[Path], model: Model) -> dict[str, Any]:
 def diagnosed(
     model: Model, logs: Sequence[VehicleLog], provenance: dict[str, Any],
     told: Callable[[str], None] = lambda text: None,
-    only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True,
+    only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True, experiment: Limits | None = None,
 ) -> Diagnosed:  # fmt: skip
-    """Return the diagnosis of recordings."""
+    """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed."""
     c = model.vehicle.coefficients
     wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(c.mass_matrix))
     for sentence in wiring.sentences:
@@ -70,10 +75,14 @@ def diagnosed(
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = tuple(left_out_errors(found, h) for h in horizons)
-    content = content_of(verdict, found, errors, wiring, logs, provenance)
+    if experiment is not None:
+        told("next experiment")
+    proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)
+    content = content_of(verdict, found, errors, wiring, logs, provenance, proposed)
     vehicle = replace(model.vehicle, effects=(*model.vehicle.effects, *(_entry(c.refined) for c in _believed(verdict))))
     return Diagnosed(
-        verdict=verdict, content=content, errors=errors, with_effect=dump_vehicle_set(vehicle), model=model
+        verdict=verdict, content=content, errors=errors, with_effect=dump_vehicle_set(vehicle), model=model,
+        proposed=proposed,
     )  # fmt: skip
 
 
@@ -91,7 +100,7 @@ def _entry(refined: Any) -> EffectEntry:
 
 
 def written(found: Diagnosed, out: Path) -> list[Path]:
-    """Write diagnosis.json, report.html and with_effect.yaml into a new or empty folder; return their paths."""
+    """Write diagnosis.json, report.html, with_effect.yaml and the next experiment into a new or empty folder."""
     report = report_of(
         found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}"
     )
@@ -101,4 +110,6 @@ def written(found: Diagnosed, out: Path) -> list[Path]:
             write_whole(folder / "with_effect.yaml", found.with_effect),
             write_whole(folder / "diagnosis.json", json.dumps(found.content, indent=1)),
         ]
+        if found.proposed is not None:
+            paths.append(write_programme(found.proposed.programme, found.model, folder / PROGRAMME))
     return [out / path.name for path in paths]

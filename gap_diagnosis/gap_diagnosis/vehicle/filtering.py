@@ -18,8 +18,8 @@ from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "foreseen_deviations", "initial_state",
-    "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
+    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "foreseen", "foreseen_deviations",
+    "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -131,6 +131,35 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
         *out,
     )  # fmt: skip
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
+
+
+def foreseen(
+    model: Model, like: VehicleLog, throttles: Array, values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (),
+) -> tuple[VehicleLog, Array]:  # fmt: skip
+    """Return what sensors would tell of a vehicle that begins at rest, without noise, and its states (K, 19 + 3 N).
+
+    Args:
+        model: with its point, values and effects.
+        like: a recording with the same sensors, at the same instants; where it ends it begins anew.
+        throttles: (K, N) [V].
+    """
+    K, N = throttles.shape
+    row = np.arange(K) % like.count
+    blank = replace(
+        like, name="foreseen", throttles=throttles, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)),
+        told=np.zeros((K, 13)), speeds=np.zeros((K, N)), battery=np.zeros((K, 2)), lateness=like.lateness[row],
+    )  # fmt: skip
+    built = model.built(values, effects, run=-1, signed=like.signed, initial=initial_state(blank))
+    # without gains the innovations are what is expected, with the other sign
+    ran = _run(_shifted(blank, values, effects), built, np.zeros((K, 16, 13)), np.zeros((K, N)), 1.0, None)
+    told, attitude = -ran.body, states_of(ran.states).attitude.copy()
+    told[~np.isfinite(like.told[row])] = np.nan
+    attitude[~np.isfinite(like.attitude[row])] = np.nan
+    speeds, battery = -ran.rotor, -ran.battery
+    speeds[~np.isfinite(like.speeds[row])] = np.nan
+    battery[~np.isfinite(like.battery[row])] = np.nan
+    return replace(blank, attitude=attitude, told=told, speeds=speeds, battery=battery), ran.states
 
 
 def _instant(log: VehicleLog, start: float) -> int:

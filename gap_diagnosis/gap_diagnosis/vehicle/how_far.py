@@ -4,10 +4,15 @@ With z an error over the deviation that the filter's covariance foresees for it,
 E the mean of z^2 over free runs and channels, 1 where all is right, an effect closes of the gap that re-tuning leaves
 
     shrink = (E before it - E with it) / (E re-tuned - 1)
+
+The whole gap, E as it is - 1, is shared out among re-tuning and the effects by their Shapley values, at the numbers and
+sizes of the joint fit: re-tuning without an effect takes over what the effect does, and would have it all.
 """
 
-from collections.abc import Mapping, Sequence
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations
 from typing import NamedTuple
 
 import numpy as np
@@ -26,7 +31,7 @@ __all__ = [
     "CHANNEL_GROUPS",
     "Errors",
     "Point",
-    "Shrink",
+    "Share",
     "free_runs",
     "left_out_errors",
     "rms",
@@ -46,8 +51,8 @@ _DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its in
 _SEEN = 2.0  # standard errors by which a re-tuned model must be off for a share of it to mean anything
 
 
-class Shrink(NamedTuple):
-    """Share of the gap that an effect closes, and its 90 % interval."""
+class Share(NamedTuple):
+    """Share of a gap, and its 90 % interval."""
 
     share: float
     low: float
@@ -57,13 +62,20 @@ class Shrink(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class Errors:
     """Root mean squares by channel group at the end of the horizon: with the model as it is, re-tuned, with the
-    effects; NaN: not measured. Shrinks of the effects in order; None where re-tuning leaves nothing."""
+    effects; NaN: not measured.
+
+    shrinks: of the effects in order; None where re-tuning leaves nothing.
+    steps: root of E as it is, re-tuned, and with each effect in turn.
+    budget: shares of the whole gap: of re-tuning, of each effect, of what is left; empty where there is no gap.
+    """
 
     horizon: float
     as_is: Mapping[str, float]
     retuned: Mapping[str, float]
     with_effect: Mapping[str, float]
-    shrinks: tuple[Shrink | None, ...] = ()
+    shrinks: tuple[Share | None, ...] = ()
+    steps: tuple[float, ...] = ()
+    budget: tuple[Share, ...] = ()
 
 
 class Point(NamedTuple):
@@ -87,13 +99,16 @@ def left_out_errors(found: Found, horizon: float) -> Errors:
     spread = np.concatenate(
         [_spreads(model, run, at, horizon) for run, at in zip(runs, points[-1], strict=True)]
     )  # fmt: skip
-    squares = [_over(each, spread) for each in errors[1:]]
-    begun = len(found.stages[0].accepted)
-    shrinks = _shrinks(squares)
+    squares = np.array([_over(each, spread) for each in errors])
     whole = [rms(each) for each in (errors[0], errors[1], errors[-1])]
+    # effects with which the search began came all at once: the last of them has their share
+    together = (None,) * (len(found.stages[0].accepted) - 1)
+    there = squares[:, np.isfinite(squares).all(axis=0)]
+    shrinks = _shares(there[1:], _turns) if _is_gap(there[1]) else (None,) * (len(there) - 2)
     return Errors(
-        horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2],
-        shrinks=(*([None] * (begun - 1)), *shrinks),
+        horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2], shrinks=(*together, *shrinks),
+        steps=tuple(np.sqrt(there.mean(axis=1)).tolist()) if there.size else (),
+        budget=_budget(model, runs, points[-1], horizon, spread),
     )  # fmt: skip
 
 
@@ -104,21 +119,54 @@ def _over(errors: Array, spread: Array) -> Array:
     return np.asarray(np.where(there, z, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan))
 
 
-def _shrinks(squares: Sequence[Array]) -> tuple[Shrink | None, ...]:
-    """Return the shrink of each step from squares (windows,) re-tuned and after each step."""
+def _is_gap(squares: Array) -> bool:
+    """Return whether E of squares (windows,) is above 1 by more than chance."""
+    return bool(len(squares) > 1 and squares.mean() - 1.0 > _SEEN * squares.std() / np.sqrt(len(squares)))
+
+
+def _turns(E: Array) -> Array:
+    """Return what each step takes of the gap of the first, from E of each (steps + 1,)."""
+    return np.asarray((E[:-1] - E[1:]) / max(E[0] - 1.0, 1e-9))
+
+
+def _shapley(E: Array) -> Array:
+    """Return the share of each of n causes in the gap and what is left, from E of each set of them, (2^n,).
+
+    Bit j of a set's number says whether cause j is in it.
+    """
+    n = int(np.log2(len(E)))
+    value = np.zeros(n)
+    for order in permutations(range(n)):
+        there = 0
+        for j in order:
+            value[j] += E[there] - E[there | 1 << j]
+            there |= 1 << j
+    gap = max(E[0] - 1.0, 1e-9)
+    return np.append(value / math.factorial(n), E[-1] - 1.0) / gap
+
+
+def _budget(
+    model: Model, runs: Sequence[Prepared], ended: Sequence[Point], horizon: float, spread: Array
+) -> tuple[Share, ...]:  # fmt: skip
+    """Return the shares of re-tuning, of each effect and of what is left."""
+    on = ended[0].effects
+    squares = []
+    for chosen in range(2 ** (1 + len(on))):
+        some = [effect for j, effect in enumerate(on) if chosen >> (1 + j) & 1]
+        biases = [{k: v for k, v in at.values.items() if k[0] in BIASES} for at in ended]
+        points = [Point(at.values if chosen & 1 else own, some) for at, own in zip(ended, biases, strict=True)]
+        squares.append(_over(free_runs(model, runs, points, horizon), spread))
     table = np.array(squares)
     table = table[:, np.isfinite(table).all(axis=0)]
-    steps, W = table.shape[0] - 1, table.shape[1]
-    if W < 2 or table[0].mean() - 1.0 < _SEEN * table[0].std() / np.sqrt(W):
-        return (None,) * steps
+    return _shares(table, _shapley) if _is_gap(table[0]) else ()
 
-    def shares(E: Array) -> Array:
-        return np.asarray((E[:-1] - E[1:]) / max(E[0] - 1.0, 1e-9))
 
-    rng = np.random.default_rng(0)
-    drawn = np.array([shares(table[:, rng.integers(W, size=W)].mean(axis=1)) for _ in range(_DRAWS)])
+def _shares(table: Array, of: Callable[[Array], Array]) -> tuple[Share, ...]:
+    """Return shares of E, the rows' means (rows, windows), with their intervals by bootstrap over windows."""
+    W, rng = table.shape[1], np.random.default_rng(0)
+    drawn = np.array([of(table[:, rng.integers(W, size=W)].mean(axis=1)) for _ in range(_DRAWS)])
     low, high = np.percentile(drawn, _LEVELS, axis=0)
-    return tuple(Shrink(*map(float, row)) for row in zip(shares(table.mean(axis=1)), low, high, strict=True))
+    return tuple(Share(*map(float, row)) for row in zip(of(table.mean(axis=1)), low, high, strict=True))
 
 
 def rms(errors: Array) -> dict[str, float]:

@@ -52,6 +52,11 @@ class Hypothesis:
         return self.effect, self.thruster, self.other, self.axis, self.sensor, self.kind
 
     @property
+    def most(self) -> float:
+        """Magnitude of the largest size that its first parameter may have."""
+        return max(abs(self.lower[0]), abs(self.upper[0]))
+
+    @property
     def words(self) -> str:
         """Name of it in a sentence."""
         of = VEHICLE_LIBRARY.get(self.effect) or stages.LIBRARY[self.effect]

@@ -179,6 +179,11 @@ class Problem:
         x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
         return self._scored(self._held(x))[1]
 
+    def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
+        """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
+        x = self._held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
+        return tuple(self._columns(x, self._scored(x)[0], ()))
+
     def grid_start(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
         """Return where the last effect's size begins that has no finite neutral value; the others' sizes are given."""
         return max(((s,) for s in self.effects[-1].grid), key=lambda s: self.score(moved, [*sizes, s]))

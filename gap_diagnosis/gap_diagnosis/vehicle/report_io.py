@@ -54,6 +54,7 @@ def report_of(
             ),
             caption="What else was nearest.", alt="Probabilities of the next best effects, each alone.",
         )  # fmt: skip
+    _add_budget(report, content["budget"])
     report.section("How far")
     rows = [
         [f"{name} after {e.horizon:g} s", e.as_is[name], e.retuned[name], e.with_effect[name], unit]
@@ -80,9 +81,67 @@ def report_of(
             [[_named(h), h["least"], h["unit"]] for h in content["hidden"][:40]],
             caption="Effects whose whole range these sensors and this excitation leave in the dark.",
         )  # fmt: skip
+    if content["next_experiment"]:
+        report.section("What would settle it")
+        _add_next(report, content["next_experiment"])
     report.section("Files")
     report.download("Vehicle set with the effects", "with_effect.yaml", with_effect)
     return report
+
+
+def _add_budget(report: Report, budget: dict[str, Any]) -> None:
+    if budget["parameters"] is None:
+        return
+    report.section("Where the gap goes")
+    names = {"as_is": "as it is", "retuned": "re-tuned"}
+    labels = [names.get(each["step"], f"+ {each['step']}") for each in budget["left_out"]]
+    sizes = [each["rms"] for each in budget["left_out"]]
+    report.figure(
+        bars(
+            labels, [Bars(name="error", value=sizes)], quantity=Axis(name="error over what is foreseen", unit="1"),
+            reference=1.0,
+        ),
+        caption=f"Free runs of {budget['horizon']:g} s, each recording with numbers of the others; the dashed line is "
+        "what noise and the random wrench make of a right model.",
+        alt="; ".join(f"{label} {size:.2f}" for label, size in zip(labels, sizes, strict=True)),
+    )  # fmt: skip
+    rows = [["re-tuned numbers", budget["parameters"]]]
+    rows += [[_named(cause), cause] for cause in budget["causes"] if "share" in cause]
+    rows.append(["nothing that has a name", budget["unexplained"]])
+    report.table(
+        ["cause", "share of the squared gap", "90 % interval"],
+        [[name, _percent(s["share"]), " to ".join(map(_percent, s["interval"]))] for name, s in rows],
+        caption="Shapley values at the joint fit: each is added in every order. They add up to the gap.",
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.0f} %"
+
+
+def _add_next(report: Report, planned: dict[str, Any]) -> None:
+    report.paragraph(f"Next, record {planned['kind']}: {planned['why']}.")
+    if "dry_run" not in planned:
+        return
+    run = planned["dry_run"]
+    report.key_values(
+        {
+            "programme": f"{planned['file']}, {planned['duration_s']:.0f} s",
+            "to the vehicle": f"ros2 run run_bag play {planned['file']} --restamp, beside its drivers and a recorder",
+            "dry run": f"tilt to {run['tilt']:.2f} rad, depth by {run['depth']:.2f} m, speed to {run['speed']:.2f} m/s "
+            f"at {run['level']:.2f} V",
+        }
+    )
+    if planned["separates"]:
+        report.table(
+            ["candidates", Column(name="distance with it", unit="σ", format=".1f"),
+             Column(name="in these recordings", unit="σ", format=".1f")],
+            [
+                [" against ".join(_named(c) for c in each["candidates"]), each["distance"], each["distance_now"]]
+                for each in planned["separates"]
+            ],
+            caption="How far apart candidates are, numbers re-tuned; from 5 σ they are told apart.",
+        )  # fmt: skip
 
 
 def _closes(effect: dict[str, Any]) -> str:

@@ -101,3 +101,5 @@ LATEST = 4.0
 """Deviations by which commands may act late without an effect: beyond it they are delayed, or stamped wrongly."""
 TIMING = 0.003
 """[s] Deviation of the instant at which commands act from their stamps: a driver's loop, a bus, half a sample."""
+TOLD_APART = 5.0
+"""Deviations by which a next recording must tell two effects apart; beyond it more is no better."""

@@ -15,7 +15,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
-from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.screening import Screen, nameless_names
 from gap_diagnosis.vehicle.settling import likelihood, settled
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import Stage, log_prior, stage_at
@@ -74,7 +74,7 @@ def search(
     odds = [np.inf for _ in fit.effects]
     left: tuple[tuple[float, Refined], ...] = ()
     for depth in range(rules.MOST_EFFECTS + 1):
-        stage = stage_at(model, runs, fit, free, tried)
+        stage = stage_at(model, runs, fit, free, tried, nameless_names(model))
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
@@ -154,7 +154,7 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
     runs = prepared(model, logs, last.fit.values, on, start=noises._replace(wrench=calm), rounds=0)
     effects = tuple(a.hypothesis for a in last.fit.effects)
     problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
-    return stage_at(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, ())
+    return stage_at(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, (), nameless_names(model))
 
 
 def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Fit]]:

@@ -12,9 +12,9 @@ from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solutio
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
-from gap_diagnosis.vehicle.screening import Screen, nameless_names
+from gap_diagnosis.vehicle.screening import Screen
 
-__all__ = ["Stage", "log_prior", "stage_at"]
+__all__ = ["Stage", "least_shown", "log_prior", "stage_at"]
 
 Array = NDArray[np.float64]
 _NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
@@ -56,9 +56,10 @@ def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
 
 
 def stage_at(
-    model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]
-) -> Stage:
-    """Return what more these hypotheses and the nameless would explain where a fit ended."""
+    model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis],
+    nameless_of: Sequence[Key],
+) -> Stage:  # fmt: skip
+    """Return what more these hypotheses and nameless dependences would explain where a fit ended."""
     screen = Screen(model=model, runs=runs, values=fit.values, effects=tuple(a.active for a in fit.effects))
     m, known = len(free), fit.columns[0].shape[1]
     names: list[object] = [
@@ -74,7 +75,6 @@ def stage_at(
         new = screen.of_hypothesis(h)
         places[h] = list(range(len(columns), len(columns) + len(new)))
         columns += new
-    nameless_of = nameless_names(model)
     first = len(columns)
     columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in nameless_of]
     width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
@@ -90,7 +90,7 @@ def stage_at(
             continue
         offered.append((gain + log_prior(h, tried), h))
     gains = [evidence(gram, [*base, first + j]) - nothing for j in range(len(nameless_of))]
-    prior = np.log(_ODDS * rules.P_NAMELESS / len(nameless_of))
+    prior = np.log(_ODDS * rules.P_NAMELESS / max(len(nameless_of), 1))
     odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
     nameless = [
         (tempered(g, gram, [first + j]), name) for j, (g, name) in enumerate(zip(gains, nameless_of, strict=True))
@@ -117,3 +117,23 @@ def _centred(gram: Gram, moved: Array) -> Gram:
     b = gram.b.copy()
     b[: moved.size] -= moved
     return replace(gram, b=b)
+
+
+def least_shown(gram: Gram, numbers: Sequence[int]) -> tuple[tuple[Hypothesis, float], ...]:
+    """Return the least size at which each hypothesis of one size would be claimed: log(odds) = gain.
+
+    numbers: columns of the numbers that are uncertain.
+    """
+    base = list(numbers)
+    H = np.linalg.inv(gram.A[np.ix_(base, base)] + np.eye(len(base)))
+    out = []
+    for j, name in enumerate(gram.names):
+        if not (isinstance(name, tuple) and isinstance(name[0], Hypothesis)) or name[0].switch:
+            continue
+        h = name[0]
+        if len(h.parameters) != 1:
+            continue
+        left = gram.A[j, j] - gram.A[base, j] @ H @ gram.A[base, j]
+        need = 2.0 * gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
+        out.append((h, float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))))
+    return tuple(out)

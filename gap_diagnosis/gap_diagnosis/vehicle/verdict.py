@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.refining import Refined
 from gap_diagnosis.vehicle.search import Found
-from gap_diagnosis.vehicle.stage import Stage
+from gap_diagnosis.vehicle.stage import Stage, least_shown
 
 __all__ = ["Claim", "Verdict", "judged"]
 
@@ -99,7 +99,8 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         name = "no_gap"
     return Verdict(
         name=name, claims=claims, candidates=tuple((o, r.hypothesis) for o, r in found.left),
-        p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]), hidden=_hidden(found),
+        p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]),
+        hidden=least_shown(last.gram, range(len(found.nuisances))),
         wrench=wrench, summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
     )  # fmt: skip
 
@@ -182,24 +183,6 @@ def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
     ]
     rows.sort(key=lambda row: -abs(row[1]))
     return tuple(row for row in rows if abs(row[1]) > 1.5)[:8]
-
-
-def _hidden(found: Found) -> tuple[tuple[Hypothesis, float], ...]:
-    """Return the least size at which each hypothesis of one size would be claimed: log(odds) = gain."""
-    last = found.stages[-1]
-    base = list(range(len(found.nuisances)))
-    H = np.linalg.inv(last.gram.A[np.ix_(base, base)] + np.eye(len(base)))
-    out = []
-    for j, name in enumerate(last.gram.names):
-        if not (isinstance(name, tuple) and isinstance(name[0], Hypothesis)) or name[0].switch:
-            continue
-        h = name[0]
-        if len(h.parameters) != 1:
-            continue
-        left = last.gram.A[j, j] - last.gram.A[base, j] @ H @ last.gram.A[base, j]
-        need = 2.0 * last.gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
-        out.append((h, float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))))
-    return tuple(out)
 
 
 def _summary(

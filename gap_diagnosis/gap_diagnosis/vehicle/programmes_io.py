@@ -1,0 +1,46 @@
+"""Programmes of a vehicle's throttles: their limits on the command line, and written as a run that can be played."""
+
+import argparse
+from pathlib import Path
+
+import numpy as np
+
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.programmes import Limits, Programme
+from run_bag import Topic, write_run
+
+__all__ = ["add_limits", "limits_of", "told", "write_programme"]
+
+
+def add_limits(parser: argparse._ActionsContainer) -> None:
+    """Add the limits that a programme keeps to the arguments of a command."""
+    usual = Limits()
+    parser.add_argument("--throttle", type=float, default=usual.throttle, help="largest [V] (default %(default)s)")
+    parser.add_argument("--tilt", type=float, default=usual.tilt, help="largest [rad] (default %(default)s)")
+    parser.add_argument("--depth", type=float, default=usual.depth, help="largest change [m] (default %(default)s)")
+    parser.add_argument("--speed", type=float, default=usual.speed, help="largest [m/s] (default %(default)s)")
+
+
+def limits_of(given: argparse.Namespace) -> Limits:
+    """Return the limits that were given."""
+    return Limits(throttle=given.throttle, tilt=given.tilt, depth=given.depth, speed=given.speed)
+
+
+def told(programme: Programme, model: Model) -> list[str]:
+    """Return what a programme is and what its dry run says, a sentence each."""
+    run = programme.dry_run
+    return [
+        f"{programme.duration:.0f} s, {model.thrusters} thrusters, {programme.words}, at {run.level:.2f} V",
+        f"dry run: tilt to {run.tilt:.2f} rad, depth by {run.depth:.2f} m, speed to {run.speed:.2f} m/s",
+    ]
+
+
+def write_programme(programme: Programme, model: Model, folder: Path) -> Path:
+    """Write the run `folder` whose throttles are to be played; return it."""
+    time = programme.period * np.arange(len(programme.throttles))
+    topics = [
+        Topic.of_thruster(i, "throttle", time, {"commanded": programme.throttles[:, i]})
+        for i in range(model.thrusters)
+    ]  # fmt: skip
+    about = {"programme": programme.words, "vehicle": model.vehicle.name, "level_V": programme.dry_run.level}
+    return write_run(folder, topics, about)

@@ -1,0 +1,34 @@
+"""Programmes keep their limits, or are refused."""
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.programmes import Limits, pulses, sweeps
+
+
+def test_each_thruster_is_alone_both_ways_and_within_the_limits() -> None:
+    limits = Limits(throttle=2.5, tilt=0.4, depth=0.5, speed=0.5)
+    programme = pulses(load_model("ngs"), limits)
+    u = programme.throttles
+    assert np.all((u != 0.0).sum(axis=1) <= 1)
+    assert np.all(u.max(axis=0) > 0.86) and np.all(u.min(axis=0) < -0.86)
+    assert u.sum(axis=0) == pytest.approx(np.zeros(6), abs=1e-9)
+    run = programme.dry_run
+    assert run.level <= 2.5 and run.tilt < 0.4 and run.depth < 0.5 and run.speed < 0.5
+
+
+def test_limits_that_no_pulse_keeps_are_refused_with_what_was_found() -> None:
+    with pytest.raises(ValueError, match=r"expected a tilt below 0\.001 rad.*the smallest throttle"):
+        pulses(load_model("ngs"), Limits(tilt=0.001))
+
+
+def test_sweeps_move_one_axis_each_and_keep_the_limits() -> None:
+    model = load_model("ngs")
+    limits = Limits(throttle=2.5, tilt=0.4, depth=0.5, speed=0.5)
+    found = sweeps(model, limits)
+    assert [p.words for p in found][:3] == ["a sweep of surge", "a sweep of sway", "a sweep of heave"]
+    for each in found:
+        run = each.dry_run
+        assert run.level <= 2.5 and run.tilt < 0.4 and run.depth < 0.5 and run.speed < 0.5
+        assert np.abs(each.throttles).max() == pytest.approx(run.level, rel=1e-2)
