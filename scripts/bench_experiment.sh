@@ -11,7 +11,7 @@
 #   --real-time          the emulated bench by the wall's clock instead of in lockstep
 #   --protocol text|frames      what the device speaks (text)
 #   --truth SET          parameter set of the emulated thruster (hl_bench)
-#   --parameters SET     parameter set that observer and law believe in (the strategy's own)
+#   --set SET            parameter set that observer and law believe in (the strategy's own)
 #   --form proper|bench  how the observer is discretised (proper)
 #   --effects 'E.P=SIZE ...'    unmodelled effects of the emulated thruster; those of the log, in the set too, act on a
 #                        copy of the finished run, run_as_logged beside run
@@ -30,7 +30,7 @@ others=(steady-flow pi-thrust)
 # The throttle goes to zero first, the recorder sees it, time stands still last.
 stopping_order=('inner_loop driver' 'experiment_watch reference observer' recorder emulated_bench)
 
-reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench parameters='' form=proper effects=''
+reference='' strategy='' port='' real_time=false protocol=text truth=hl_bench set='' form=proper effects=''
 seed=0 noise=true out='' all=false firmware=false built=''
 while [ $# -gt 0 ]; do
     case "$1" in
@@ -39,9 +39,10 @@ while [ $# -gt 0 ]; do
     --network) export THRUSTER_NETWORK=network ;;
     --all) all=true ;;
     --firmware) firmware=true ;;
-    --reference | --strategy | --port | --protocol | --truth | --parameters | --form | --effects | --seed | --out)
+    --reference | --strategy | --port | --protocol | --truth | --set | --parameters | --form | --effects | --seed | --out)
         [ $# -ge 2 ] || refuse "$1: expected a value"
         name=${1#--}
+        [ "$name" != parameters ] || name=set
         printf -v "$name" '%s' "$2"
         shift
         ;;
@@ -91,7 +92,7 @@ run_one() { # REFERENCE STRATEGY FOLDER
     $noise || options+=(--no-noise)
     local listed name package executable
     listed=$(ros2 run rov_sim bench_graph --out "$folder" --reference "$reference" --strategy "$strategy" --port "$port" \
-        --firmware "$built" --protocol "$protocol" --truth "$truth" --effects "$effects" --parameters "$parameters" \
+        --firmware "$built" --protocol "$protocol" --truth "$truth" --effects "$effects" --set "$set" \
         --form "$form" --seed "$seed" "${options[@]}") || return 2
     while read -r name package executable; do
         start "$name" ros2 run "$package" "$executable" --ros-args -r "__node:=$name" --params-file "$folder/nodes/$name.yaml"
@@ -106,7 +107,7 @@ run_one() { # REFERENCE STRATEGY FOLDER
         return 1
     fi
     local run=$folder/run
-    [ -n "$port" ] || run=$(ros2 run thruster_model log_effects "$folder/run" --parameters "$truth" --effects "$effects" \
+    [ -n "$port" ] || run=$(ros2 run thruster_model log_effects "$folder/run" --set "$truth" --effects "$effects" \
         --seed "$seed" --out "$folder/run_as_logged")
     ros2 run rov_sim score_experiment "$run" --reference "$reference" --strategy "$strategy" \
         --out "$folder/scores"

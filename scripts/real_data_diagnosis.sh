@@ -15,7 +15,7 @@ runs() { ros2 run run_bag info "$out/recordings" --list --where "experiment=$1";
 diagnose() {  # name, parameter set, runs on standard input
     mapfile -t given
     printf '[real data] %s against %s: %d runs\n' "$1" "$2" "${#given[@]}"
-    ros2 run gap_diagnosis diagnose "${given[@]}" --model "$2" --out "$out/$1" >"$out/$1.txt" 2>"$out/$1.log"
+    ros2 run gap_diagnosis diagnose "${given[@]}" --set "$2" --out "$out/$1" >"$out/$1.txt" 2>"$out/$1.log"
 }
 # The runs of the thesis' Fig. 4.2 and their neighbours: at 2 and 3 V, either direction.
 open_loop() { runs 'open loop' | grep -E '[pm][23]V$'; }
@@ -29,7 +29,7 @@ runs reversal | diagnose reversal hl
 runs 'in air' | diagnose in_air hl
 # Steady states: two tables of other years, with deviations of readings that repeated runs suggest.
 steady() {  # name, parameter set, columns
-    ros2 run gap_diagnosis steady_states "$1" --model "$2" --columns "$3" \
+    ros2 run gap_diagnosis steady_states "$1" --set "$2" --columns "$3" \
         --deviation thrust=0.3 --deviation torque=0.002 --deviation speed=1.5 --deviation axial=0.02 2>>"$out/steady.log"
 }
 for set in simplified hl; do

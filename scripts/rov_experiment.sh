@@ -15,7 +15,7 @@
 #   --rate HZ            of all loops (25); --gain 1/S: K_P and k_I of the outer loop (2); --u-max V: of throttles (5)
 #   --allocation pseudo-inverse|direction|least-squares      what is done with a wrench beyond the limits (least-squares)
 #   --given-up AXES      whose wrench counts last where not all can be had: pitch, for bluerov2, which cannot pitch
-#   --parameters SET     that observers and laws believe in (the strategy's own)
+#   --set SET            parameter set that observers and laws believe in (the strategy's own)
 #   --seed N             of everything random (0); --no-noise leaves the noise out
 #   --effects 'E.P=SIZE E[T2].P=SIZE ...'    unmodelled effects of vehicle, thrusters and sensors
 #   --fail 'T2 dead at 12 s'    failures, separated by semicolons; also 'T1 weak 0.5 at 20 s', 'T3 stuck at 5 s',
@@ -57,11 +57,11 @@ while [ $# -gt 0 ]; do
         printf -v "${1#--}" '%s' "$2"
         shift
         ;;
-    --vehicle | --gain | --u-max | --allocation | --given-up | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware | --watch)
+    --vehicle | --gain | --u-max | --allocation | --given-up | --set | --parameters | --effects | --fail | --current | --random-wrench | --sensors | --hardware | --watch)
         value "$@"
         [ "$1" != --hardware ] || real_time=true
         [[ "$1=$2" != --hardware=*=firmware ]] || firmware=true
-        given+=("${1/--parameters/--parameter-set}" "$2")
+        given+=("${1/--parameters/--set}" "$2")
         [ "$1" != --fail ] || fail=$2
         shift
         ;;

@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> i
         if given.experiment:  # wrong limits are refused before anything is computed
             largest = LARGEST if given.largest_throttle is None else given.largest_throttle
             Limits(largest=largest, rate=1.0, duration=given.experiment_duration)
-        parameter_set = load_parameter_set(given.model)
+        parameter_set = load_parameter_set(given.set)
         recordings = read_recordings(given.runs, given.thruster, progress=_say)
         found = diagnose(
             recordings, parameter_set, excluded=tuple(given.without), seed=given.seed, longest=given.longest,
@@ -88,7 +88,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one thruster")
     sets = ", ".join(available_sets())
     text = f"parameter set of the simulator: {sets} or a YAML file"
-    parser.add_argument("--set", "--model", dest="model", metavar="SET", required=True, help=text)
+    parser.add_argument("--set", "--model", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--out", type=Path, default=Path("diagnosis"), help="new or empty folder (default diagnosis)")
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")

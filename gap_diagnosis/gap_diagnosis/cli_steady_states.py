@@ -30,7 +30,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print what the table says, as Markdown; return the exit status."""
     parser = argparse.ArgumentParser(prog="steady_states", description=__doc__)
     parser.add_argument("table", type=Path, metavar="TABLE.csv", help="rows of numbers, without a header")
-    parser.add_argument("--model", required=True, metavar="SET", help="parameter set: its name or YAML file")
+    parser.add_argument(
+        "--set", "--model", dest="set", required=True, metavar="SET", help="parameter set: its name or YAML file"
+    )
     parser.add_argument(
         "--columns", required=True, help="throttle, speed, rpm, axial, ambient, thrust, torque, or - for others; commas"
     )
@@ -39,7 +41,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     given = parser.parse_args(user_arguments(arguments))
     try:
-        parameter_set = load_parameter_set(given.model)
+        parameter_set = load_parameter_set(given.set)
         columns = _columns(given.table, given.columns.split(","))
         deviations = dict(map(_deviation, given.deviation))
         throttle = columns.pop("throttle")

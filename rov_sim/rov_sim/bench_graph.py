@@ -37,7 +37,7 @@ class BenchExperiment:
         real_time: by the wall's clock, as a real device always is; else in lockstep.
         protocol: what the device speaks.
         truth: parameter set of the emulated thruster; effects: its unmodelled ones.
-        parameters: parameter set that observer and law believe in; "": the strategy's own.
+        set: parameter set that observer and law believe in; "": the strategy's own.
         form: how the observer is discretised.
         noise, seed: of the emulated sensors.
 
@@ -53,7 +53,7 @@ class BenchExperiment:
     protocol: str = "text"
     truth: str = "hl_bench"
     effects: str = ""
-    parameters: str = ""
+    set: str = ""
     form: str = "proper"
     noise: bool = True
     seed: int = 0
@@ -91,7 +91,7 @@ class BenchExperiment:
 
 def bench_graph(given: BenchExperiment, folder: Path) -> list[GraphNode]:
     """Return the nodes in the order in which they start; run and port lie in the folder."""
-    set_and_law = {"parameter_set": given.parameters} if given.parameters else {}
+    set_and_law = {"parameter_set": given.set} if given.set else {}
     wires = ["state", "thrust_setpoint", "throttle"]
     if given.observer != "none":
         wires.append("estimate")
@@ -111,7 +111,7 @@ def bench_graph(given: BenchExperiment, folder: Path) -> list[GraphNode]:
     if given.observer != "none":
         own = "simplified" if given.observer == "speed-ekf" else STRATEGIES[given.strategy].parameter_set
         observer = {
-            "estimator": given.observer, "parameter_set": given.parameters or own, "form": given.form,
+            "estimator": given.observer, "parameter_set": given.set or own, "form": given.form,
             "throttle": "sent", "wait_for_throttle": given.lockstep,
         }  # fmt: skip
         nodes.append(GraphNode("observer", "thruster_estimation", "observer", "", observer))

@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "bench_campaign"
     parser.add_argument("--seed", type=int, default=1, help="of the random generator (default 1)")
     sets = ", ".join(available_sets())
     text = f"parameter set to alter: {sets} or a YAML file (default hq)"
-    parser.add_argument("--set", "--parameters", dest="parameters", metavar="SET", default="hq", help=text)
+    parser.add_argument("--set", "--parameters", dest="set", metavar="SET", default="hq", help=text)
     parser.add_argument("--spread", type=float, default=0.1, help="relative width of the alteration (default 0.1)")
     example = "for example coulomb_friction.deceleration=60; several times for several"
     parser.add_argument("--effect", action="append", default=[], metavar="EFFECT.PARAMETER=SIZE", help=example)
@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "bench_campaign"
         if given.seed < 0 or given.spread < 0.0:
             raise ValueError(f"expected --seed and --spread >= 0; found {given.seed} and {given.spread:g}")
         rng = np.random.default_rng(given.seed)
-        truth = altered(load_parameter_set(given.parameters), given.spread, rng)
+        truth = altered(load_parameter_set(given.set), given.spread, rng)
         truth = replace(truth, effects=truth.effects.with_words(given.effect))
         if given.programme is None:
             runs = run_campaign(truth, rng)

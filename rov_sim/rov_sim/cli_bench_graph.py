@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     for name in ("reference", "strategy"):
         parser.add_argument(f"--{name}", required=True)
-    for name in ("port", "firmware", "protocol", "truth", "effects", "parameters", "form"):
+    for name in ("port", "firmware", "protocol", "truth", "effects", "set", "form"):
         parser.add_argument(f"--{name}", default=getattr(BenchExperiment, name))
     parser.add_argument("--seed", type=int, default=BenchExperiment.seed)
     parser.add_argument("--no-noise", dest="noise", action="store_false")

@@ -27,7 +27,7 @@ _DEFAULT = Experiment(thrusters=1, sensors=load_sensors())
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="rov_graph", description=__doc__.splitlines()[0])
     parser.add_argument("--out", type=Path, required=True, help="the folder, which exists")
-    for name in ("vehicle", "truth", "strategy", "script", "feedback", "parameter-set", "allocation", "given-up"):
+    for name in ("vehicle", "truth", "strategy", "script", "feedback", "set", "allocation", "given-up"):
         parser.add_argument(f"--{name}", default=getattr(_DEFAULT, name.replace("-", "_")))
     for name, unit in (("rate", "Hz"), ("gain", "1/s"), ("u-max", "V"), ("start-delay", "s")):
         default = getattr(_DEFAULT, name.replace("-", "_"))
@@ -90,7 +90,7 @@ def _experiment(given: argparse.Namespace) -> Experiment:
         thrusters=load_vehicle_set(given.vehicle).coefficients.thrusters, sensors=load_sensors(given.sensors or None),
         vehicle=given.vehicle, truth=given.truth, strategy=given.strategy, script=given.script,
         start_delay=given.start_delay, feedback=given.feedback, rate=given.rate, gain=given.gain, u_max=given.u_max,
-        parameter_set=given.parameter_set, allocation=given.allocation, given_up=given.given_up,
+        set=given.set, allocation=given.allocation, given_up=given.given_up,
         flow=not given.no_flow, sensors_file=given.sensors, plant=plant,
         scene=given.scene, watched=str(Path(given.watch).absolute()) if given.watch else "", seed=given.seed,
         lockstep=not given.real_time, hardware=dict(map(_hardware, given.hardware)),

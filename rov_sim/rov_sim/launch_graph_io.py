@@ -40,7 +40,7 @@ _BENCH = {
     "reference": ("step", "step, triangle, sine"), "strategy": ("hl-ekf", "of the inner loop"),
     "port": ("", "a real device; empty: the emulated bench"), "protocol": ("text", "text, frames"),
     "truth": ("hl_bench", "parameter set of the emulated thruster"), "effects": ("", "its unmodelled effects"),
-    "parameters": ("", "parameter set that observer and law believe in; empty: the strategy's own"),
+    "set": ("", "parameter set that observer and law believe in; empty: the strategy's own"),
     "form": ("proper", "proper, bench: how the observer is discretised"), "seed": ("0", "of the emulated noise"),
 }  # fmt: skip
 _VEHICLE = {
@@ -49,7 +49,7 @@ _VEHICLE = {
     "feedback": ("truth", "truth, estimator"), "rate": ("25", "of all loops [Hz]"),
     "gain": ("2", "of the outer loop [1/s]"),
     "u_max": ("5", "largest throttle [V]"), "allocation": ("least-squares", "pseudo-inverse, direction, least-squares"),
-    "parameter_set": ("", "that observers and laws believe in; empty: the strategy's own"),
+    "set": ("", "parameter set that observers and laws believe in; empty: the strategy's own"),
     "seed": ("0", "of all noise"),
     "effects": ("", "unmodelled effects"), "fail": ("", "such as 'T2 dead at 12 s'"),
     "current": ("0 0 0", "of the water along north, east, down [m/s]"), "sensors": ("", "YAML file of the sensors"),

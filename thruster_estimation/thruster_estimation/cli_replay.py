@@ -50,7 +50,7 @@ def _parser() -> argparse.ArgumentParser:
     known = (*OBSERVERS, *REFERENCES)
     parser.add_argument("--estimator", "--observer", nargs="+", default=["ekf"], choices=known, help=names)
     sets = "parameter sets of the simplified, HL or HQ form, by name or YAML file (default hl)"
-    parser.add_argument("--model", nargs="+", default=["hl"], help=sets)
+    parser.add_argument("--set", "--model", dest="sets", nargs="+", metavar="SET", default=["hl"], help=sets)
     form = "bench: Euler, as the bench ran it (default proper)"
     parser.add_argument("--form", default="proper", choices=("proper", "bench"), help=form)
     parser.add_argument("--input-map", metavar=",".join(_MAP), help="input map in the place of the sets' own")
@@ -95,7 +95,7 @@ def _input_map(text: str | None) -> dict[str, float]:
 
 def _jobs(given: argparse.Namespace) -> tuple[list[Job], list[str]]:
     changed, jobs = _input_map(given.input_map), []
-    for model in dict.fromkeys(given.model):
+    for model in dict.fromkeys(given.sets):
         coefficients = load_parameter_set(model).coefficients
         if changed:
             coefficients = coefficients._replace(**changed)
@@ -150,7 +150,7 @@ def _print(outcomes: Sequence[Outcome]) -> None:
 def _write(outcomes: Sequence[Outcome], given: argparse.Namespace) -> None:
     provenance = {
         "runs": [path.resolve().name for path in given.runs],
-        "models": given.model,
+        "models": given.sets,
         "form": given.form,
         "input map": given.input_map,
         "gate": given.gate,

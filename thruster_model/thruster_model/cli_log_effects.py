@@ -19,13 +19,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the path of the run with the effects, or of the run itself where there are none; return the exit status."""
     parser = argparse.ArgumentParser(prog="log_effects", description=__doc__)
     parser.add_argument("run", type=Path, help="the run; it is not touched")
-    parser.add_argument("--parameters", help="parameter set whose effects act")
+    parser.add_argument("--set", "--parameters", dest="set", metavar="SET", help="parameter set whose effects act")
     parser.add_argument("--effects", default="", help="more effects: 'EFFECT.PARAMETER=SIZE ...'")
     parser.add_argument("--seed", type=int, default=0, help="of effects that scatter (default 0)")
     parser.add_argument("--out", type=Path, required=True, help="the copy, a new folder")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        effects = load_parameter_set(given.parameters).effects if given.parameters else NOTHING
+        effects = load_parameter_set(given.set).effects if given.set else NOTHING
         effects = effects.with_words(given.effects.split())
         print(with_log_effects(given.run, given.out, effects, given.seed))
     except (RunError, ThrusterModelError, OSError, ValueError) as error:

@@ -25,7 +25,13 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     sets = ", ".join(available_vehicles())
     parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
-    parser.add_argument("--model", help="parameter set of its thrusters; default: the one that the vehicle's set names")
+    parser.add_argument(
+        "--set",
+        "--model",
+        dest="set",
+        metavar="SET",
+        help="parameter set of its thrusters; default: the one that the vehicle's set names",
+    )
     parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
@@ -37,7 +43,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     given = parser.parse_args(user_arguments(arguments))
     try:
         refuse_full_folder(given.out)
-        model = load_model(given.vehicle, given.model, given.sensors)
+        model = load_model(given.vehicle, given.set, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
         provenance = provenance_of(given.runs, model)
         found = diagnosed(

@@ -26,14 +26,20 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
     sets = ", ".join(available_vehicles())
     parser.add_argument("--vehicle", required=True, help=f"set that is believed within its deviations: {sets} or YAML")
-    parser.add_argument("--model", help="parameter set of its thrusters; default: the one that the vehicle's set names")
+    parser.add_argument(
+        "--set",
+        "--model",
+        dest="set",
+        metavar="SET",
+        help="parameter set of its thrusters; default: the one that the vehicle's set names",
+    )
     parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
     given = parser.parse_args(user_arguments(arguments))
     try:
         refuse_full_folder(given.out)
-        model = load_model(given.vehicle, given.model, given.sensors)
+        model = load_model(given.vehicle, given.set, given.sensors)
         logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
         fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))
         provenance = provenance_of(given.runs, model)

@@ -19,7 +19,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Write a programme; return the exit status."""
     parser = argparse.ArgumentParser(prog="pulses", description=__doc__)
     parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--model", help="parameter set of its thrusters")
+    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
     parser.add_argument(
         "--out", type=Path, help="new folder: a run with the throttles, to be played; without: dry run only"
     )
@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--pulse", type=float, default=1.0, help="length of a pulse [s] (default %(default)s)")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        model = load_model(given.vehicle, given.model)
+        model = load_model(given.vehicle, given.set)
         programme = pulses(model, limits_of(given), pulse=given.pulse)
         print("\n".join(told(programme, model)))
         if given.out is None:

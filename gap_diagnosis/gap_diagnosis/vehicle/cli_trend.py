@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="trend", description=__doc__)
     parser.add_argument("dives", nargs="+", type=Path, metavar="DIVE", help="a run each, in order; three or more")
     parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--model", help="parameter set of its thrusters")
+    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
     parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument("--effect", default="thrust_loss", help="that is followed (default %(default)s)")
     place = parser.add_mutually_exclusive_group()
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         refuse_full_folder(given.out)
         if len(given.dives) < 3:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
-        model = load_model(given.vehicle, given.model, given.sensors)
+        model = load_model(given.vehicle, given.set, given.sensors)
         logs = [read_log(path, model.thrusters) for path in given.dives]
         h = followed(model, logs, given.effect, given.thruster, given.axis)
         times, unit = _times(logs)

@@ -22,7 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="watch_run", description=__doc__)
     parser.add_argument("run", type=Path, metavar="RUN")
     parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--model", help="parameter set of its thrusters")
+    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
     parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument(
         "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
@@ -33,7 +33,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )  # fmt: skip
     given = parser.parse_args(user_arguments(arguments))
     try:
-        model = load_model(given.vehicle, given.model, given.sensors)
+        model = load_model(given.vehicle, given.set, given.sensors)
         values, noises = baseline(model, [read_log(path, model.thrusters) for path in given.baseline])
         log = read_log(given.run, model.thrusters)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:

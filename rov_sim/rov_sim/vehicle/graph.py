@@ -50,7 +50,7 @@ class Experiment:
         u_max: largest throttle [V].
         allocation: pseudo-inverse, direction or least-squares.
         given_up: axes, separated by commas, whose wrench counts last.
-        parameter_set: that observers and laws believe in; "": the strategy's own.
+        set: that observers and laws believe in; "": the strategy's own.
         flow: whether observers are told U = K_t^T nu; else they predict U by (4.5) alone.
         sensors: as the controllers know them; sensors_file: the plant's, "": those of the package.
         plant: more parameters of the plant: effects, failures, current, random wrench, noise.
@@ -79,7 +79,7 @@ class Experiment:
     u_max: float = 5.0
     allocation: str = "least-squares"
     given_up: str = ""
-    parameter_set: str = ""
+    set: str = ""
     flow: bool = True
     sensors_file: str = ""
     plant: Mapping[str, Any] = field(default_factory=dict)
@@ -212,7 +212,7 @@ def _observer(given: Experiment, i: int) -> dict[str, Any]:
     speed = max(given.sensors.tachometer.noise[0], 1e-3) if given.strategy != "dead-zone" else _NO_NOISE
     found = {
         "thruster": i, "estimator": given.observer, "period": 1.0 / given.rate,
-        "parameter_set": given.parameter_set or _believed(given),
+        "parameter_set": given.set or _believed(given),
         "wait_for_flow": given.flow and i not in given.hardware,
         "throttle": "sent" if i in given.hardware else "commanded", "wait_for_throttle": given.lockstep,
     }  # fmt: skip
@@ -231,7 +231,7 @@ def _believed(given: Experiment) -> str:
 
 
 def _inner_loop(given: Experiment, i: int) -> dict[str, Any]:
-    believed = {"parameter_set": given.parameter_set} if given.parameter_set else {}
+    believed = {"parameter_set": given.set} if given.set else {}
     timeout = {} if given.lockstep else {"setpoint_timeout": _TIMEOUT}
     return {
         "thruster": i, "strategy": given.strategy, "u_max": given.u_max, "period": 1.0 / given.rate, **believed,
