@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import get_args
 
 from run_bag.command_line import user_arguments
@@ -36,7 +37,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Print the reference; return the exit status."""
     parser = argparse.ArgumentParser(prog="reference", description=__doc__)
     parser.add_argument("--effects", action="store_true", help="that of the effects of a thruster, in their place")
+    parser.add_argument("--picture", type=Path, metavar="FILE", help="draw what each effect does to what sensors read")
     given = parser.parse_args(user_arguments(arguments))
+    if given.picture is not None:
+        from thruster_model.effect_signatures_io import draw_signatures  # kernels take seconds to load
+
+        try:
+            draw_signatures(given.picture)
+        except (OSError, ValueError) as error:
+            print(error, file=sys.stderr)
+            return 1
+        print(given.picture)
+        return 0
     print(effects() if given.effects else reference(), end="")
     return 0
 
@@ -52,6 +64,11 @@ def effects() -> str:
         "",
         'A size has its unit, its plausible range and the value at which there is exactly no effect. "Alike": effects '
         "that recordings of one thruster cannot tell from it.",
+        "",
+        "What each does to what sensors read, less what they read without it, at half its range (`reference --picture "
+        "FILE`). The number is the largest change; grey: none.",
+        "",
+        "![Changes of rotor speed, axial and ambient flow, thrust and torque, a row an effect](effects.png)",
     ]
     heads = ["effect", "what it is", "equation", "sizes", "alike"]
     for block in get_args(Block):
