@@ -24,7 +24,8 @@ def test_each_effect_moves_something(found):
 
 
 @pytest.mark.parametrize(
-    ("effect", "moved"), [("tach_lag", {"speed"}), ("flow_bias", {"axial", "ambient"}), ("load_cell_scale", {"thrust", "torque"})]
+    ("effect", "moved"),
+    [("tach_lag", {"speed"}), ("flow_bias", {"axial", "ambient"}), ("load_cell_scale", {"thrust", "torque"})],
 )
 def test_an_effect_of_a_sensor_moves_what_it_reads_alone(found, effect, moved):
     assert {signal for signal, change in found[effect].items() if np.abs(change).max() > 0.0} == moved

@@ -249,7 +249,8 @@ def prepared_with(
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
     gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=first_instant(log))
-    driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
+    turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
+    driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None)
     return Prepared(

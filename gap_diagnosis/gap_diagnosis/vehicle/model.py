@@ -154,6 +154,10 @@ class Model:
         changes = tuple((k[1], v) for k, v in values.items() if k[0] == "vehicle" and v)
         body = body_with(self._coefficients(changes), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
+        if initial is not None and not body.turning.all():  # a rotor that has stopped stood still before
+            thrusters_then = initial.thrusters.copy()
+            thrusters_then[body.turning == 0.0, 0] = 0.0
+            initial = initial._replace(thrusters=thrusters_then)
         own = thruster_effects([a for a in active if a.id not in (*_TACH, *OF_LOG)], N)
         settings = VehicleSettings(
             coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial, largest_step=STEP

@@ -17,6 +17,7 @@ from gap_diagnosis.vehicle.learning import first_noises
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.innovations import states_of
 from run_bag import write_run
 
 
@@ -96,3 +97,17 @@ def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:
     noises: Any = SimpleNamespace(speed=np.array([1.2, 1.2, 1.2]))
     model: Any = SimpleNamespace(sets=[SimpleNamespace(coefficients=SimpleNamespace(delta_u1=-0.8, delta_u2=0.8))] * 3)
     assert at_rest(model, log, noises).tolist() == [[True, False, False]]
+
+
+def test_a_rotor_that_has_stopped_is_not_stirred_by_its_tachometers_noise(tmp_path: Path) -> None:
+    stopped: Any = ("thruster_failure", {"thruster": 3, "kind": "stopped"}, {"failed": 1.0})
+    draw = Draw(seed=1750, vehicle="bluerov2_heavy", effects=(stopped,), kinds=("sines",), duration=20.0)
+    model = load_model(draw.vehicle)
+    log = read_log(
+        write_run(tmp_path / "run", recorded(draw, model.vehicle, model.sets, model.sensors)[0]), model.thrusters
+    )
+    active = ActiveVehicleEffect(id=stopped[0], sizes=stopped[2], **stopped[1])
+    found = prepared_with(model, log, 0, first_noises(model, [log]), {}, [active])
+    speeds = np.abs(states_of(found.base.states).speeds)
+    assert np.abs(log.speeds[:, 3]).max() > 3.0
+    assert speeds[:, 3].max() == 0.0 and speeds[:, 2].max() > 50.0
