@@ -79,24 +79,22 @@ def next_experiment(
         break
     judged = []
     for programme in tried:
-        stage = _with_recording(found, logs, programme)
-        both = _together(last.gram, stage.gram)
+        both = _together(last.gram, _with_recording(found, logs, programme).gram)
         separates = tuple(
             Separation(first=a, second=b, now=_distance(last.gram, last, a, b), then=_distance(both, last, a, b))
             for a, b in pairs
         )
-        hidden = _hidden(both, model)
-        worst = min((min(s.then, rules.TOLD_APART) for s in separates), default=0.0)
         judged.append(
-            (
-                (worst, -hidden, -programme.duration),
-                NextExperiment(
-                    programme=programme, separates=separates, hidden_then=hidden,
-                    hidden_now=hidden_now,
-                ),
+            NextExperiment(
+                programme=programme, separates=separates, hidden_now=hidden_now, hidden_then=_hidden(both, model)
             )
-        )  # fmt: skip
-    return max(judged, key=lambda each: each[0])[1] if judged else None
+        )
+    return max(judged, key=_worth, default=None)
+
+
+def _worth(each: NextExperiment) -> tuple[float, int, float]:
+    least = min((min(s.then, rules.TOLD_APART) for s in each.separates), default=0.0)
+    return least, -each.hidden_then, -each.programme.duration
 
 
 def _undecided(verdict: Verdict) -> list[tuple[Hypothesis, Hypothesis]]:
