@@ -301,6 +301,20 @@ def test_the_last_word_of_the_inner_loop_is_no_throttle(running: Callable[..., S
     assert scene.throttles(1) == [0.0]
 
 
+def test_the_last_word_is_not_stamped_before_the_last_throttle_where_the_clock_comes_late(
+    running: Callable[..., Scene],
+) -> None:
+    scene = running()
+    for k in (10, 11):
+        scene.set_point(k, 5.0)
+        scene.estimate(k)
+        scene.after(k - 9)
+    scene.set_time(10 * PERIOD)
+    scene.subject.on_stop()  # type: ignore[attr-defined]
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in scene.after(3)]
+    assert stamps == [10 * PERIOD, 11 * PERIOD, 11 * PERIOD]
+
+
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [

@@ -87,7 +87,7 @@ class AllocatorNode(Node):
 
     def on_stop(self) -> None:
         """Take the requests back."""
-        self._publish_thrusts(self.get_clock().now().nanoseconds, self._loop.thrusters * [nan])
+        self._publish_thrusts(self._thrusts[0].last_word(self), self._loop.thrusters * [nan])
 
     def _on_setpoint(self, sp: Any) -> None:
         self._take("setpoint", sp.stamp, VehicleSetPoint(*sp[2:]))

@@ -141,7 +141,7 @@ class InnerLoopNode(Node):
 
     def on_stop(self) -> None:
         """Command zero."""
-        stamp = self.get_clock().now().nanoseconds
+        stamp = self._throttles.last_word(self)
         self._throttles.publish(_THROTTLE.record(stamp=stamp, frame_id=self._frame_id, commanded=0.0, sent=nan))
 
     def _on_setpoint(self, setpoint: Any) -> None:

@@ -92,7 +92,7 @@ class ReferenceNode(Node):
 
     def on_stop(self) -> None:
         """Take the request back."""
-        self._publish(self.get_clock().now().nanoseconds, nan)
+        self._publish(self._set_points.last_word(self), nan)
 
     def _on_state(self, state: Any) -> None:
         self._tick(state.stamp)

@@ -99,7 +99,7 @@ class VehicleReferenceNode(Node):
 
     def on_stop(self) -> None:
         """Take the set point back."""
-        self._publish(self.get_clock().now().nanoseconds, _NOWHERE)
+        self._publish(self._set_points.last_word(self), _NOWHERE)
 
     def _on_operator(self, twist: Any) -> None:
         moving = twist.twist_linear_x, twist.twist_linear_y, twist.twist_linear_z

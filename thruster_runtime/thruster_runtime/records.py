@@ -118,6 +118,7 @@ class RecordPublisher:
     Attributes:
         publisher: rclpy's.
         heard_by: these get each record as it is, beside the topic.
+        stamp: of the last record [ns]; 0 before the first, and of types without a stamp.
     """
 
     def __init__(self, node: Node, kind: type, topic: str, qos: QoSProfile = RELIABLE) -> None:
@@ -129,13 +130,22 @@ class RecordPublisher:
         self._write = format_of(kind).write
         self.publisher = node.create_publisher(kind, topic, qos)
         self.heard_by: list[Callable[[Any], None]] = []
+        self.stamp = 0
         ends_of(node).publishers.append(self)
 
     def publish(self, record: Any) -> None:
         """Publish a record of the topic's type."""
         self.publisher.publish(self._write(record))
+        self.stamp = getattr(record, "stamp", 0)
         for callback in self.heard_by:
             callback(record)
+
+    def last_word(self, node: Node) -> int:
+        """Return the stamp [ns] of what a node says as it stops: now, but not before its last record.
+
+        In simulated time the clock may come after the message that a record answers.
+        """
+        return max(int(node.get_clock().now().nanoseconds), self.stamp)
 
     def get_subscription_count(self) -> int:
         """Return how many subscriptions are matched, as rclpy's publisher does."""
