@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
@@ -14,7 +15,6 @@ from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
 from thruster_model.errors import ThrusterModelError
-from thruster_model.vehicle_set_io import available_vehicles
 
 __all__ = ["main"]
 
@@ -23,15 +23,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     """Diagnose runs of a vehicle; return the exit status."""
     parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
-    sets = ", ".join(available_vehicles())
-    parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
-    parser.add_argument(
-        "--set",
-        "--model",
-        dest="set",
-        metavar="SET",
-        help="parameter set of its thrusters; default: the one that the vehicle's set names",
-    )
+    add_sets(parser)
     parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
@@ -66,7 +58,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     for path in paths:
         print(path)
     if given.experiment and found.proposed is None:
-        print("note: no next experiment: nothing is left to be told apart or shown, or no programme keeps the limits")
+        text = "note: no next experiment: nothing is left to be told apart or shown, or no programme keeps the limits"
+        print(text, file=sys.stderr)
     return 0
 
 

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
@@ -15,7 +16,6 @@ from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
 from thruster_model.errors import ThrusterModelError
-from thruster_model.vehicle_set_io import available_vehicles
 
 __all__ = ["main"]
 
@@ -24,15 +24,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
     """Fit a vehicle's numbers to its runs; return the exit status."""
     parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
-    sets = ", ".join(available_vehicles())
-    parser.add_argument("--vehicle", required=True, help=f"set that is believed within its deviations: {sets} or YAML")
-    parser.add_argument(
-        "--set",
-        "--model",
-        dest="set",
-        metavar="SET",
-        help="parameter set of its thrusters; default: the one that the vehicle's set names",
-    )
+    add_sets(parser)
     parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")

@@ -5,6 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.programmes import pulses
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of, told, write_programme
@@ -18,8 +19,7 @@ __all__ = ["main"]
 def main(arguments: Sequence[str] | None = None) -> int:
     """Write a programme; return the exit status."""
     parser = argparse.ArgumentParser(prog="pulses", description=__doc__)
-    parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
+    add_sets(parser)
     parser.add_argument(
         "--out", type=Path, help="new folder: a run with the throttles, to be played; without: dry run only"
     )

@@ -10,6 +10,7 @@ from typing import Any
 
 import plotly.graph_objects as go
 
+from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -33,8 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Follow an effect over dives; return the exit status."""
     parser = argparse.ArgumentParser(prog="trend", description=__doc__)
     parser.add_argument("dives", nargs="+", type=Path, metavar="DIVE", help="a run each, in order; three or more")
-    parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
+    add_sets(parser)
     parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument("--effect", default="thrust_loss", help="that is followed (default %(default)s)")
     place = parser.add_mutually_exclusive_group()

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log_io import read_log
@@ -21,8 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Watch a run; return the exit status."""
     parser = argparse.ArgumentParser(prog="watch_run", description=__doc__)
     parser.add_argument("run", type=Path, metavar="RUN")
-    parser.add_argument("--vehicle", required=True, help="its set: a name or a YAML file")
-    parser.add_argument("--set", "--model", dest="set", metavar="SET", help="parameter set of its thrusters")
+    add_sets(parser)
     parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument(
         "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
