@@ -100,7 +100,11 @@ def content_of(
         ],
         "p_none": verdict.p_none,
         "p_unknown": verdict.p_unknown,
-        "budget": {**_budget(found, errors), "unexplained_wrench": verdict.wrench.tolist()},
+        "budget": {
+            "horizons": [each.horizon for each in errors],
+            **_budget(found, errors),
+            "unexplained_wrench": verdict.wrench.tolist(),
+        },
         "retuned_parameters": {
             ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
         },
