@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
 from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
+from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
 from gap_diagnosis.vehicle.wiring import Wiring
@@ -52,6 +53,20 @@ def _effect(claim: Claim, shrink: Share | None) -> dict[str, Any]:
     }
 
 
+def _logged(found: Logged) -> dict[str, Any]:
+    return {
+        "id": found.effect, "thruster": found.thruster, "other": None, "axis": None, "sensor": found.sensor,
+        "kind": None,
+        "words": found.words,
+        "probability": round(found.probability, 4),
+        "parameters": {found.parameter: {"value": found.size, "std": found.deviation, "unit": found.unit}},
+        "indistinguishable_from": [],
+        "nameless": [],
+        "shrink": None,
+        "shrink_interval": None,
+    }  # fmt: skip
+
+
 def where_of(verdict: Verdict) -> list[dict[str, Any]]:
     """Return blocks with shares that sum to 1: of each claim, or of what is nearest, or of a nameless dependence."""
     rows: list[dict[str, Any]] = []
@@ -59,6 +74,10 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
         h = claim.refined.hypothesis
         library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
         rows.append({"block": library.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
+    rows += [
+        {"block": stages.LIBRARY[each.effect].block, "thruster": each.thruster, "axis": None, "weight": 1.0}
+        for each in verdict.logged
+    ]
     for gain, (_, axis, feature) in verdict.left[:2]:
         rows.append(
             {"block": "body", "thruster": None, "axis": axis, "regime": feature, "weight": min(gain / 50.0, 1.0)}
@@ -87,6 +106,7 @@ def content_of(
     if found is not None and errors:
         shrinks = {a.hypothesis: s for a, s in zip(found.stages[-1].accepted, errors[0].shrinks, strict=True)}
     effects = [_effect(c, shrinks.get(c.refined.hypothesis)) for c in verdict.claims]
+    effects += [_logged(each) for each in verdict.logged]
     return {
         "verdict": verdict.name,
         "summary": verdict.summary,

@@ -5,6 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.oddities import Oddity
+
 __all__ = ["VehicleLog"]
 
 Array = NDArray[np.float64]
@@ -27,6 +29,7 @@ class VehicleLog:
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
         start: of the recording's clock [ns].
         notes: what the reader decided, one sentence each.
+        oddities: what the logs of the sensors show by themselves.
     """
 
     name: str
@@ -43,6 +46,7 @@ class VehicleLog:
     signed: bool = True
     start: int = 0
     notes: tuple[str, ...] = ()
+    oddities: tuple[Oddity, ...] = ()
 
     @property
     def count(self) -> int:

@@ -6,7 +6,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.log_check import lattice_step
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import PERIOD
 from run_bag import MissingTopicError, Run, RunError, read_run
 
@@ -14,6 +16,7 @@ __all__ = ["log_of", "read_log"]
 
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
+_IMU, _ODOMETRY = "rov/imu.", "rov/odometry."
 _MOST = 32
 _INSTANTS_A_READING = 100
 """A log has at most so many instants for each reading of throttles and motion: a pause of a year is no recording."""
@@ -39,6 +42,8 @@ def read_log(path: Path, thrusters: int, period: float = PERIOD) -> VehicleLog:
 def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:
     """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
 
+    Without a grid the run is a whole recording: what its log shows to be wrong is taken out of the way, see `oddities`.
+
     Raises:
         RunError: no throttles, nothing that tells the motion, readings that no vehicle gives, or far more time than
             readings.
@@ -52,22 +57,14 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     extra = [i for i in range(thrusters, _MOST) if _throttle(run, i) is not None]
     if extra:
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
-    imu, odometry = "rov/imu.", "rov/odometry."
-    attitude = _columns(run, [f"{imu}orientation.{a}" for a in "wxyz"], whole=True)
-    if attitude is None or not _turned(attitude[1]):
-        attitude = _columns(run, [f"{odometry}pose.pose.orientation.{a}" for a in "wxyz"], whole=True)
-        if attitude is not None:
-            notes.append("attitude of rov/odometry: the IMU tells none")
-    rates = _columns(run, [f"{imu}angular_velocity.{a}" for a in "xyz"])
-    if rates is None:
-        rates = _columns(run, [f"{odometry}twist.twist.angular.{a}" for a in "xyz"])
-        notes.append("rates of rov/odometry: there is no gyro")
+    odd: list[Oddity] | None = [] if grid is None else None
+    attitude, rates = _attitude(run, notes, odd), _rates(run, notes, odd)
     if rates is None and attitude is None:
         raise RunError(f"{run.name}: expected rov/imu or rov/odometry with attitude or rates; found {', '.join(run)}")
-    force = _columns(run, [f"{imu}linear_acceleration.{a}" for a in "xyz"])
-    velocity = _columns(run, [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"])
-    depth = _columns(run, ["rov/depth.depth"])
-    battery = _columns(run, ["rov/battery.voltage", "rov/battery.current"])
+    force = _sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd)
+    velocity = _sensor(run, "velocity", [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"], odd)
+    depth = _sensor(run, "depth", ["rov/depth.depth"], odd)
+    battery = _sensor(run, "battery", ["rov/battery.voltage", "rov/battery.current"], odd)
     given = [each for each in throttles if each is not None]
     start = min(float(t[0]) for t, _ in given)
     moving = rates if rates is not None else attitude
@@ -95,7 +92,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     quaternions = np.full((K, 4), np.nan)
     if attitude is not None:
         quaternions, noise[:3] = _attitudes(*attitude, grid, period)
-    speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes)
+    speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes, odd)
     power, power_noise = np.full((K, 2), np.nan), np.full(2, np.nan)
     if battery is not None:
         power, power_noise = _at_instants(*battery, grid, period)
@@ -103,7 +100,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     return VehicleLog(
         name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
         battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise, battery_noise=power_noise,
-        signed=signed, start=run.start, notes=tuple(notes),
+        signed=signed, start=run.start, notes=tuple(notes), oddities=tuple(odd or ()),
     )  # fmt: skip
 
 
@@ -161,6 +158,37 @@ def _columns(run: Run, names: Sequence[str], *, whole: bool = False) -> tuple[Ar
     return (time[keep], values[keep]) if keep.sum() > 2 else None
 
 
+def _sensor(
+    run: Run, sensor: str, names: Sequence[str], odd: list[Oddity] | None, *,
+    whole: bool = False, thruster: int | None = None,
+) -> tuple[Array, Array] | None:  # fmt: skip
+    """Return what these channels of a sensor told, see `_columns`; what its log shows to be wrong is added to `odd`."""
+    channel = _columns(run, names, whole=whole)
+    if channel is None or odd is None:
+        return channel
+    time, values, found = cleaned(*channel, sensor, thruster)
+    odd += found
+    return time, values
+
+
+def _attitude(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
+    attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
+    if attitude is not None and _turned(attitude[1]):
+        return attitude
+    attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
+    if attitude is not None:
+        notes.append("attitude of rov/odometry: the IMU tells none")
+    return attitude
+
+
+def _rates(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
+    rates = _sensor(run, "imu", [f"{_IMU}angular_velocity.{a}" for a in "xyz"], odd)
+    if rates is None:
+        rates = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
+        notes.append("rates of rov/odometry: there is no gyro")
+    return rates
+
+
 def _turned(q: Array) -> bool:
     return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
 
@@ -175,11 +203,13 @@ def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:
 
 
 def scatter(values: Array) -> Array:
-    """Return the standard deviation of white noise on columns (K, m) of slow signals, from third differences."""
+    """Return the standard deviation of white noise on columns (K, m) of slow signals, from third differences; readings
+    on a lattice are off by its step, evenly."""
     if len(values) < 8:
         return np.full(values.shape[1], np.nan)
     difference = np.diff(values, 3, axis=0)
-    return np.asarray(1.4826 * np.nanmedian(np.abs(difference), axis=0) / np.sqrt(20.0))
+    white = 1.4826 * np.nanmedian(np.abs(difference), axis=0) / np.sqrt(20.0)
+    return np.hypot(white, [lattice_step(column) / np.sqrt(12.0) for column in values.T])
 
 
 def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array]:
@@ -230,10 +260,12 @@ def _nearest(time: Array, values: Array, grid: Array, period: float) -> tuple[Ar
     return out, scatter(values), np.maximum(late, 0.0)
 
 
-def _speeds(run: Run, thrusters: int, grid: Array, period: float, notes: list[str]) -> tuple[Array, Array, bool]:
+def _speeds(
+    run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: list[Oddity] | None
+) -> tuple[Array, Array, bool]:
     speeds, noise, signed = np.full((grid.size, thrusters), np.nan), np.full(thrusters, np.nan), True
     for i in range(thrusters):
-        channel = _columns(run, [f"thruster_{i}/state.n"])
+        channel = _sensor(run, "tachometer", [f"thruster_{i}/state.n"], odd, thruster=i)
         if channel is not None:
             out, scattered = _at_instants(*channel, grid, period)
             speeds[:, i], noise[i] = out[:, 0], scattered[0]

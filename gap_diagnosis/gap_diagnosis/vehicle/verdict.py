@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key
+from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.refining import Refined
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown
@@ -45,6 +46,7 @@ class Verdict:
         left: nameless dependences that are significant: (gain, key).
         hidden: what could not have been shown: (hypothesis, least size), in its own unit.
         wrench: random wrench that remains (6,) [N, N m].
+        logged: what the logs of sensors show by themselves.
         summary: in sentences.
     """
 
@@ -57,6 +59,7 @@ class Verdict:
     left: tuple[tuple[float, Key], ...]
     hidden: tuple[tuple[Hypothesis, float], ...]
     wrench: Array
+    logged: tuple[Logged, ...]
     summary: str
 
 
@@ -79,7 +82,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     rough = _rough(last)
     if rough or hidden:
         p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
-    shifted = _shifted(found)
+    shifted, logged = _shifted(found), common_to([log.oddities for log in logs])
     if (
         all(log.duration < rules.LEAST_TIME for log in logs)
         or max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION
@@ -93,6 +96,8 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         name = "unknown"
     elif best > np.log(rules.SUSPECTED):
         name = "cannot_tell"
+    elif logged:
+        name = "effect"
     elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted):
         name = "parameters"
     else:
@@ -101,7 +106,8 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         name=name, claims=claims, candidates=tuple((o, r.hypothesis) for o, r in found.left),
         p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]),
         hidden=least_shown(last.gram, range(len(found.nuisances))),
-        wrench=wrench, summary=_summary(name, claims, small, found, nameless, rough, wrench, shifted),
+        wrench=wrench, logged=logged,
+        summary=_summary(name, claims, logged, small, found, nameless, rough, wrench, shifted),
     )  # fmt: skip
 
 
@@ -186,7 +192,7 @@ def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
 
 
 def _summary(
-    name: str, claims: Sequence[Claim], small: Sequence[Refined], found: Found,
+    name: str, claims: Sequence[Claim], logged: Sequence[Logged], small: Sequence[Refined], found: Found,
     nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
     shifted: Sequence[tuple[Key, float, float]],
 ) -> str:  # fmt: skip
@@ -208,6 +214,7 @@ def _summary(
             alike.append(f"something on {axis} that goes with {feature} and is in no library")
         if alike:
             says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
+    says += [each.sentence for each in logged]
     if name == "no_gap":
         says.append("The model explains the recordings within the deviations of its parameters.")
     if small:

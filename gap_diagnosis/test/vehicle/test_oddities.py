@@ -1,0 +1,114 @@
+"""What a vehicle's log shows before any physics: healthy recordings, spoiled as loggers and sensors spoil them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.oddities import Oddity, cleaned, common_to
+from run_bag import Topic, write_run
+
+Array = NDArray[np.float64]
+Spoil = Callable[[Topic, np.random.Generator], Topic]
+DRAW = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
+MODEL = load_model(DRAW.vehicle)
+
+
+@pytest.fixture(scope="module")
+def healthy() -> list[Topic]:
+    return recorded(DRAW, MODEL.vehicle, MODEL.sets, MODEL.sensors)[0]
+
+
+def read(topics: Sequence[Topic], folder: Path) -> VehicleLog:
+    return read_log(write_run(folder / "run", list(topics)), MODEL.thrusters)
+
+
+def spoiled(topics: Sequence[Topic], name: str, how: Spoil) -> list[Topic]:
+    return [how(topic, np.random.default_rng(3)) if topic.name == name else topic for topic in topics]
+
+
+def lost(topic: Topic, rng: np.random.Generator) -> Topic:
+    kept = rng.random(len(topic.stamps)) >= 0.15
+    kept[0] = True
+    last = np.maximum.accumulate(np.where(kept, np.arange(kept.size), 0))
+    return replace(topic, fields={name: np.asarray(values)[last] for name, values in topic.fields.items()})
+
+
+def jittered(topic: Topic, rng: np.random.Generator) -> Topic:
+    stamps = np.asarray(topic.stamps) + 1e9 * 0.008 * rng.standard_normal(len(topic.stamps))
+    return replace(topic, stamps=np.sort(stamps.astype(np.int64)))
+
+
+def blind(topic: Topic, rng: np.random.Generator) -> Topic:
+    n = np.asarray(topic.fields["n"])
+    return replace(topic, fields={**topic.fields, "n": np.where(np.abs(n) < 25.0, 0.0, n)})
+
+
+def coarse(topic: Topic, rng: np.random.Generator) -> Topic:
+    return replace(topic, fields={**topic.fields, "n": 6.0 * np.round(np.asarray(topic.fields["n"]) / 6.0)})
+
+
+CASES = [
+    ("rov/imu", lost, "dropped_samples", "imu", None, 0.15, 0.02),
+    ("rov/imu", jittered, "timestamp_jitter", "imu", None, 0.008, 0.002),
+    ("thruster_2/state", blind, "tach_dropout", "tachometer", 2, 25.0, 1.0),
+    ("thruster_2/state", coarse, "tach_quantization", "tachometer", 2, 6.0, 0.01),
+]
+
+
+@pytest.mark.parametrize(("topic", "how", "effect", "sensor", "thruster", "size", "within"), CASES)
+def test_what_spoils_a_log_is_named_with_its_size(
+    topic: str, how: Spoil, effect: str, sensor: str, thruster: int | None, size: float, within: float,
+    healthy: list[Topic], tmp_path: Path,
+) -> None:  # fmt: skip
+    found = common_to([read(spoiled(healthy, topic, how), tmp_path).oddities])
+    assert [(each.effect, each.sensor, each.thruster) for each in found] == [(effect, sensor, thruster)]
+    assert abs(found[0].size - size) < within and found[0].probability > 0.99
+
+
+def test_a_healthy_log_shows_nothing(healthy: list[Topic], tmp_path: Path) -> None:
+    assert read(healthy, tmp_path).oddities == ()
+
+
+def test_lost_samples_are_not_measured(healthy: list[Topic], tmp_path: Path) -> None:
+    there = np.isfinite(read(healthy, tmp_path / "whole").told[:, 10]).sum()
+    seen = np.isfinite(read(spoiled(healthy, "rov/velocity", lost), tmp_path / "lost").told[:, 10]).sum()
+    assert 0.75 * there < seen < 0.95 * there
+
+
+def test_what_a_slower_sensor_repeats_on_purpose_is_no_loss() -> None:
+    time = np.arange(0.0, 40.0, 0.02)
+    values = np.random.default_rng(5).normal(size=(time.size, 3))
+    twice = values[np.floor(np.arange(time.size) * 0.8).astype(int)]  # 40 Hz in messages of 50 Hz
+    kept, _, found = cleaned(time, twice, "imu")
+    assert found == [] and kept.size == pytest.approx(0.8 * time.size, abs=2)
+
+
+def test_readings_at_scattered_instants_are_left_where_they_were_taken() -> None:
+    rng = np.random.default_rng(6)
+    time = np.sort(np.arange(0.0, 40.0, 0.02) + 0.006 * rng.standard_normal(2000))
+    values = np.sin(3.0 * time)[:, None] + 0.001 * rng.normal(size=(time.size, 1))
+    kept, _, found = cleaned(time, values, "depth")
+    assert found == [] and np.array_equal(kept, time)
+
+
+def test_what_one_of_three_recordings_shows_is_not_said_of_all() -> None:
+    one = Oddity("dropped_samples", "imu", None, 0.1, 0.01, 40.0)
+    assert common_to([[one], [], []]) == () and len(common_to([[one], [one], []])) == 1
+
+
+def test_a_diagnosis_names_what_the_log_shows_and_no_physics_beside_it(healthy: list[Topic], tmp_path: Path) -> None:
+    log = read(spoiled(healthy, "thruster_2/state", blind), tmp_path)
+    few = ("thrust_loss", "dead_zone_shift", "tach_scale")
+    found = diagnosed(MODEL, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in few, how_far=False).content
+    assert found["verdict"] == "effect"
+    assert [(each["id"], each["thruster"]) for each in found["effects"]] == [("tach_dropout", 2)]
+    assert "blind at low speed of thruster 2" in found["summary"]
