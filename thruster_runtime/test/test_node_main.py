@@ -199,3 +199,13 @@ def test_a_callback_that_the_events_executor_cannot_run_is_refused_with_the_way_
     said = capfd.readouterr().err
     assert "the callback of topic /value is async" in said
     assert "-p executor:=single" in said
+
+
+def test_a_node_that_cannot_be_protected_does_not_run_unprotected(tmp_path: Path) -> None:
+    secure = {"ROS_SECURITY_ENABLE": "true", "ROS_SECURITY_STRATEGY": "Enforce", "ROS_SECURITY_KEYSTORE": str(tmp_path)}
+    done = subprocess.run(
+        [sys.executable, "-c", PROGRAM, "--ros-args", "--enclave", "/none"],
+        env={**os.environ, **secure}, capture_output=True, text=True, timeout=60, check=False,
+    )  # fmt: skip
+    assert done.returncode == REFUSED and done.stdout == ""
+    assert done.stderr.startswith("ROS_SECURITY_ENABLE=true: expected ") and "Traceback" not in done.stderr

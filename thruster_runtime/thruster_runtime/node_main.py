@@ -143,6 +143,15 @@ def run_nodes(
         except (*_REFUSALS, *refusals) as error:
             sys.stderr.write(f"{error}\n")
             return REFUSED
+        except rclpy_implementation.RCLError as error:
+            if os.environ.get("ROS_SECURITY_ENABLE", "").lower() != "true":
+                raise
+            found = str(error).partition("\n")[0].removesuffix(": error not set")
+            sys.stderr.write(
+                "ROS_SECURITY_ENABLE=true: expected ROS_SECURITY_KEYSTORE with this node's enclave, and a Fast DDS "
+                f"built with security; found: {found}; nothing was started\n"
+            )
+            return REFUSED
         finally:
             rclpy.try_shutdown(context=context)
 
