@@ -15,10 +15,11 @@ from gap_diagnosis.recording import Recording
 from thruster_model.effects.active import ActiveEffects
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification import prediction
-from thruster_model.identification.prediction import Happened, Shifts
+from thruster_model.identification.prediction import LARGEST_STEP, Happened, Shifts
 from thruster_model.stepper import NO_GATES, PlantState
 
 __all__ = [
+    "LARGEST_STEP",
     "LOG_CHANNELS",
     "NO_GATES",
     "Happened",
@@ -45,17 +46,29 @@ class Situation:
     gates: Array = field(default_factory=lambda: NO_GATES)
 
 
-def simulated(recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation) -> Happened:
+def simulated(
+    recording: Recording,
+    coefficients: Any,
+    sizes: Sizes,
+    situation: Situation,
+    largest_step: float = LARGEST_STEP,
+) -> Happened:
     """Return what happens in the plant."""
     effects = ActiveEffects(sizes=sizes)
-    return prediction.happened(recording.experiment, coefficients, effects, situation.start, situation.gates)
+    start, gates = situation.start, situation.gates
+    return prediction.happened(recording.experiment, coefficients, effects, start, gates, largest_step)
 
 
 def predict(
-    recording: Recording, coefficients: Any, sizes: Sizes, situation: Situation, known: Happened | None = None
+    recording: Recording,
+    coefficients: Any,
+    sizes: Sizes,
+    situation: Situation,
+    known: Happened | None = None,
+    largest_step: float = LARGEST_STEP,
 ) -> dict[str, Array]:
     """Return predictions of every measured signal, each of its measurement's shape."""
-    known = known or simulated(recording, coefficients, sizes, situation)
+    known = known or simulated(recording, coefficients, sizes, situation, largest_step)
     effects = ActiveEffects(sizes=sizes)
     return prediction.predict(recording.experiment, coefficients, situation.shifts, effects, known)
 

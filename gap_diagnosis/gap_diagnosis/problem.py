@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from gap_diagnosis import sensitivities
 from gap_diagnosis.linear import linear_run
 from gap_diagnosis.prediction import (
+    LARGEST_STEP,
     LOG_CHANNELS,
     NO_GATES,
     Happened,
@@ -286,6 +287,7 @@ class Problem:
         only: int | None = None,
         happened: Sequence[Happened] | None = None,
         without: str = "",
+        largest_step: float = LARGEST_STEP,
     ) -> Array:
         """Return predictions of all rows, shape (R,).
 
@@ -294,6 +296,7 @@ class Problem:
             only: the recording that is wanted; rows of others are 0.
             happened: in the plant, where that is known already.
             without: an effect of a sensor that is passed over.
+            largest_step: of what is simulated [s].
         """
         coefficients = self.parameter_set.model.coefficients(self.values(x))
         sizes = {effect: own for effect, own in self.sizes(x).items() if effect != without}
@@ -303,7 +306,7 @@ class Problem:
                 if only is not None and index != only:
                     continue
                 known = None if happened is None else happened[index]
-                found = predict(recording, coefficients, sizes, self.situation(x, index), known)
+                found = predict(recording, coefficients, sizes, self.situation(x, index), known, largest_step)
                 for each in self.series:
                     if each.recording == index:
                         out[each.rows] = found[each.signal]

@@ -16,6 +16,8 @@ __all__ = ["largest_speed", "movable", "sensitivities_of"]
 
 Array = NDArray[np.float64]
 _COMMANDED, _LATTICES = found_by("command_lattice"), found_by("command_lattice", "reading_lattice")
+_COARSE = 0.01
+"""Step [s] of the plant for its slopes: what bends within it is the same on both sides of a difference."""
 _CODES = 0.01
 """Codes per volt within which what a converter adds to a throttle stays the same one, for the greater part."""
 _TURN = 0.05
@@ -44,15 +46,17 @@ def sensitivities_of(problem: "Problem", x: Array, columns: Sequence[int] | None
     columns = range(x.size) if columns is None else columns
     happened = problem.happened(x)
     here = problem.predicted(x, happened=happened, without=ROUNDED)
+    coarse = problem.predicted(x, without=ROUNDED, largest_step=_COARSE)
     result = np.zeros((here.size, len(columns)))
     for place, k in enumerate(columns):
         if k >= problem.nuisances and problem.slots[k - problem.nuisances].effect == ROUNDED:
             result[:, place] = _slope_of_step(problem, x, k, happened)
             continue
         inward = _inward(problem, k, x[k], step)
-        slope = _slope(problem, x, k, inward, here, happened)
+        base = coarse if _moves_plant(problem, k) else here
+        slope = _slope(problem, x, k, inward, base, happened)
         if problem.jumps and _inside(problem, k, x[k] - 0.5 * inward):
-            other = _slope(problem, x, k, -0.5 * inward, here, happened)
+            other = _slope(problem, x, k, -0.5 * inward, base, happened)
             smaller = np.where(np.abs(other) < np.abs(slope), other, slope)
             slope = np.where(other * slope > 0.0, smaller, 0.0)
         result[:, place] = slope
@@ -61,12 +65,14 @@ def sensitivities_of(problem: "Problem", x: Array, columns: Sequence[int] | None
 
 
 def _slope(problem: "Problem", x: Array, k: int, step: float, here: Array, happened: Sequence[Happened]) -> Array:
-    """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`."""
+    """Return the change of all rows (R,) for a unit of one unknown, by a step; `here`: predicted at `x`, coarsely for
+    an unknown of the plant."""
     moved = x.copy()
     moved[k] += step
     situation = problem.situations[k - len(problem.names)] if len(problem.names) <= k < problem.nuisances else None
     only = None if situation is None else situation.recording
-    there = problem.predicted(moved, only, None if _moves_plant(problem, k) else happened, without=ROUNDED)
+    known = None if _moves_plant(problem, k) else happened
+    there = problem.predicted(moved, only, known, without=ROUNDED, largest_step=_COARSE)
     result = np.zeros(here.size)
     for each in problem.series:
         if only in (None, each.recording):

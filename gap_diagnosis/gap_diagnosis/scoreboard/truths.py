@@ -29,8 +29,10 @@ SCATTERS = ("timestamp_jitter", "dropped_samples", "flow_spikes")
 """Effects that move no reading in the mean: no distance is stated for them."""
 _PUSHES = 24
 _DEVIATION, _STEP = 0.05, 0.01
-_RETUNINGS = 10
-"""Steps of a re-tuning; its slopes are those at the truth, corrected by each step (Broyden)."""
+_RETUNINGS, _FURTHER = 12, 0.98
+"""Steps of a re-tuning, and share of what is left that a step must go below for another one."""
+_STUCK = 1e4
+"""Damping at which no step leads on."""
 
 
 def distances(generator: Generator, truth: Truth) -> dict[str, float]:
@@ -44,17 +46,13 @@ def distances(generator: Generator, truth: Truth) -> dict[str, float]:
 
     effects, outside, factors = dict(truth.effects), dict(truth.outside), dict(truth.factors)
     here = clean(effects, outside, factors)
-    columns, tuned = [], []
-    for name, factor in factors.items():
-        moved = clean(effects, outside, {**factors, name: factor * (1.0 + _STEP)}) - here
-        if np.any(moved):
-            columns.append(moved * (_DEVIATION / _STEP))
-            tuned.append(name)
-    for seed in range(_PUSHES):
-        pushed = clean(effects, outside, factors, 10_000 + seed) - here
-        if np.any(pushed):
-            columns.append(pushed / np.sqrt(_PUSHES))
-    loose = np.array(columns).T
+    tuned = [
+        name
+        for name, factor in factors.items()
+        if np.any(clean(effects, outside, {**factors, name: factor * (1.0 + _STEP)}) != here)
+    ]
+    drawn = [clean(effects, outside, factors, 10_000 + seed) - here for seed in range(_PUSHES)]
+    pushes = np.reshape([each for each in drawn if np.any(each)], (-1, here.size)).T / np.sqrt(_PUSHES)
     found = {}
     for name in hidden:
         if name in SCATTERS:
@@ -68,33 +66,42 @@ def distances(generator: Generator, truth: Truth) -> dict[str, float]:
             moved = {k: factors[k] * max(1.0 + _DEVIATION * t, _STEP) for k, t in zip(tuned, theta, strict=True)}
             return here - clean(rest, others, {**factors, **moved})  # noqa: B023
 
-        found[name] = float(np.sqrt(_left_after_retuning(without, left, loose, len(tuned))))
+        found[name] = float(np.sqrt(_left_after_retuning(without, pushes, len(tuned))))
     return found
 
 
-def _left_after_retuning(without: Callable[[Array], Array], left: Array, loose: Array, count: int) -> float:
-    """Return the least of |without(theta) - P c|^2 + |theta|^2 + |c|^2.
+def _left_after_retuning(without: Callable[[Array], Array], pushes: Array, count: int) -> float:
+    """Return the least of |without(theta) - P c|^2 + |theta|^2 + |c|^2, by Levenberg and Marquardt.
+
+    Slopes are found anew at each step: what moves readings by a thousand times their noise is not linear.
 
     Args:
         without: what is left of the readings for parameters theta, (count,).
-        left: the same at theta = 0.
-        loose: slopes of what parameters explain, (R, count), and P beside them.
+        pushes: P, (R, C).
         count: number of parameters.
     """
-    slopes, pushes = loose[:, :count].copy(), loose[:, count:]
-    theta, share = np.zeros(count), 1.0
+    theta, damping = np.zeros(count), 1e-3
+    left = without(theta)
     least = _cost(left, theta, pushes)
     for _ in range(_RETUNINGS):
-        both = np.hstack((slopes, pushes))
-        z = np.linalg.solve(np.eye(both.shape[1]) + both.T @ both, both.T @ (left + slopes @ theta))
-        step = share * (z[:count] - theta)
-        there = without(theta + step)
-        cost = _cost(there, theta + step, pushes)
-        slopes += np.outer(left - there - slopes @ step, step) / max(float(step @ step), 1e-12)
-        if cost < least:
-            theta, left, least, share = theta + step, there, cost, min(1.0, 2.0 * share)
-        else:
-            share *= 0.3
+        slopes = np.array([without(theta + _STEP / _DEVIATION * unit) - left for unit in np.eye(count)]).T
+        both = np.hstack((-slopes * (_DEVIATION / _STEP), pushes))
+        information, pull = both.T @ both, both.T @ left
+        pull[:count] -= theta
+        information[np.diag_indices(both.shape[1])] += 1.0
+        before = least
+        while damping < _STUCK:
+            damped = information.copy()
+            damped[np.arange(count), np.arange(count)] *= 1.0 + damping
+            step = np.linalg.solve(damped, pull)[:count]
+            there = without(theta + step)
+            cost = _cost(there, theta + step, pushes)
+            if cost < least:
+                theta, left, least, damping = theta + step, there, cost, 0.1 * damping
+                break
+            damping *= 10.0
+        if least > _FURTHER * before:
+            break
     return least
 
 

@@ -72,9 +72,10 @@ def happened(
     effects: ActiveEffects = NOTHING,
     start: PlantState = AT_REST,
     gates: Array = NO_GATES,
+    largest_step: float = LARGEST_STEP,
 ) -> Happened:
     """Return what happens in the plant under the experiment's throttle; `gates`: by period, see `stepper.advance`."""
-    finer = int(np.ceil(experiment.dt / LARGEST_STEP - 1e-9))
+    finer = int(np.ceil(experiment.dt / largest_step - 1e-9))
     step = experiment.dt / finer
     rows = simulated_rows(
         coefficients,
