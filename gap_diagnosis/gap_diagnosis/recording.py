@@ -84,6 +84,11 @@ class Recording:
         """Of the run."""
         return self.experiment.name
 
+    @property
+    def in_motion(self) -> bool:
+        """Whether the rotor turns at the start."""
+        return "n" in self.start_std
+
     def channel(self, signal: str) -> str:
         """Return the name of a signal's channel."""
         return f"thruster_{self.thruster}/{CHANNELS[signal]}"

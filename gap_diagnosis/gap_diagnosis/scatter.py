@@ -35,15 +35,33 @@ class Scatter:
 
 
 def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[np.bool_]]:
-    """Return the samples that say nothing: repeated ones, spikes and lone ones."""
+    """Return the samples that say nothing: repeated ones, spikes, lone ones, and those of a beginning in motion."""
     masks: dict[tuple[int, str], NDArray[np.bool_]] = {}
     hole = _hole(recordings)
     for index, recording in enumerate(recordings):
-        for table in (recording.log.repeated, recording.log.spikes, recording.log.lone, _zeros(recording, hole)):
+        log, own = recording.log, (_zeros(recording, hole), _beginning(recording))
+        for table in (log.repeated, log.spikes, log.lone, *own):
             for signal, mask in table.items():
                 if np.any(mask):
                     masks[index, signal] = mask | masks.get((index, signal), False)
     return masks
+
+
+_SETTLING, _SHARE = 1.0, 0.1
+"""[s], and at most share of a recording, after which what was before it is forgotten."""
+
+
+def _beginning(recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
+    """Return the first second of a thruster that turns already.
+
+    Commands on their way, what swings behind a load cell, water in motion: what it remembers was not recorded, and
+    effects that cancel each other later would make up for it.
+    """
+    if not recording.in_motion:
+        return {}
+    experiment = recording.experiment
+    end = min(_SETTLING, _SHARE * experiment.dt * experiment.throttle.size)
+    return {name: measured.time < end for name, measured in experiment.measurements.items()}
 
 
 _ABOUT = np.array([0.25, 0.25, 0.0, 0.25, 0.25])

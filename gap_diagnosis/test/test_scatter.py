@@ -1,5 +1,6 @@
 """What only scatters: which samples are left out, in every recording of the same sensor."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -98,3 +99,12 @@ def test_a_disturbance_that_lasts_is_no_scatter_of_stamps_though_it_grows_with_t
 
     assert jitter_of(sound)[2] < 0.0 or jitter_of(sound)[0] == 0.0
     assert jitter_of(with_residuals(sound, lasting))[2] < 2.0
+
+
+def test_the_first_second_of_a_thruster_that_turns_already_says_nothing() -> None:
+    _, recordings = campaign({}, runs=1, duration=12.0, seed=4)
+    assert masks_of(recordings) == {}
+    turning = replace(recordings[0], start_std={"n": 5.0})
+    masks, measured = masks_of([turning]), turning.experiment.measurements
+    assert {signal for _, signal in masks} == set(measured)
+    assert all(np.array_equal(mask, measured[signal].time < 1.0) for (_, signal), mask in masks.items())
