@@ -33,6 +33,8 @@ _MOST_CODES = 200.0
 """Codes per volt beyond which no trace is left in ordinary noise."""
 _FINE_CODES, _FINER = 60.0, 0.4  # below so many a trace is strong enough for its peak to be sharp
 _CHUNK = 64
+_LATEST = 60
+"""Periods by which commands may act late."""
 _ANSWERING = ("speed", "thrust", "torque")
 
 
@@ -124,7 +126,7 @@ class _Run:
         problem = anchor.problem
         recording = problem.recordings[index]
         linear = linearised(problem, anchor.x, happened, recording.experiment.dt)
-        self._throttle = recording.experiment.throttle
+        self._throttle = _delayed(recording.experiment.throttle, happened.throttle)
         self._keeps = np.ascontiguousarray(linear.transition[:, 0, 0])
         self._pushes = np.ascontiguousarray(linear.gain[:, 0, 0] * linear.by_throttle[0][:, 0])
         shifts, sizes = problem.situation(anchor.x, index).shifts, problem.sizes(anchor.x)
@@ -143,6 +145,13 @@ class _Run:
         speeds = np.zeros((codes.size, self._keeps.size))
         _answer(codes, self._throttle, self._keeps, self._pushes, speeds)
         return np.asarray(speeds[:, self._places[signal]] * self.gains[signal])
+
+
+def _delayed(throttle: Array, acting: Array) -> Array:
+    """Return commands (N,) by as many periods later as comes nearest to what acts in the plant, (N + 1,)."""
+    count = throttle.size
+    later = [np.concatenate((np.full(k, acting[0]), throttle))[:count] for k in range(min(_LATEST, count))]
+    return later[int(np.argmin([np.sum(np.abs(acting[1:] - each)) for each in later]))]
 
 
 @compiled
