@@ -8,10 +8,13 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.prediction import Happened, nearest
 from system_identification.system import Linear
-from thruster_model.effects.stages import NO_EFFECTS, effect_values
+from thruster_model.effects.active import ActiveEffects
+from thruster_model.effects.chains import SENSED
+from thruster_model.effects.stages import LIBRARY, NO_EFFECTS, effect_values
 from thruster_model.equations.classes import axial_rate, rotor_rate
 from thruster_model.equations.thruster import ambient_acceleration
 from thruster_model.pipeline import pipeline
+from thruster_model.whole_run import readings
 
 if TYPE_CHECKING:
     from gap_diagnosis.problem import Problem
@@ -22,6 +25,7 @@ Array = NDArray[np.float64]
 _PERIOD = 0.02
 """Of the linearised model [s]; disturbances last much longer."""
 _STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
+_SMALL = 1e-3
 _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 _PUSHED = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
@@ -41,6 +45,27 @@ class Slopes(NamedTuple):
     readings_by_throttle: list[dict[str, Array]]
     by_force: Array
     by_moment: Array
+
+
+def _as_read(
+    slopes: Array, outputs: dict[str, Array], every: int, dt: float, sizes: dict[str, dict[str, float]]
+) -> dict[str, Array]:
+    """Return by signal what its sensor reads of slopes (3, 5, N) of what there is to be sensed, (N, 3).
+
+    Scales and cross-talk act on what pushes do as well. What a sensor remembers is shorter than pushes last, and a
+    converter's steps have no slope.
+    """
+    static = {
+        name: own
+        for name, own in sizes.items()
+        if LIBRARY[name].block == "sensor" and LIBRARY[name].floats is None and not LIBRARY[name].trace
+    }
+    if static:
+        sensors = ActiveEffects(sizes=static).sensors
+        rows = np.array([outputs[name][::every] for name in SENSED])
+        base = readings(rows, dt, sensors)
+        slopes = np.array([(readings(rows + _SMALL * each, dt, sensors) - base) / _SMALL for each in slopes])
+    return {name: np.ascontiguousarray(slopes[:, k].T) for k, name in enumerate(_READINGS)}
 
 
 def linear_run(problem: "Problem", x: Array, index: int, happened: Happened) -> Linear:
@@ -75,8 +100,8 @@ def linearised(problem: "Problem", x: Array, happened: Happened, dt: float, ever
     """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s]."""
     dt = dt * every
     p = problem.parameter_set.model.coefficients(problem.values(x))
-    in_plant = problem.sizes(x)
-    e = effect_values(in_plant) if in_plant else NO_EFFECTS
+    sizes = problem.sizes(x)
+    e = effect_values(sizes) if sizes else NO_EFFECTS
     u = happened.throttle[::every]
     outputs = happened.outputs
     state = (outputs["speed"][::every], outputs["axial"][::every], outputs["ambient"][::every])
@@ -112,7 +137,9 @@ def linearised(problem: "Problem", x: Array, happened: Happened, dt: float, ever
     return Slopes(
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
         gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
-        readings={name: np.stack([columns[k][row] for k in range(3)], axis=1) for name, row in _READINGS.items()},
+        readings=_as_read(
+            np.array([[c[row] for row in _READINGS.values()] for c in columns]), outputs, every, dt, sizes
+        ),
         by_throttle=[np.stack(slopes[:3], axis=1) for slopes in by_throttle],
         readings_by_throttle=[{name: slopes[row] for name, row in _READINGS.items()} for slopes in by_throttle],
         by_force=by_force,

@@ -1,5 +1,7 @@
 """A nameless disturbance is found in the block where it enters."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from generated import campaign, noise_of
@@ -57,3 +59,17 @@ def test_shares_of_the_unknown_follow_the_evidence_and_sum_to_one():
 
 def test_what_the_samples_show_counts_although_no_suspect_stands_for_it():
     assert dict(block_shares({}, 0.0, {}, ["sensor"])) == {"sensor": 1.0}
+
+
+def test_what_pushes_the_rotor_is_read_through_scale_and_cross_talk_of_a_sensor():
+    stated, recordings = campaign(seed=5, duration=8.0, runs=1)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    (plain,) = problem.linear(problem.start())
+    read = replace(problem, fixed={"load_cell_scale": {"share": 0.3}, "load_cell_crosstalk": {"gain": -20.0}})
+    (seen,) = read.linear(read.start())
+    thrust, torque = (plain.signals == problem.signal_names.index(name) for name in ("thrust", "torque"))
+    # thrust and torque are samples of one message: their rows stand side by side; the chain is crosstalk, then scale
+    wanted = 1.3 * (plain.readings[thrust] - 20.0 * plain.readings[torque])
+    assert np.allclose(seen.readings[thrust], wanted, rtol=1e-5, atol=1e-5)
+    assert np.max(np.abs(wanted)) > 1.0
+    assert np.allclose(seen.readings[torque], plain.readings[torque], rtol=1e-5, atol=1e-8)

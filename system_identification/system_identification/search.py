@@ -27,7 +27,7 @@ Array = NDArray[np.float64]
 Offer = Callable[[Hypothesis], Sequence[Suspect]]
 MORE = 0.6
 """How much rarer a set with one effect more is, before the data."""
-MOST = 6
+MOST = 7
 """Effects at work together."""
 _BEST, _PLAIN = 4, 3
 """Suspects that are fitted in a step: the likeliest under the noise that was learned, and under plain noise."""
@@ -39,6 +39,9 @@ _SHARP = 4.0
 """Cost that a size must take off to be searched more finely."""
 _FAR = 3.5
 """Deviations of nuisances from which on they may have been pulled off by an effect that is missing."""
+_HELD, _STRAINED = 2.0, 6.0
+"""Width of parameters, and deviations of one, from which on sets are looked for beside parameters as stated too: what
+takes two effects to explain, parameters that may go anywhere explain as well as one of them does."""
 _SIZES = 2
 """Best sizes of a first look that are tried again."""
 _ROUNDS, _EXCHANGES = 3, 8
@@ -138,34 +141,54 @@ class _Searching:
     def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
         self.system, self.offer, self.caps, self.progress = system, offer, caps, progress
         self.found: dict[frozenset[str], Hypothesis] = {}
+        self.first: list[Rated] = []
+        self.seen = set[frozenset[str]]()
         self.offered = 1
         self.sizes: dict[str, Array] = {}
         self.trials: dict[frozenset[str], list[Trial]] = {}
 
     def run(self) -> Search:
+        best = self.settled_sets()
+        if self.strained(best):
+            self.progress("parameters as stated")
+            narrow = _Searching(self.system, self.offer, replace(self.caps, parameters=1.0), self.progress)
+            narrow.settled_sets()
+            for each in sorted(narrow.found.values(), key=narrow.score)[-_BEST:]:
+                self.settled(self.keep(each))
+            best = self.exchanged()
+        return Search(
+            none=self.found[frozenset()], best=best, weighed=self.found, rated=self.first, sizes=self.sizes,
+            offered=self.offered,
+        )  # fmt: skip
+
+    def strained(self, found: Hypothesis) -> bool:
+        """Tell whether parameters of a set are so far from what is stated that they may stand for effects."""
+        moved = np.abs(found.fitted.x[: self.system.parameters])
+        return found.loose.wider > _HELD or float(np.max(moved, initial=0.0)) > _STRAINED
+
+    def settled_sets(self) -> Hypothesis:
+        """Return the likeliest set: grown from none, effects exchanged, grown again, until that leads no farther."""
         self.progress("base fit")
         plain = whitener(self.system, np.zeros(self.system.nuisances))
         base = fit(self.system, plain, np.zeros(self.system.nuisances), iterations=12)
         none = weighed(self.system, (), base.x, whitener(self.system, base.x), near=base, caps=self.caps, steps=8)
         self.found[frozenset()] = none
-        current = self.settled(none)
-        first: list[Rated] = []
+        current = self.grown(self.settled(none))
+        while (better := self.exchanged()).keys != current.keys:
+            current = self.grown(better)
+        return better
+
+    def grown(self, current: Hypothesis) -> Hypothesis:
+        """Return a set with one effect more after the other, as long as one is worth it."""
         while len(current.suspects) < MOST:
             self.progress(f"suspects beside {', '.join(current.keys) or 'nothing'}")
             ranked, tries = self.look(current)
-            first = first or ranked
+            self.first = self.first or ranked
             better = self.step(current, tries)
             if better is None:
                 break
             current = better
-        return Search(
-            none=self.found[frozenset()],
-            best=self.exchanged(),
-            weighed=self.found,
-            rated=first,
-            sizes=self.sizes,
-            offered=self.offered,
-        )
+        return current
 
     def score(self, found: Hypothesis) -> float:
         return _score(found, self.offered)
@@ -341,19 +364,18 @@ class _Searching:
 
         Sets that come out about as likely are left in the same way: two exchanged effects are one step each.
         """
-        seen = set[frozenset[str]]()
         for done in range(_EXCHANGES):
             best = max(self.found.values(), key=self.score)
             least = self.score(best) - _NEAR
             near = [
                 h
                 for keys, h in self.found.items()
-                if keys and self.score(h) > least and keys not in seen and not self.idle(h)
+                if keys and self.score(h) > least and keys not in self.seen and not self.idle(h)
             ]
-            if not near or (done >= _ROUNDS and frozenset(best.keys) in seen):
+            if not near or (done >= _ROUNDS and frozenset(best.keys) in self.seen):
                 break
             current = self.settled(max(near, key=self.score))
-            seen.add(frozenset(current.keys))
+            self.seen.add(frozenset(current.keys))
             self.progress(f"others than {', '.join(current.keys)}")
             more = _rarer(len(current.suspects), self.offered) if len(current.suspects) < MOST else None
             others = [
