@@ -102,7 +102,7 @@ def weighed(
 
     def beside(bare: Whitener) -> Hypothesis:
         """Return the hypothesis as it is fitted, with what is loose beside a noise."""
-        loose, here, whole = learned_levels(first, bare, groups, caps.parameters)
+        loose, here, whole = learned_levels(first, bare, groups)
         return Hypothesis(suspects=suspects, fitted=here, noise=whole, loose=loose)
 
     bare = whitener(system, first.x, noise.levels).tamed(first.residuals)

@@ -21,13 +21,11 @@ _DONE = 0.3  # of the deviance
 
 @dataclass(frozen=True, kw_only=True)
 class Caps:
-    """What noise may be: ranges of white noise over the samples' own, of colours, the largest level of pushes, and how
-    many times wider than stated parameters may scatter."""
+    """What noise may be: ranges of white noise over the samples' own, of colours, and the largest level of pushes."""
 
     sensors: tuple[float, float] = (0.5, 30.0)
     colours: float = 30.0
     pushes: float = 5.0
-    parameters: float = 4.0
 
 
 def learned(base: Whitener, residuals: Array, caps: Caps, *, steps: int = 5, taken: float = 0.0) -> Whitener:

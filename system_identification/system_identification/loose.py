@@ -173,12 +173,8 @@ class _Beside:
         return TakenOff.of(self.moves.scaled(by), gram[np.ix_(by != 0.0, by != 0.0)])
 
 
-def learned_levels(
-    fitted: Fitted, noise: Whitener, groups: Groups, widest: float = _WIDER[-1]
-) -> tuple[Loose, Fitted, Whitener]:
+def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loose, Fitted, Whitener]:
     """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them.
-
-    `widest`: how many times wider than stated parameters may scatter.
 
     And the fit as it is, with its evidence, under the noise that has them; and that noise.
     """
@@ -187,7 +183,7 @@ def learned_levels(
     levels = np.array([0.1 * CAPS[name] for name in groups.names])
     wider = noise.levels.parameters
     for _ in range(2):
-        wider = max((w for w in _WIDER if w <= widest), key=lambda factor: beside.score(levels, factor)[0])
+        wider = max(_WIDER, key=lambda factor: beside.score(levels, factor)[0])
         for g, name in enumerate(groups.names):
             tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
             found = [beside.score(np.where(np.arange(count) == g, level, levels), wider)[0] for level in tried]

@@ -39,9 +39,6 @@ _SHARP = 4.0
 """Cost that a size must take off to be searched more finely."""
 _FAR = 3.5
 """Deviations of nuisances from which on they may have been pulled off by an effect that is missing."""
-_HELD, _STRAINED = 2.0, 6.0
-"""Width of parameters, and deviations of one, from which on sets are looked for beside parameters as stated too: what
-takes two effects to explain, parameters that may go anywhere explain as well as one of them does."""
 _SIZES = 2
 """Best sizes of a first look that are tried again."""
 _ROUNDS, _EXCHANGES = 3, 8
@@ -149,22 +146,10 @@ class _Searching:
 
     def run(self) -> Search:
         best = self.settled_sets()
-        if self.strained(best):
-            self.progress("parameters as stated")
-            narrow = _Searching(self.system, self.offer, replace(self.caps, parameters=1.0), self.progress)
-            narrow.settled_sets()
-            for each in sorted(narrow.found.values(), key=narrow.score)[-_BEST:]:
-                self.settled(self.keep(each))
-            best = self.exchanged()
         return Search(
             none=self.found[frozenset()], best=best, weighed=self.found, rated=self.first, sizes=self.sizes,
             offered=self.offered,
         )  # fmt: skip
-
-    def strained(self, found: Hypothesis) -> bool:
-        """Tell whether parameters of a set are so far from what is stated that they may stand for effects."""
-        moved = np.abs(found.fitted.x[: self.system.parameters])
-        return found.loose.wider > _HELD or float(np.max(moved, initial=0.0)) > _STRAINED
 
     def settled_sets(self) -> Hypothesis:
         """Return the likeliest set: grown from none, effects exchanged, grown again, until that leads no farther."""
