@@ -1,7 +1,7 @@
 """Which effects, and how sure: one after the other, until the next one is not worth its odds."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,8 @@ from rov_sim.vehicle.innovations import CHANNELS
 __all__ = ["Found", "search"]
 
 Array = NDArray[np.float64]
+_CARRIED = (0.3, 1.0, 2.0)
+"""Sizes, in expected ones, of masses and lengths whose place is looked for."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -93,6 +95,15 @@ def search(
             model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
         )
         runs, fit = settled(model, logs, free, runs, accepted, values)
+        spare = _spare(model, runs, fit, free, tried)
+        if spare is not None:
+            told(f"not needed beside it: {accepted[spare].hypothesis.words}")
+            rest = [a for j, a in enumerate(fit.effects) if j != spare]
+            del stages[spare - (len(odds) - len(stages))], odds[spare], rivals[spare]
+            runs = prepared(
+                model, logs, fit.values, [a.active for a in rest], start=learned_from(runs), rounds=rules.LEARNED
+            )
+            runs, fit = settled(model, logs, free, runs, rest, fit.values)
     calm = _calmed(model, logs, stages[-1], free)
     return Found(
         stages=tuple(stages),
@@ -104,6 +115,31 @@ def search(
         nuisances=free,
         tried=tuple(tried),
     )
+
+
+def _spare(
+    model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis]
+) -> int | None:  # fmt: skip
+    """Return the place of an accepted effect that is no longer worth its odds beside the last one; None: all are.
+
+    The last one may explain all that an earlier one stood for, as a weight at a place does the shift of the centre.
+    """
+    on, numbers = fit.effects, len(free)
+    screen = Screen(model=model, runs=runs, values={})
+    ends = np.cumsum([numbers, *(len(a.sizes) for a in on)])
+    odds = {}
+    for k, a in enumerate(on[:-1]):
+        if a.hypothesis.switch:
+            continue
+        rest = [each for each in on if each is not a]
+        less = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in rest))
+        kept = np.delete(np.arange(ends[-2]), np.arange(ends[k], ends[k + 1]))  # those of the last one are made anew
+        columns = tuple(c[:, kept] for c in fit.columns)
+        product = np.asarray(sum(c.astype(np.float64).T @ c.astype(np.float64) for c in columns))
+        again = less.fit(fit.moved, [each.sizes for each in rest], columns, product)
+        odds[k] = fit.log_evidence - again.log_evidence + log_prior(a.hypothesis, tried)
+    least = min(odds, key=lambda k: odds[k], default=None)
+    return least if least is not None and odds[least] < np.log(rules.CLAIM) else None
 
 
 def _rewired(
@@ -171,8 +207,11 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         # what a thruster's numbers took over before the effect was there, they give back at once
         own = np.array([key[0] == "own" and key[2] in (h.thruster, h.other) for key in free])
         starts += [(np.where(own, 0.0, moved), sizes) for moved, sizes in starts if own.any()]
-        start = max(starts, key=lambda there: problem.score(*there))
-        quick.append((problem.fit(*start, stage.fit.columns, product), problem))
+        starts = [max(starts, key=lambda there: problem.score(*there))]
+        if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
+            starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
+        found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
+        quick.append((max(found_from, key=lambda fit: fit.log_evidence), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
     fits = []
     for place, (fit, problem) in enumerate(quick):
@@ -185,6 +224,16 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         gain, prior = fit.log_evidence - nothing, log_prior(fit.effects[-1].hypothesis, tried)
         found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + prior, fit))
     return sorted(found, key=lambda each: -each[0])
+
+
+def _beside(stage: Stage, known: Sequence[int], at: Sequence[int], size: float) -> Array:
+    """Return what moves, in deviations, where the first parameter of a hypothesis, a mass or a length, is of that size.
+
+    What it makes at its place is known far better than itself: to first order one stands for the other's error.
+    """
+    gram = replace(stage.gram, b=stage.gram.b - size * stage.gram.A[:, at[0]])
+    x, _ = solution(gram, [*known, *at[1:]])
+    return np.insert(x, len(known), size)
 
 
 def _without_them(stage: Stage, free: dict[Key, float], fits: Sequence[Fit]) -> float:

@@ -111,3 +111,13 @@ def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
     assert [e["id"] for e in found.content["effects"]] == [effect]
     first = next(iter(found.content["effects"][0]["parameters"].values()))
     assert abs(first["value"] - size) < 4.0 * first["std"] + 0.05 * abs(size)
+
+
+def test_a_weight_at_a_place_is_no_shift_of_the_centre_of_mass(tmp_path: Path) -> None:
+    hidden: Any = (("payload", {}, {"mass": 1.5, "x": -0.13, "y": -0.23, "z": 0.1}),)
+    draw = Draw(seed=13, vehicle="ngs", effects=hidden, kinds=("steps",), duration=40.0)
+    found = of(tmp_path, draw, ("payload", "cg_shift", "thruster_misalignment")).content
+    assert [e["id"] for e in found["effects"]] == ["payload"]
+    sizes = {name: p["value"] for name, p in found["effects"][0]["parameters"].items()}
+    assert abs(sizes["mass"] - 1.5) < 0.3
+    assert sizes["mass"] * sizes["y"] == pytest.approx(-1.5 * 0.23, rel=0.15)
