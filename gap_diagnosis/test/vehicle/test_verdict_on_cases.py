@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.draws import Draw, drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import scored
 from gap_diagnosis.vehicle.diagnosis_io import Diagnosed, diagnosed, load_model, written
@@ -114,10 +114,9 @@ def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
 
 
 def test_a_weight_at_a_place_is_no_shift_of_the_centre_of_mass(tmp_path: Path) -> None:
-    hidden: Any = (("payload", {}, {"mass": 1.5, "x": -0.13, "y": -0.23, "z": 0.1}),)
-    draw = Draw(seed=13, vehicle="ngs", effects=hidden, kinds=("steps",), duration=40.0)
+    draw = drawn(1383)  # to first order it weighs a tenth of what it does
+    ((effect, _, hidden),) = draw.effects
     found = of(tmp_path, draw, ("payload", "cg_shift", "thruster_misalignment")).content
-    assert [e["id"] for e in found["effects"]] == ["payload"]
-    sizes = {name: p["value"] for name, p in found["effects"][0]["parameters"].items()}
-    assert abs(sizes["mass"] - 1.5) < 0.3
-    assert sizes["mass"] * sizes["y"] == pytest.approx(-1.5 * 0.23, rel=0.15)
+    assert [e["id"] for e in found["effects"]] == [effect] == ["payload"]
+    sizes = found["effects"][0]["parameters"]
+    assert all(abs(sizes[name]["value"] - size) < 4.0 * sizes[name]["std"] for name, size in hidden.items())
