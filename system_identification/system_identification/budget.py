@@ -7,7 +7,8 @@ stated), the Shapley value of "squared gap removed" is, for traces that add up, 
 
 What causes do together beyond the sum of what each does alone is given to them in equal parts. What pushed the system
 while it was recorded is no part of the gap: no model predicts it. Intervals come from draws of the set of effects and
-of all unknowns as far as they are known, each simulated; parameters and effects that compensate each other have wide ones.
+of all unknowns as far as they are known, each simulated; parameters and effects that compensate each other have wide
+ones.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
