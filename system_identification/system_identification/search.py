@@ -42,7 +42,7 @@ _FAR = 3.5
 _SIZES = 2
 """Best sizes of a first look that are tried again."""
 _ROUNDS, _EXCHANGES = 3, 8
-"""Rounds of settling and of exchanges; the most of these, as long as they bring a likelier set."""
+"""Rounds of settling, of exchanges and of growing again; the most exchanges, as long as they bring a likelier set."""
 _OTHERS, _GLANCE = 16, 3
 """Sets with effects exchanged that are looked at beside a set, and steps of such a look."""
 _BEHIND = 40.0
@@ -145,23 +145,22 @@ class _Searching:
         self.trials: dict[frozenset[str], list[Trial]] = {}
 
     def run(self) -> Search:
-        best = self.settled_sets()
-        return Search(
-            none=self.found[frozenset()], best=best, weighed=self.found, rated=self.first, sizes=self.sizes,
-            offered=self.offered,
-        )  # fmt: skip
-
-    def settled_sets(self) -> Hypothesis:
-        """Return the likeliest set: grown from none, effects exchanged, grown again, until that leads no farther."""
         self.progress("base fit")
         plain = whitener(self.system, np.zeros(self.system.nuisances))
         base = fit(self.system, plain, np.zeros(self.system.nuisances), iterations=12)
         none = weighed(self.system, (), base.x, whitener(self.system, base.x), near=base, caps=self.caps, steps=8)
         self.found[frozenset()] = none
         current = self.grown(self.settled(none))
-        while (better := self.exchanged()).keys != current.keys:
-            current = self.grown(better)
-        return better
+        best = self.exchanged()
+        for _ in range(_ROUNDS):
+            if best.keys == current.keys:
+                break
+            current = self.grown(best)  # what is exchanged may have made room for more
+            best = self.exchanged()
+        return Search(
+            none=self.found[frozenset()], best=best, weighed=self.found, rated=self.first, sizes=self.sizes,
+            offered=self.offered,
+        )  # fmt: skip
 
     def grown(self, current: Hypothesis) -> Hypothesis:
         """Return a set with one effect more after the other, as long as one is worth it."""
