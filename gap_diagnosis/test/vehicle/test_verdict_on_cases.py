@@ -91,7 +91,10 @@ def test_marks_ask_for_effect_and_place() -> None:
 
 @pytest.mark.parametrize(
     ("effect", "size", "stamp"),
-    [("log_alignment", 0.08, lambda t: t + 0.08), ("clock_drift", -0.002, lambda t: t * 1.002)],
+    [
+        ("log_alignment", 0.08, lambda t: t + 0.08),
+        pytest.param("clock_drift", -0.002, lambda t: t * 1.002, marks=pytest.mark.long),
+    ],
 )
 def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
     effect: str, size: float, stamp: Callable[[Any], Any], tmp_path: Path
