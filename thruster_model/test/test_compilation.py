@@ -154,3 +154,17 @@ def test_borrowed_arrays_are_the_callers_and_stay_his():
         assert _summed(numbers, (rows, 0.5)) == 4.5 == _summed.py_func(numbers, (rows, 0.5))
     assert np.array_equal(rows[:, 0], [7.0, 7.0, 7.0])
     assert (sys.getrefcount(numbers), sys.getrefcount(rows)) == before
+
+
+def test_an_old_cache_that_another_process_removes_meanwhile_is_no_trouble(own_cache, monkeypatch):
+    gone = own_cache / "thruster_model" / "0123456789abcdef"
+    gone.mkdir(parents=True, mode=0o700)
+    listed = Path.glob
+
+    def listed_then_removed(folder, pattern):
+        found = list(listed(folder, pattern))
+        gone.rmdir()
+        return found
+
+    monkeypatch.setattr(Path, "glob", listed_then_removed)
+    assert compilation._private_parent() == gone.parent

@@ -147,7 +147,10 @@ def _shared(folder: Path) -> str:
     In a folder like /tmp, whose sticky bit lets everybody write but only owners rename, one's own folder is safe.
     """
     for place in (path := folder.resolve(), *path.parents):
-        found = place.stat()
+        try:
+            found = place.stat()
+        except FileNotFoundError:  # an old one, which another process has just removed
+            continue
         if found.st_uid not in (0, os.getuid()):
             return f"others own {place}"
         by_group = found.st_mode & stat.S_IWGRP and not (found.st_gid == os.getgid() == os.getuid())
