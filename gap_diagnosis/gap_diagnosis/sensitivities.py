@@ -46,7 +46,8 @@ def sensitivities_of(problem: "Problem", x: Array, columns: Sequence[int] | None
     columns = range(x.size) if columns is None else columns
     happened = problem.happened(x)
     here = problem.predicted(x, happened=happened, without=ROUNDED)
-    coarse = problem.predicted(x, without=ROUNDED, largest_step=_COARSE)
+    in_plant = any(_moves_plant(problem, k) for k in columns)
+    coarse = problem.predicted(x, without=ROUNDED, largest_step=_COARSE) if in_plant else here
     result = np.zeros((here.size, len(columns)))
     for place, k in enumerate(columns):
         if k >= problem.nuisances and problem.slots[k - problem.nuisances].effect == ROUNDED:

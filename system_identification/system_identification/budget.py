@@ -72,6 +72,8 @@ def budget_of(
         return Budget(0.0, dict.fromkeys(first.names, Share(0.0, 0.0, 0.0)), Share(0.0, 0.0, 0.0))
     draws = []
     for (found, _), count in zip(sets, counts, strict=True):
+        if not count:
+            continue
         shared = first if found is best else _Shared(found, nameless)
         for x, larger in shared.drawn(rng, count, tempered):
             own = dict(zip((*shared.names, _REST), shared.shares(x, larger)[0], strict=True))

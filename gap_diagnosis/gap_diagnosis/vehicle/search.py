@@ -91,19 +91,13 @@ def search(
         odds.append(left[0][0])
         rivals.append(tuple((o - odds[-1], each) for o, each in left[1:]))
         accepted, values = candidates[0][1].effects, candidates[0][1].values
-        runs = prepared(
-            model, logs, values, [a.active for a in accepted], start=learned_from(runs), rounds=rules.LEARNED
-        )
-        runs, fit = settled(model, logs, free, runs, accepted, values)
+        runs, fit = _settled_with(accepted, model, logs, free, runs, values)
         spare = _spare(model, runs, fit, free, tried)
         if spare is not None:
             told(f"not needed beside it: {accepted[spare].hypothesis.words}")
             rest = [a for j, a in enumerate(fit.effects) if j != spare]
             del stages[spare - (len(odds) - len(stages))], odds[spare], rivals[spare]
-            runs = prepared(
-                model, logs, fit.values, [a.active for a in rest], start=learned_from(runs), rounds=rules.LEARNED
-            )
-            runs, fit = settled(model, logs, free, runs, rest, fit.values)
+            runs, fit = _settled_with(rest, model, logs, free, runs, fit.values)
     calm = _calmed(model, logs, stages[-1], free)
     return Found(
         stages=tuple(stages),
@@ -115,6 +109,16 @@ def search(
         nuisances=free,
         tried=tuple(tried),
     )
+
+
+def _settled_with(
+    effects: Sequence[Refined], model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    values: Mapping[Key, float],
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with these effects on, noises learned from those of the runs."""
+    on = [a.active for a in effects]
+    again = prepared(model, logs, values, on, start=learned_from(runs), rounds=rules.LEARNED)
+    return settled(model, logs, free, again, effects, values)
 
 
 def _spare(
