@@ -24,7 +24,11 @@ def experiments(thruster_bench_data, tmp_path_factory):
 
 @pytest.fixture(
     scope="module",
-    params=[("hl", False), ("simplified", True), pytest.param(("hl", True), marks=pytest.mark.long)],
+    params=[
+        ("hl", False),
+        pytest.param(("simplified", True), marks=pytest.mark.long),
+        pytest.param(("hl", True), marks=pytest.mark.long),
+    ],
     ids=["hl", "simplified, runs left out", "hl, runs left out"],
 )
 def model(request, experiments):

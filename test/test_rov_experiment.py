@@ -70,7 +70,13 @@ def ran(command: list[str], mark: str) -> Done:
     return Done(process.returncode, printed, errors, mark)
 
 
-@pytest.mark.parametrize("how", [["--composed"], ["--feedback", "estimator"]], ids=["composed", "process per node"])
+@pytest.mark.parametrize(
+    "how",
+    [
+        pytest.param(["--composed"], id="composed", marks=pytest.mark.long),
+        pytest.param(["--feedback", "estimator"], id="process per node"),
+    ],
+)
 def test_a_dive_is_recorded_and_scored_and_leaves_no_process_behind(tmp_path: Path, how: list[str]) -> None:
     out = tmp_path / "dive"
     done = dived(tmp_path / "short.yaml", out, how)
@@ -113,7 +119,7 @@ def test_a_thruster_that_fails_in_mid_dive_is_found_by_the_watch_and_its_share_g
     assert processes_with(done.mark) == []
 
 
-@pytest.mark.parametrize("device", ["emulated", "firmware"])
+@pytest.mark.parametrize("device", [pytest.param("emulated", marks=pytest.mark.long), "firmware"])
 def test_one_of_six_thrusters_may_be_a_driver_and_its_device(tmp_path: Path, device: str) -> None:
     if device == "firmware" and not (shutil.which("avr-gcc") and shutil.which("make")):
         pytest.skip("the firmware needs gcc make gcc-avr avr-libc libsimavr-dev libelf-dev")

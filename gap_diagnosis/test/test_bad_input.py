@@ -251,6 +251,7 @@ def test_samples_that_are_no_numbers_are_passed_over_and_infinite_ones_named(dia
     assert "steps: thruster_0/load.wrench.torque.x: expected numbers, found 1 infinite ones; left out" in found.error
 
 
+@pytest.mark.long
 def test_runs_of_another_thruster_are_no_confident_effect(diagnosed):
     kept = ("u_dot_max", "delta_u1", "delta_u2")
     factors = {name: (1.0 if name in kept else (3.0, 1.0 / 3.0, 1.0)[k % 3]) for k, name in enumerate(HL)}

@@ -200,6 +200,7 @@ def test_exact_twins_are_one_group():
     assert {claim.effect, *(name.split(":")[0] for name in claim.alike)} == {"command_delay", "log_alignment"}
 
 
+@pytest.mark.long
 def test_without_load_cell_and_flow_meter_the_answer_is_less_certain_not_wrong():
     effects = {"coulomb_friction": {"deceleration": 200.0}}
     stated, recordings = campaign(effects, seed=3, channels=("n",))
@@ -207,6 +208,7 @@ def test_without_load_cell_and_flow_meter_the_answer_is_less_certain_not_wrong()
     assert "coulomb_friction" in (claim.effect, *claim.alike)
 
 
+@pytest.mark.long
 def test_an_effect_that_is_left_out_is_not_named_and_nothing_else_is():
     stated, recordings = campaign({"coulomb_friction": {"deceleration": 300.0}}, seed=3)
     found = diagnose(recordings, stated, excluded=("coulomb_friction",))

@@ -109,6 +109,7 @@ def test_what_is_unknown_has_a_budget_that_adds_up(bent):
         assert all(len(sizes) == 4 for sizes in cause["sizes_by_run_left_out"].values())
 
 
+@pytest.mark.long
 def test_an_effect_near_the_end_of_its_range_is_not_pressed():
     stated, recordings = campaign({"propeller_fouling": {"share": 0.59}}, seed=6)
     found = diagnose(recordings, stated)

@@ -48,7 +48,13 @@ def by_nodes_steps(name: str, observer, T_d, y_n, y_U) -> np.ndarray:  # type: i
     return out
 
 
-@pytest.mark.parametrize("name", ["lookup", "simplified", "dead-zone", "steady-flow", "hl-ekf", "hq-nlo", "hq-kfnlo"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "lookup", "dead-zone", "hq-nlo", "hq-kfnlo",
+        *(pytest.param(each, marks=pytest.mark.long) for each in ("simplified", "steady-flow", "hl-ekf")),
+    ],
+)  # fmt: skip
 def test_all_loops_in_one_kernel_are_the_nodes_steps_thruster_by_thruster(name: str) -> None:
     ready = load_strategy(name)
     chosen = "speed-ekf" if ready.strategy.observer == "none" else ready.strategy.observer

@@ -118,7 +118,15 @@ def by_hand(name: str, given: Assumptions):  # type: ignore[no-untyped-def]
     return np.array(found)
 
 
-@pytest.mark.parametrize("name", ["lookup", "dead-zone", "hq-ekf", "hl-kfnlo", "steady-flow"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "lookup",
+        "hq-ekf",
+        "hl-kfnlo",
+        *(pytest.param(each, marks=pytest.mark.long) for each in ("dead-zone", "steady-flow")),
+    ],
+)
 def test_the_loop_moves_as_its_parts_put_together_by_hand(name: str) -> None:
     given = assumptions(attitude_error="euler", largest_step=1e-3)
     found = by_hand(name, given)

@@ -56,18 +56,12 @@ def test_the_neutral_size_of_an_effect_in_the_plant_lies_in_its_range(effect):
 @pytest.mark.parametrize(
     "model",
     [
-        "simplified",
-        "hl",
-        "hq",
-        "kim_chung",
-        "two_state",
-        "first_order",
-        "yoerger",
-        "static_dead_band",
-        "table",
-        "force_table",
+        "hq", "table", "force_table",
+        *(pytest.param(each, marks=pytest.mark.long) for each in (
+            "simplified", "hl", "kim_chung", "two_state", "first_order", "yoerger", "static_dead_band"
+        )),
     ],
-)
+)  # fmt: skip
 def test_at_neutral_a_run_is_the_same_bit_for_bit(model):
     p = load_parameter_set(model).coefficients
     commands = np.repeat([2.0, -4.0, 0.6, 5.0, -1.0, 0.0], 30) + 0.1 * np.sin(np.arange(180))

@@ -58,6 +58,7 @@ def test_a_fit_that_starts_wrong_recovers_the_truth_within_its_stated_deviations
         assert parameters[name].value == pytest.approx(truth.values[name], rel=0.03), name
 
 
+@pytest.mark.long
 def test_nelder_mead_in_the_thesis_stages_comes_close_too(independent_bench, truth):
     options = FitOptions(method="nelder-mead", stages="thesis")
     runs = campaign(independent_bench, truth)

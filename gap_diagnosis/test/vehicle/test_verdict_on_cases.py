@@ -63,6 +63,7 @@ def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed,
     assert "Diagnosis of" in paths["report.html"].read_text("utf-8")
 
 
+@pytest.mark.long
 def test_a_thruster_the_wrong_way_round_is_named_and_nothing_beside_it(tmp_path: Path) -> None:
     hidden: Any = (("thruster_polarity", {"thruster": 1}, {}),)
     draw = Draw(seed=1215, vehicle="ngs", effects=hidden, wrench=0.28, time=5.0, noise=0.64, kinds=("steps",))
@@ -116,6 +117,7 @@ def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
     assert abs(first["value"] - size) < 4.0 * first["std"] + 0.05 * abs(size)
 
 
+@pytest.mark.long
 def test_a_weight_at_a_place_is_no_shift_of_the_centre_of_mass(tmp_path: Path) -> None:
     draw = drawn(1383)  # to first order it weighs a tenth of what it does
     ((effect, _, hidden),) = draw.effects
