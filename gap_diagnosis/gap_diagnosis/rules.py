@@ -85,6 +85,8 @@ class LogRules:
         lattice: step over the noise's deviation from which on a converter counts.
         hole: reading [rad/s] from which on a tachometer that reads zero below it counts as blind.
         straight: evidence, nats, by which straight commands must fit better than held ones, as most devices hold them.
+        rare: log odds against an effect that only scatters, before a log is seen.
+        certain: log odds of what is seen rather than estimated, and the most that anything counts.
     """
 
     spikes: float = 0.012
@@ -97,6 +99,8 @@ class LogRules:
     lattice: float = 1.0
     hole: float = 1.0
     straight: float = 3.0
+    rare: float = 3.0
+    certain: float = 50.0
 
 
 LOG_RULES = LogRules()

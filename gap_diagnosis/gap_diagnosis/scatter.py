@@ -16,7 +16,7 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.suspects import betrayed_by
 
-__all__ = ["Scatter", "found_in_logs", "masks_of", "scattered_before_sorting"]
+__all__ = ["Scatter", "found_in_logs", "masks_of", "probability_at", "scattered_before_sorting", "share_deviation"]
 
 Array = NDArray[np.float64]
 
@@ -114,7 +114,7 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
                 parameter="threshold",
                 size=hole,
                 deviation=hole / max(beyond, 1),
-                log_odds=50.0,
+                log_odds=LOG_RULES.certain,
                 sentence=f"the tachometer reads exactly zero below {hole:.3g} rad/s",
             )
         )
@@ -128,15 +128,24 @@ _VISIBLE = 0.93
 """Share of spikes of 0.3 m/s that stand out of an ordinary velocimeter's noise."""
 
 
+def probability_at(log_odds: float) -> float:
+    """Return the probability of an effect for which a log speaks with these odds."""
+    return float(1.0 / (1.0 + np.exp(-(min(log_odds, LOG_RULES.certain) - LOG_RULES.rare))))
+
+
+def share_deviation(share: float, of: int) -> float:
+    """Return the standard deviation of a share that was counted among so many samples."""
+    return float(np.sqrt(max(share * (1.0 - share), 1e-6) / of))
+
+
 def _share_found(effect: str, signal: str, share: float, of: int, hit: int, what: str) -> Scatter:
-    deviation = float(np.sqrt(max(share * (1.0 - share), 1e-6) / of))
     sentence = f"{100 * hit / of:.1f} % of the samples{' of ' + signal if signal else ''} {what}"
     return Scatter(
         effect=effect,
         signal=signal,
         parameter="share",
         size=float(min(share, 1.0)),
-        deviation=deviation,
+        deviation=share_deviation(share, of),
         log_odds=2.0 * hit,
         sentence=sentence,
     )
@@ -152,7 +161,7 @@ def _lattice_found(recordings: Sequence[Recording], step: float) -> Scatter | No
         parameter="step",
         size=step,
         deviation=1e-3 * step,
-        log_odds=50.0,
+        log_odds=LOG_RULES.certain,
         sentence=f"all readings of the tachometer are multiples of {step:.3g} rad/s",
     )
 

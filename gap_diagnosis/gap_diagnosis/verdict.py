@@ -7,7 +7,7 @@ import numpy as np
 
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.rules import RULES
-from gap_diagnosis.scatter import Scatter
+from gap_diagnosis.scatter import Scatter, probability_at
 from gap_diagnosis.sizes import Size, sizes_of
 from system_identification.hypothesis import Hypothesis
 from system_identification.rating import Rated
@@ -202,7 +202,7 @@ def class_of(left: float, whole: float) -> str:
 
 def _scatter_claim(scatter: Scatter) -> Claim:
     parameter = next(p for p in LIBRARY[scatter.effect].parameters if p.name == scatter.parameter)
-    probability = float(1.0 / (1.0 + np.exp(-min(scatter.log_odds - 3.0, 50.0))))
+    probability = probability_at(scatter.log_odds)
     return Claim(
         effect=scatter.effect,
         channel="",

@@ -1,6 +1,7 @@
-"""Which vehicle a command is about: the same two arguments for all of them."""
+"""Which vehicle a command is about: the same arguments for all of them."""
 
 import argparse
+from pathlib import Path
 
 from thruster_model.vehicle_set_io import available_vehicles
 
@@ -8,8 +9,9 @@ __all__ = ["add_sets"]
 
 
 def add_sets(parser: argparse.ArgumentParser) -> None:
-    """Add the vehicle's set and its thrusters' to the arguments of a command."""
+    """Add the vehicle's set, its thrusters' and its sensors' to the arguments of a command."""
     sets = ", ".join(available_vehicles())
     parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
     text = "parameter set of its thrusters; default: the one that the vehicle's set names"
     parser.add_argument("--set", "--model", dest="set", metavar="SET", help=text)
+    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")

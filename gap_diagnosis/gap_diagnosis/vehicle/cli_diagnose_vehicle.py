@@ -10,7 +10,6 @@ from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
 from gap_diagnosis.vehicle.rules import PERIOD
-from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
@@ -24,7 +23,6 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     add_sets(parser)
-    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
@@ -47,7 +45,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
             experiment=limits_of(given) if given.experiment else None,
         )
         paths = written(found, given.out)
-    except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     except KeyboardInterrupt:

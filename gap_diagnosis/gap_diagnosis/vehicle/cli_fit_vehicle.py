@@ -11,7 +11,6 @@ from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.rules import PERIOD
-from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
@@ -25,7 +24,6 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
     parser = argparse.ArgumentParser(prog=program, description=__doc__)
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
     add_sets(parser)
-    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
     parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")
     parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
     given = parser.parse_args(user_arguments(arguments))
@@ -36,7 +34,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
         fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))
         provenance = provenance_of(given.runs, model)
         paths = written(model, fit, provenance, given.out)
-    except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -27,7 +27,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--pulse", type=float, default=1.0, help="length of a pulse [s] (default %(default)s)")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        model = load_model(given.vehicle, given.set)
+        model = load_model(given.vehicle, given.set, given.sensors)
         programme = pulses(model, limits_of(given), pulse=given.pulse)
         print("\n".join(told(programme, model)))
         if given.out is None:

@@ -16,7 +16,6 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.trend import Line, Size, followed, line_of, size_in
-from rov_sim.vehicle.sensors.settings_io import SensorSettingsError
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from run_bag.report import Report
@@ -35,7 +34,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="trend", description=__doc__)
     parser.add_argument("dives", nargs="+", type=Path, metavar="DIVE", help="a run each, in order; three or more")
     add_sets(parser)
-    parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument("--effect", default="thrust_loss", help="that is followed (default %(default)s)")
     place = parser.add_mutually_exclusive_group()
     place.add_argument("--thruster", type=int, help="that it acts on, counted from 0")
@@ -68,7 +66,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         with new_folder(given.out) as folder:
             report.write(folder / "report.html")
             write_whole(folder / "trend.json", json.dumps(content, indent=1))
-    except (RunError, ThrusterModelError, SensorSettingsError, OSError, ValueError) as error:
+    except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
     except KeyboardInterrupt:

@@ -23,7 +23,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser = argparse.ArgumentParser(prog="watch_run", description=__doc__)
     parser.add_argument("run", type=Path, metavar="RUN")
     add_sets(parser)
-    parser.add_argument("--sensors", type=Path, help="places of its sensors")
     parser.add_argument(
         "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
     )

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples
 from gap_diagnosis.rules import LOG_RULES
-from gap_diagnosis.scatter import scattered_before_sorting
+from gap_diagnosis.scatter import probability_at, scattered_before_sorting, share_deviation
 from gap_diagnosis.suspects import betrayed_by
 from thruster_model.effects import stages
 
@@ -29,10 +29,6 @@ _COARSE = 0.01
 """Step of a tachometer over its largest reading from which on it is worth a word."""
 _CROSSING = 1.0
 """[s] Longest stretch of zeros that a turning rotor may have crossed; in longer ones it may as well be at rest."""
-_CERTAIN = 50.0
-"""Log odds of what is seen rather than estimated."""
-_RARE = 3.0
-"""Log odds against any of these before a log is seen."""
 _WINDOW = 5
 """Readings that one estimate takes: errors of neighbours are not independent."""
 
@@ -94,7 +90,7 @@ def cleaned(
     if repeated.any():
         apart = np.diff(np.flatnonzero(repeated))
         if apart.size >= 4 and np.std(apart) > _AT_RANDOM * np.mean(apart):
-            deviation = float(np.sqrt(share * (1.0 - share) / time.size))
+            deviation = share_deviation(share, time.size)
             odds = 2.0 * float(np.count_nonzero(repeated))
             found.append(Oddity(betrayed_by("repeats"), sensor, thruster, share, deviation, odds))
     time, values = time[~repeated], values[~repeated]
@@ -109,11 +105,11 @@ def _of_tachometer(time: Array, speed: Array, thruster: int) -> tuple[Mask, list
     hole, step, largest = hole_around_zero(speed), lattice_step(speed), float(np.max(np.abs(speed)))
     found = []
     if step > _COARSE * largest:
-        found.append(Oddity(betrayed_by("lattice"), "tachometer", thruster, step, 1e-3 * step, _CERTAIN))
+        found.append(Oddity(betrayed_by("lattice"), "tachometer", thruster, step, 1e-3 * step, LOG_RULES.certain))
     if hole <= max(LOG_RULES.hole, step):
         return np.zeros(speed.size, dtype=np.bool_), found
     beyond = int(np.count_nonzero((speed != 0.0) & (np.abs(speed) < 2.0 * hole)))
-    found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, hole / beyond, _CERTAIN))
+    found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, hole / beyond, LOG_RULES.certain))
     return _crossed(time, speed == 0.0), found
 
 
@@ -166,12 +162,12 @@ def common_to(recordings: Sequence[Sequence[Oddity]]) -> tuple[Logged, ...]:
         weights = np.array([1.0 / max(oddity.deviation, 1e-12) ** 2 for _, oddity in shown])
         size = float(weights @ sizes / weights.sum())
         deviation = max(float(weights.sum() ** -0.5), float(np.std(sizes)) / np.sqrt(len(shown)))
-        odds = min(sum(oddity.log_odds for _, oddity in shown), _CERTAIN) - _RARE
+        odds = sum(oddity.log_odds for _, oddity in shown)
         parameter = stages.LIBRARY[effect].parameters[0]
         found.append(
             Logged(
                 effect, sensor, thruster, parameter.name, min(size, parameter.upper), deviation, parameter.unit,
-                float(1.0 / (1.0 + np.exp(-odds))),
+                probability_at(odds),
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda each: -each.probability))
