@@ -7,6 +7,7 @@ import numpy as np
 
 from gap_diagnosis.readiness import Finding, readiness
 from gap_diagnosis.recording_io import read_recordings
+from gap_diagnosis.stretches import stretches_of
 from run_bag import Run, read_run
 from run_bag.importers.advice import advice
 from run_bag.topic import Topic
@@ -34,7 +35,7 @@ def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0)
     recordings = read_recordings(paths, thruster)  # refuses what no reader takes
     runs = [read_run(path) for path in paths]
     found = [finding for run in runs for finding in _channels(run, thruster)]
-    ready = readiness(recordings, parameter_set)
+    ready = readiness(stretches_of(recordings), parameter_set)  # as a diagnosis would thin them
     said = {each.sentence for each in ready}
     found += [each for run in runs for each in _advice(run, thruster) if each.sentence not in said]
     return [*found, *ready, *_fit(runs, parameter_set, thruster)]

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,7 +33,7 @@ from system_identification.rating import Rated
 from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
 
-__all__ = ["Investigation", "Left", "imitated_by_parameters", "investigate", "weighed_up"]
+__all__ = ["Investigation", "imitated_by_parameters", "investigate", "weighed_up"]
 
 _OTHERS = 5
 """Sets beside the best one that widen the intervals of its shares."""
@@ -40,25 +41,11 @@ _OTHERS = 5
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Left:
-    """A set under the noise of a healthy thruster, and the squares of what it leaves over the noise of the sensors."""
+class Left(NamedTuple):
+    """A set, fitted under the noise of a healthy thruster."""
 
     fitted: Fitted
     noise: Whitener
-
-    @cached_property
-    def squares(self) -> float:
-        """Of all residuals."""
-        return self.of(self.fitted.residuals)
-
-    def of(self, rows: Array) -> float:
-        """Return the squares of rows (R,) over the noise of their sensors."""
-        system, total = self.fitted.problem, 0.0
-        for each in system.series:
-            known = system.known[each.rows]
-            total += float(np.sum((rows[each.rows][known] / self.noise.level(each.signal)) ** 2))
-        return total
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -193,9 +180,12 @@ class Investigation:
 
     @property
     def named_share(self) -> float:
-        """Which share of what re-tuning leaves the best set explains, of what is not noise or disturbance."""
-        taken = max(self.left_by_none.squares - self.left.squares, 0.0)
-        return taken / (taken + self.left.of(self.unexplained.explained)) if taken > 0.0 else 0.0
+        """Which share of what re-tuning leaves the best set explains, of what is not noise or disturbance.
+
+        Squares count as the filter leaves them: of readings as they are, most may be what pushes do.
+        """
+        taken = max(self.left_by_none.fitted.cost - self.left.fitted.cost, 0.0)
+        return taken / (taken + sum(each.gain for each in self.unexplained.features)) if taken > 0.0 else 0.0
 
     @cached_property
     def distances(self) -> dict[str, float]:
@@ -235,7 +225,8 @@ class Investigation:
         """Which share of the evidence for the best set each of those effects has that only resembles what is at work.
 
         Its size is not one size, functions without a name would explain as much in its place, it does not help on
-        runs that were left out, or it is so small that it cannot be told from none.
+        runs that were left out, it is so small that it cannot be told from none, or it explains less than what is left
+        without a name, and may be a part of that.
         """
         whole = sum(max(gained, 0.0) for gained in self.gained.values())
         return {
@@ -245,6 +236,7 @@ class Investigation:
             or self.ahead[key] < RULES.ahead
             or self.helps[key] < RULES.helps
             or self.distances[key] < RULES.apart
+            or (self.nameless and self.gained[key] < self.unexplained.evidence)
         }
 
     @property

@@ -19,7 +19,7 @@ from thruster_model.whole_run import readings
 if TYPE_CHECKING:
     from gap_diagnosis.problem import Problem
 
-__all__ = ["Slopes", "linear_run", "linearised"]
+__all__ = ["PUSHED", "Slopes", "linear_run", "linearised"]
 
 Array = NDArray[np.float64]
 _PERIOD = 0.02
@@ -30,6 +30,8 @@ _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
 _PUSHED = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
 """States (n, v, U) that disturbances of rotor and water push."""
+PUSHED = ("speed", "ambient")
+"""Signals that read these."""
 
 
 class Slopes(NamedTuple):
@@ -68,12 +70,14 @@ def _as_read(
     return {name: np.ascontiguousarray(slopes[:, k].T) for k, name in enumerate(_READINGS)}
 
 
-def linear_run(problem: "Problem", x: Array, index: int, happened: Happened) -> Linear:
-    """Return a recording linearised for disturbances of rotor and water."""
+def linear_run(
+    problem: "Problem", x: Array, index: int, happened: Happened, apart: Array | None = None
+) -> Linear:  # fmt: skip
+    """Return a recording linearised for disturbances of rotor and water; `apart`: see `linearised`."""
     recording = problem.recordings[index]
     dt = recording.experiment.dt
     every = max(1, round(_PERIOD / dt))
-    slopes = linearised(problem, x, happened, dt, every)
+    slopes = linearised(problem, x, happened, dt, every, apart)
     shifts, sizes = problem.situation(x, index).shifts, problem.sizes(x)
     rows, places, readings, signals = [], [], [], []
     for each in problem.series:
@@ -96,15 +100,24 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened) -> 
     )
 
 
-def linearised(problem: "Problem", x: Array, happened: Happened, dt: float, every: int = 1) -> Slopes:
-    """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s]."""
+def linearised(
+    problem: "Problem", x: Array, happened: Happened, dt: float, every: int = 1, apart: Array | None = None
+) -> Slopes:
+    """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s].
+
+    `apart`: along states (n, v, U) that differ by so much from those, (N, 3); by no more than the run itself goes, as
+    what no sensor reads a filter may see anywhere.
+    """
     dt = dt * every
     p = problem.parameter_set.model.coefficients(problem.values(x))
     sizes = problem.sizes(x)
     e = effect_values(sizes) if sizes else NO_EFFECTS
     u = happened.throttle[::every]
     outputs = happened.outputs
-    state = (outputs["speed"][::every], outputs["axial"][::every], outputs["ambient"][::every])
+    state = [outputs[name][::every] for name in ("speed", "axial", "ambient")]
+    if apart is not None:
+        most = [np.max(np.abs(each)) for each in state]
+        state = [s + np.clip(np.nan_to_num(a), -m, m) for s, a, m in zip(state, apart.T, most, strict=True)]
 
     def at(states: Sequence[Array], throttle: Array) -> list[Array]:
         n, v, ambient = states

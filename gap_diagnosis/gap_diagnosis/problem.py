@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis import sensitivities
-from gap_diagnosis.linear import linear_run
+from gap_diagnosis.linear import PUSHED, linear_run
 from gap_diagnosis.prediction import (
     LARGEST_STEP,
     LOG_CHANNELS,
@@ -185,6 +185,11 @@ class Problem:
         return {name: level * float(np.sqrt(averaged[name])) for name, level in self.levels.items()}
 
     @property
+    def pushed(self) -> tuple[str, ...]:
+        """Signals that read the states which disturbances push."""
+        return PUSHED
+
+    @property
     def spread(self) -> Array:
         """How many times noisier than its signal each row is, shape (R,)."""
         return np.ones(self.known.size) if self.scales is None else 1.0 / self.scales
@@ -197,9 +202,12 @@ class Problem:
         """Return d predicted / d unknowns, shape (R, K) or those of `columns` alone; NaN where nothing counts."""
         return sensitivities.sensitivities_of(self, x, columns)
 
-    def linear(self, x: Array) -> list[Linear]:
-        """Return each recording, linearised along what is simulated for x."""
-        return [linear_run(self, x, index, happened) for index, happened in enumerate(self.happened(x))]
+    def linear(self, x: Array, apart: Sequence[Array] | None = None) -> list[Linear]:
+        """Return each recording, linearised along what is simulated for x, or states (N, 3) apart from that."""
+        return [
+            linear_run(self, x, index, happened, None if apart is None else apart[index])
+            for index, happened in enumerate(self.happened(x))
+        ]
 
     @cached_property
     def times(self) -> Array:

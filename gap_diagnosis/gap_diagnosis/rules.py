@@ -31,7 +31,7 @@ class Rules:
         conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
-        healthy_push: times the noise of a reading that rotor and water may be pushed by.
+        healthy_push: times the noise of their own sensors' readings that rotor and water may be pushed by.
         off: times the noise of a healthy thruster by which free runs of the re-tuned set must be off for effects to be
             asked which of them bring runs left out nearer.
         nameless: evidence for functions of states and inputs in what is left from which on something nameless is there.

@@ -46,7 +46,8 @@ def stretches_of(recordings: Sequence[Recording], longest: float | None = None) 
     used = sum(each.experiment.duration for each in found)
     told = (
         f"of {total:.0f} s recorded, the {used:.0f} s in which the throttle moves most are used, in {len(found)} "
-        f"stretches spread over all of it; what changes more slowly is not seen (--longest {total:.0f} uses all)"
+        f"stretches spread over all of it; what changes more slowly is not seen "
+        f"(diagnose --longest {total:.0f} uses all)"
     )
     return [_warning(found[0], (told, *found[0].experiment.warnings)), *found[1:]]
 

@@ -7,6 +7,9 @@ The system is linearised along the run; rates are pushed by disturbances w, read
 Measured less simulated rows are e.g. disturbed like that; the filter turns them into innovations that are white and of
 standard deviation 1 where that is so (Kristensen, Madsen and Jorgensen 2004, Automatica 40, 225). Gains depend on the
 model alone, so that residuals and the columns of a Jacobian pass through the same map.
+
+The model is taken half way between what was simulated and where the filter sees the real system: there the slope of a
+square is that of the secant from one to the other, exactly.
 """
 
 from typing import Any
@@ -84,10 +87,14 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
 
 
 @_kernel
-def innovations_of(transition, push, keep, places, readings, signals, present, gains, deviation, at, rows, out):  # type: ignore[no-untyped-def]
+def innovations_of(  # type: ignore[no-untyped-def]
+    transition, push, keep, places, readings, signals, present, gains, deviation, at, rows, out, states
+):
     """Fill `out` (C, R) at a run's rows `at` (M,) with the innovations of columns `rows` (C, R) over their deviations.
 
-    Rows that are not present, and columns that do nothing in the run, are left as they are; NaN counts as 0.
+    Rows that are not present, and columns that do nothing in the run, are left as they are; NaN counts as 0. Unless it
+    is empty, `states` (C, N, m) is filled with where the filter sees the states; then what stands out by more than four
+    deviations moves it by four.
     """
     count, m = transition.shape[0], transition.shape[1]
     q = push.shape[2]
@@ -114,10 +121,14 @@ def innovations_of(transition, push, keep, places, readings, signals, present, g
                         e -= x[m + q + signals[i]]
                     for c in range(m):
                         e -= readings[i, c] * x[c]
+                    out[column, at[i]] = e / deviation[i]
+                    if states.size:
+                        e = min(max(e, -4.0 * deviation[i]), 4.0 * deviation[i])
                     for r in range(d):
                         x[r] += gains[i, r] * e
-                    out[column, at[i]] = e / deviation[i]
                 i += 1
+            if states.size:
+                states[column, k] = x[:m]
             a, g = transition[k], push[k]
             for r in range(m):
                 value = 0.0

@@ -1,7 +1,7 @@
 """How large noise is: of sensors, of what pushes the states, and of what else scatters.
 
-A level of a push says how many times the noise of a single reading it moves the signal that answers most; a colour is
-what a signal carries beside white noise, over that noise.
+A level of a push says by how many times the noise of a single reading it moves the signal that reads what it pushes; a
+colour is what a signal carries beside white noise, over that noise.
 """
 
 from collections.abc import Mapping

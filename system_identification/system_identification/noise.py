@@ -22,6 +22,7 @@ __all__ = ["Whitener", "white_noise", "whitener"]
 
 Array = NDArray[np.float64]
 _NO_COLOUR = 1.001 * LEAST
+_NOT_ASKED = np.zeros((0, 0, 0))
 _OUTLYING = 16.0
 """Square of a white row beyond which it tells of itself, not of the noise."""
 
@@ -119,11 +120,23 @@ class Whitener:
             return np.where(known, np.nan_to_num(columns) / self._own, 0.0).T
         out = np.zeros_like(columns)
         for run, each in zip(self.linear, self._filters, strict=True):
-            innovations_of(
-                run.transition, run.push, each.keep, run.places, run.readings, each.colours, known[run.rows],
-                each.gains, each.deviation, run.rows, columns, out,
-            )  # fmt: skip
+            self._through(run, each, columns, out, _NOT_ASKED)
         return out.T
+
+    def followed(self, residuals: Array) -> list[Array]:
+        """Return by how much the states of each run are off those simulated, as the filter sees them, (N, m)."""
+        columns, found = np.ascontiguousarray(residuals[None]), []
+        for run, each in zip(self.linear, self._filters, strict=True):
+            states = np.zeros((1, *run.transition.shape[:2]))
+            self._through(run, each, columns, np.zeros_like(columns), states)
+            found.append(states[0])
+        return found
+
+    def _through(self, run: Linear, each: _Filter, columns: Array, out: Array, states: Array) -> None:
+        innovations_of(
+            run.transition, run.push, each.keep, run.places, run.readings, each.colours, self.system.known[run.rows],
+            each.gains, each.deviation, run.rows, columns, out, states,
+        )  # fmt: skip
 
     def scattering(self, parameters: float) -> "Whitener":
         """Return the map beside parameters that scatter so many times more widely than stated."""
@@ -165,19 +178,29 @@ def white_noise(system: System, sensors: Mapping[str, float] | None = None) -> W
 
 
 def whitener(system: System, x: Array, levels: Levels | None = None, level: float = 0.5) -> Whitener:
-    """Return the map about what is simulated for x; `levels` None: sensors as they look, disturbances of `level`."""
+    """Return the map about what is simulated for x; `levels` None: sensors as they look, disturbances of `level`.
+
+    Linearised half way to where the filter about the simulation sees the system: what pushes move by many times the
+    noise is not small, and a square's slope would be wrong by half of it.
+    """
     linear = system.linear(x)
     pushes = linear[0].push.shape[2] if linear else 0
     levels = levels or plain_levels(system, pushes, level)
-    return Whitener(system=system, linear=linear, levels=levels, units=_units(system, linear))
+    about = Whitener(system=system, linear=linear, levels=levels, units=_units(system, linear))
+    apart = about.followed(system.residuals(x))
+    return replace(about, linear=system.linear(x, [0.5 * each for each in apart])) if linear else about
 
 
 def _units(system: System, linear: Sequence[Linear], memory: float = 1.5) -> Array:
-    """Return the rate of each disturbance that moves the reading which answers most by its noise."""
+    """Return the rate of each disturbance that moves the reading of what it pushes by its noise.
+
+    Where that is not read: the one that answers most. What another sensor makes of it, a torque read to a thousandth,
+    says how well it is seen, not how large it is.
+    """
     own = np.array([system.single[n] for n in system.signal_names])
     if not linear:
         return np.ones(0)
-    largest = np.zeros((len(linear), linear[0].push.shape[2]))
+    squares = np.zeros((len(linear), len(own), linear[0].push.shape[2]))
     for place, run in enumerate(linear):
         keep = np.exp(-run.dt / memory)
         moved = _moved(run, keep)  # (N, q, m) standard deviations of the states for a unit of each
@@ -185,9 +208,11 @@ def _units(system: System, linear: Sequence[Linear], memory: float = 1.5) -> Arr
         for signal in range(len(own)):
             here = run.signals == signal
             if np.any(here):
-                square = np.mean((over[here] / own[signal]) ** 2, axis=0)
-                largest[place] = np.maximum(largest[place], square)
-    square = np.mean(largest, axis=0)
+                squares[place, signal] = np.mean((over[here] / own[signal]) ** 2, axis=0)
+    square = np.mean(np.max(squares, axis=1), axis=0)
+    for k, name in enumerate(system.pushed):
+        if name in system.signal_names:
+            square[k] = np.mean(squares[:, system.signal_names.index(name), k])
     return np.where(square > 1e-20, 1.0 / np.sqrt(np.maximum(square, 1e-20)), 0.0)
 
 

@@ -240,9 +240,9 @@ class _Searching:
             for each in tries
         ]
         self.weighed(current, quick)
-        size, least = len(current.keys) + 1, self.score(current) - _NEAR
+        size = len(current.keys) + 1
         more = [h for keys, h in self.found.items() if set(current.keys) < keys and len(keys) == size]
-        best = self.likeliest([h for h in more if self.score(h) > least], self.score(current))
+        best = self.likeliest(more, self.score(current))
         if best is None or self.score(best) <= self.score(current) + _WORTH:
             return None
         # A set may have been fitted better than the one without, by where it began: that one is fitted from there too.
@@ -254,14 +254,15 @@ class _Searching:
         """Return the likeliest of sets once they have settled; `without`: score of the set that they were made from.
 
         Such a set is where its first fit ended, under a noise in which there was room for what it explains. So all that
-        explain a good part of what the best one does are fitted again under the noise that is left beside that one.
+        explain a good part of what the best one does are fitted again under the noise that is left beside that one;
+        and where none is likelier than without, all that are not far behind.
         """
         best: Hypothesis | None = None
         for each in sorted(sets, key=self.score, reverse=True):
             if best is None:
                 best = self.settled(each)
                 continue
-            far = self.score(best) - _NEAR
+            far = self.score(best) - (_NEAR if self.score(best) > without else _BEHIND)
             if self.score(each) > min(far, without + _PART * (self.score(best) - without)):
                 again = weighed(
                     each.system, each.suspects, each.fitted.x, best.noise, near=each.fitted, caps=self.caps

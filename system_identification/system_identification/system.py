@@ -115,6 +115,10 @@ class System(Protocol):
         """Standard deviation of the noise of each signal's single readings, where samples are means of several."""
 
     @property
+    def pushed(self) -> tuple[str, ...]:
+        """Signal that reads the state itself which a disturbance pushes, of each disturbance."""
+
+    @property
     def spread(self) -> Array:
         """How many times noisier than its signal each row is, shape (R,)."""
 
@@ -137,8 +141,8 @@ class System(Protocol):
     def bounded(self, x: Array) -> Array:
         """Return unknowns held inside their ranges."""
 
-    def linear(self, x: Array) -> list[Linear]:
-        """Return the model of each run, linearised along what is simulated for x."""
+    def linear(self, x: Array, apart: Sequence[Array] | None = None) -> list[Linear]:
+        """Return the model of each run, linearised along what is simulated for x, or states (N, m) apart from that."""
 
     def with_effects(self, slots: tuple[SizeSlot, ...], gates: Any = ()) -> "System":
         """Return the same system with unknown sizes of other effects."""

@@ -91,6 +91,10 @@ class Spring:
         return {"position": self.noise}
 
     @property
+    def pushed(self):
+        return ("position",)
+
+    @property
     def spread(self):
         return np.ones(self.measured.size)
 
@@ -120,7 +124,7 @@ class Spring:
         found = [(self.predicted(x + steps[k]) - self.predicted(x - steps[k])) / 2e-3 for k in columns]
         return np.stack(found, axis=1)
 
-    def linear(self, x):
+    def linear(self, x, apart=None):
         _, scale, values = self._states(np.asarray(x))
         a = np.array([[0.0, 1.0], [-values["stiffness"], -values["damping"]]])
         step = np.eye(2) + a * DT + a @ a * DT**2 / 2.0 + a @ a @ a * DT**3 / 6.0

@@ -1,0 +1,52 @@
+"""Pushes that move the rotor by far more than what its torque is read to: the filter's slopes are those of a secant."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.recording_io import read_recordings
+from gap_diagnosis.scoreboard.generators import GENERATORS
+from gap_diagnosis.scoreboard.running_io import write_synthetic_run
+from system_identification.learning import Caps, learned
+from system_identification.noise import Whitener, whitener
+from thruster_model.parameter_set_io import load_parameter_set
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory) -> Problem:
+    """Two recordings by another simulator with these parameters, the rotor pushed by some rad/s, torque well read."""
+    lab = GENERATORS["lab"]
+    drawn = lab.draw("none", 7, True)
+    conditions = drawn.drawn._replace(
+        runs=2, linear=False, told=True, tails=False, moving=False, outliers=0.0, varying=0.0, memory=3.0,
+        push=(80.0, 0.0), rates=dict.fromkeys(drawn.drawn.rates, 50.0), phases=dict.fromkeys(drawn.drawn.phases, 0.0),
+        noise={"speed": 1.0, "ambient": 0.005, "thrust": 0.3, "torque": 1e-4},
+    )  # fmt: skip
+    truth = replace(drawn, model="hl", factors=dict.fromkeys(drawn.factors, 1.0), drawn=conditions)
+    folder = tmp_path_factory.mktemp("pushed")
+    recordings = read_recordings([write_synthetic_run(run, folder) for run in lab.record(truth)])
+    stated = load_parameter_set("hl")
+    return Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+
+
+def learned_about(problem: Problem, base: Whitener) -> Whitener:
+    return learned(base, problem.residuals(problem.start()), Caps(pushes=50.0), steps=15)
+
+
+def test_a_torque_that_squares_what_pushes_do_is_no_trace_of_an_effect(pushed):
+    half_way = whitener(pushed, pushed.start())
+    about = replace(half_way, linear=pushed.linear(pushed.start()))
+    levels = learned_about(pushed, half_way).levels
+    found = learned_about(pushed, whitener(pushed, pushed.start(), levels)).levels
+    other = learned_about(pushed, about).levels
+    assert found.colours["torque"] < 0.3 and found.colours["speed"] < 0.2
+    assert other.colours["torque"] > 1.0 and other.colours["speed"] > 0.5
+
+
+def test_a_level_says_by_how_many_readings_of_its_own_sensor_a_push_moves_the_rotor(pushed):
+    found = learned_about(pushed, whitener(pushed, pushed.start())).levels
+    still = np.sqrt(np.mean(pushed.residuals(pushed.start())[pushed.signal_rows["speed"]] ** 2))
+    assert found.pushes[0] == pytest.approx(still / 1.0, rel=0.5)
+    assert found.sensors["torque"] == pytest.approx(1e-4, rel=0.3)
