@@ -13,10 +13,11 @@ from generated import campaign
 from gap_diagnosis.diagnose_io import with_effect, write_diagnosis
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_json import as_json, effects_of
+from gap_diagnosis.discrepancy import Discrepancy, Feature
 from gap_diagnosis.rules import RULES, Rules
 from gap_diagnosis.scoreboard.ablation import judged_anew, rows_of
 from gap_diagnosis.scoreboard.answers import Answer
-from gap_diagnosis.verdict import VERDICTS
+from gap_diagnosis.verdict import VERDICTS, verdict_of
 from thruster_model.parameter_set_io import load_parameter_set
 
 
@@ -37,6 +38,17 @@ def test_an_effect_is_named_with_its_size_and_shrink(coulomb):
     assert abs(size.value - 200.0) < 3.0 * size.std < 60.0
     assert coulomb.shrink.value > 0.9
     assert coulomb.where[0][0] == "rotor"
+
+
+def test_what_explains_less_than_the_nameless_rest_only_resembles(coulomb):
+    found = coulomb.investigation
+    gained = found.gained["coulomb_friction"]
+    for rest, resembles in ((0.5 * gained, False), (2.0 * gained, True)):
+        feature = Feature("speed", "n", 2.0 * rest)
+        left = replace(found, unexplained=Discrepancy((feature,), rest, np.zeros(found.none.system.known.size)))
+        assert ("coulomb_friction" in left.resembling) is resembles
+        assert verdict_of(left, ()).verdict == "unknown"  # a third of the gap and more has no name
+    assert left.named_share == pytest.approx(1.0 / 3.0, abs=0.05) and found.named_share > 0.99
 
 
 def test_the_four_numbers_fall_from_stated_to_noise(coulomb):
