@@ -70,9 +70,7 @@ def _as_read(
     return {name: np.ascontiguousarray(slopes[:, k].T) for k, name in enumerate(_READINGS)}
 
 
-def linear_run(
-    problem: "Problem", x: Array, index: int, happened: Happened, apart: Array | None = None
-) -> Linear:  # fmt: skip
+def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apart: Array | None = None) -> Linear:
     """Return a recording linearised for disturbances of rotor and water; `apart`: see `linearised`."""
     recording = problem.recordings[index]
     dt = recording.experiment.dt

@@ -187,8 +187,10 @@ def whitener(system: System, x: Array, levels: Levels | None = None, level: floa
     pushes = linear[0].push.shape[2] if linear else 0
     levels = levels or plain_levels(system, pushes, level)
     about = Whitener(system=system, linear=linear, levels=levels, units=_units(system, linear))
+    if not linear:
+        return about
     apart = about.followed(system.residuals(x))
-    return replace(about, linear=system.linear(x, [0.5 * each for each in apart])) if linear else about
+    return replace(about, linear=system.linear(x, [0.5 * each for each in apart]))
 
 
 def _units(system: System, linear: Sequence[Linear], memory: float = 1.5) -> Array:
