@@ -359,6 +359,13 @@ def test_a_broken_recording_is_refused_with_its_name(tmp_path, capsys, name, con
     assert not (tmp_path / "run").exists()
 
 
+def test_a_log_whose_messages_have_no_length_is_refused_and_not_read_for_ever(tmp_path, capsys):
+    log = autopilot_log(tmp_path / "x.BIN")
+    log.write_bytes(log.read_bytes().replace(b"\xa3\x95\x80\x0a\x0f", b"\xa3\x95\x80\x0a\0"))
+    assert main([str(log), "--guess"]) == 1
+    assert "format of message RCOU: expected at least 3 bytes, found 0" in capsys.readouterr().err
+
+
 def test_wrong_usage_says_what_is_expected(tmp_path, capsys):
     assert main([str(tmp_path / "x.csv")]) == 2
     assert "expected --map MAP.yaml and --out RUN, or --guess alone" in capsys.readouterr().err

@@ -38,6 +38,7 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
     d = m + keep.size
     p = np.zeros((d, d))
     half = np.zeros((d, d))
+    along = np.zeros(d)
     for j in range(keep.size):
         p[m + j, m + j] = variance[j]
     i = 0
@@ -55,10 +56,12 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
                     s += readings[i, c] * gains[i, c]
                 deviation[i] = np.sqrt(s)
                 for r in range(d):
-                    for c in range(d):
-                        p[r, c] -= gains[i, r] * gains[i, c] / s
-                for r in range(d):
+                    along[r] = gains[i, r]
                     gains[i, r] /= s
+                for r in range(d):
+                    gain = gains[i, r]
+                    for c in range(d):
+                        p[r, c] -= gain * along[c]
             i += 1
         a, g = transition[k], push[k]
         # half = F p, p = half F^T

@@ -119,7 +119,8 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array) 
         what = "speed" if name.endswith(".n") else "reading"
         mark = "; a tachometer without sign keeps sign_source 0" if what == "speed" else ""
         return [f"{name}: no negative {what} while the throttle is negative: expected the sign of forward thrust{mark}"]
-    likeness = float(u @ y) / max(np.sqrt(float(u @ u) * float(y @ y)), 1e-300)
+    u, y = u / np.max(np.abs(u)), y / np.max(np.abs(y))  # squares of what is spoiled may be beyond all numbers
+    likeness = float(u @ y) / np.sqrt(float(u @ u) * float(y @ y))
     if likeness < OPPOSITE:
         return [f"{name}: runs against the throttle (correlation {likeness:.2f}): say `sign: -1` here or there"]
     return []

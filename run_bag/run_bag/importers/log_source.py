@@ -30,6 +30,7 @@ _BROKEN = (OSError, ValueError, KeyError, IndexError, TypeError, AttributeError,
            AssertionError, EOFError, OverflowError, ZeroDivisionError, MemoryError)  # fmt: skip
 _HEADS = {0xFE: (6, 2), 0xFD: (10, 2)}  # MAVLink 1, 2: bytes before and behind the payload
 _SIGNATURE = 13
+_HEAD = 3  # bytes before the fields of an autopilot's message
 _LAST = 2.0**53  # [us]
 _MOST_WARNINGS = 20
 _EARLIEST, _LATEST = 10**15, 10**16  # [us] of the epoch: 2001 to 2286
@@ -117,6 +118,7 @@ class LogSource:
                 return
 
             def init_arrays_fast(self, progress_callback: Any = None) -> None:
+                self.formats = _Formats(self.formats)
                 self.init_arrays(progress_callback)  # in Python: safe with broken files, and silent
 
         with open(os.devnull, "w", encoding="utf-8") as nothing, _silent(nothing):
@@ -132,7 +134,7 @@ class LogSource:
         log.close()
 
     def _messages(self, form: Any, known: Any, data: Any, offsets: Any) -> None:
-        fields, at = [], 3
+        fields, at = [], _HEAD
         for column, code in zip(form.columns, form.msg_fmts, strict=False):
             letters, factor, _ = known[code]
             if letters in _NUMPY:
@@ -156,7 +158,8 @@ class LogSource:
         for name, _, _, factor in fields:
             if name in (clock, which):
                 continue
-            values = rows[name].astype(np.float64) * (factor or 1.0)
+            with np.errstate(over="ignore"):  # what is spoiled; infinite counts as not measured
+                values = rows[name].astype(np.float64) * (factor or 1.0)
             unit = form.get_unit(name) if form.units else ""
             for part, chosen in parts:
                 self._keep(f"{form.name}{part}.{name}", times[chosen], values[chosen], unit)
@@ -188,6 +191,15 @@ class LogSource:
                         values.append(float(number))
         for name, (times, values, unit) in found.items():
             self._keep(name, times, values, unit)
+
+
+class _Formats(dict[int, Any]):
+    """Formats of an autopilot's messages: past one without a length the library would never come."""
+
+    def __setitem__(self, kind: int, form: Any) -> None:
+        if form.len < _HEAD:
+            raise ValueError(f"format of message {form.name}: expected at least {_HEAD} bytes, found {form.len}")
+        super().__setitem__(kind, form)
 
 
 @contextlib.contextmanager
