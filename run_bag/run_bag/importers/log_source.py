@@ -114,6 +114,8 @@ class LogSource:
         from pymavlink import DFReader
 
         class Reader(DFReader.DFReader_binary):
+            formats: Any
+
             def init_clock(self) -> None:  # times since boot are enough
                 return
 
