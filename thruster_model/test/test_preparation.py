@@ -195,6 +195,15 @@ def test_white_noise_on_a_curve_with_steps_and_spikes_is_recovered_within_ten_pe
     assert noise_level(values) == pytest.approx(sigma, rel=0.1)
 
 
+def test_readings_that_do_not_move_tell_nothing_of_the_noise():
+    rng = np.random.default_rng(5)
+    speed = 80.0 * np.sin(np.arange(3000) / 40.0) + 0.3 * rng.standard_normal(3000)
+    blind = np.where(np.abs(speed) < 60.0, 0.0, speed)
+    assert np.mean(blind == 0.0) > 0.5
+    assert noise_level(blind) == pytest.approx(0.3, rel=0.5)  # where it sets in, it jumps
+    assert noise_level(np.repeat([0.0, 1.0], 50)) == pytest.approx(1e-6)  # less than a step tells nothing
+
+
 def test_the_noise_of_too_few_samples_is_not_known():
     assert np.isnan(noise_level(np.arange(12.0)))
     assert noise_level(np.arange(13.0)) == pytest.approx(12e-6)  # not zero: it would weigh infinitely

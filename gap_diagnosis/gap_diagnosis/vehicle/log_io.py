@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import PERIOD
 from run_bag import MissingTopicError, Run, RunError, read_run
+from thruster_model.identification.preparation import noise_level
 
 __all__ = ["log_of", "read_log"]
 
@@ -203,13 +204,9 @@ def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:
 
 
 def scatter(values: Array) -> Array:
-    """Return the standard deviation of white noise on columns (K, m) of slow signals, from third differences; readings
-    on a lattice are off by its step, evenly."""
-    if len(values) < 8:
-        return np.full(values.shape[1], np.nan)
-    difference = np.diff(values, 3, axis=0)
-    white = 1.4826 * np.nanmedian(np.abs(difference), axis=0) / np.sqrt(20.0)
-    return np.hypot(white, [lattice_step(column) / np.sqrt(12.0) for column in values.T])
+    """Return the standard deviation of white noise on columns (K, m) of slow signals; readings on a lattice are off by
+    its step, evenly."""
+    return np.array([np.hypot(noise_level(column), lattice_step(column) / np.sqrt(12.0)) for column in values.T])
 
 
 def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array]:

@@ -21,6 +21,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+_FEWEST = 10
+"""Differences that tell a noise."""
 
 
 def rest_window(time: Array, throttle: Array, *, margin: float = 0.25) -> tuple[float, float]:
@@ -127,12 +129,16 @@ def noise_level(values: Array) -> float:
     """Return the standard deviation of white noise in evenly spaced `values`, from third differences.
 
     Third differences of a smooth signal vanish; of white noise they have the variance 20 sigma^2. The median makes
-    the estimate deaf to steps and spikes. Never below a millionth of the signal's range: samples without noise would
+    the estimate deaf to steps and spikes. Four equal readings say nothing of noise: so reads a tachometer that is blind
+    at low speed, or a coarse converter. Never below a millionth of the signal's range: samples without noise would
     otherwise weigh infinitely. NaN where fewer than ten differences are left.
     """
     differences = np.diff(values, 3)
-    differences = differences[np.isfinite(differences)]
-    if differences.size < 10:
+    known = np.isfinite(differences)
+    if np.sum(known) < _FEWEST:
         return float("nan")
+    moved = np.diff(values) != 0.0
+    telling = known & (moved[:-2] | moved[1:-1] | moved[2:])
+    differences = differences[telling if np.sum(telling) >= _FEWEST else known]
     found = float(np.median(np.abs(differences)) / 0.6744897501960817 / np.sqrt(20.0))
     return max(found, 1e-6 * float(np.nanmax(values) - np.nanmin(values)))
