@@ -132,6 +132,9 @@ def linearised(
         for step in _THROTTLE_STEPS
     ]
     rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
+    # Each state by itself dies away; where a jump between two steps looks like growth, at rest say, none goes on.
+    own = np.arange(3)
+    rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
     square = step @ step
     eye = np.eye(3)

@@ -38,8 +38,7 @@ def learned_about(problem: Problem, base: Whitener) -> Whitener:
 def test_a_torque_that_squares_what_pushes_do_is_no_trace_of_an_effect(pushed):
     half_way = whitener(pushed, pushed.start())
     about = replace(half_way, linear=pushed.linear(pushed.start()))
-    levels = learned_about(pushed, half_way).levels
-    found = learned_about(pushed, whitener(pushed, pushed.start(), levels)).levels
+    found = learned_about(pushed, half_way).levels
     other = learned_about(pushed, about).levels
     assert found.colours["torque"] < 0.3 and found.colours["speed"] < 0.2
     assert other.colours["torque"] > 1.0 and other.colours["speed"] > 0.5
@@ -50,3 +49,10 @@ def test_a_level_says_by_how_many_readings_of_its_own_sensor_a_push_moves_the_ro
     still = np.sqrt(np.mean(pushed.residuals(pushed.start())[pushed.signal_rows["speed"]] ** 2))
     assert found.pushes[0] == pytest.approx(still / 1.0, rel=0.5)
     assert found.sensors["torque"] == pytest.approx(1e-4, rel=0.3)
+
+
+def test_where_a_rotor_rests_between_two_thresholds_no_push_grows(pushed):
+    held = replace(pushed, fixed={"start_hysteresis": {"voltage": 0.2}})
+    for run in held.linear(held.start()):
+        assert np.all(np.diagonal(run.transition, axis1=1, axis2=2) < 1.0 + 1e-9)
+    assert whitener(held, held.start()).units == pytest.approx(whitener(pushed, pushed.start()).units, rel=0.5)

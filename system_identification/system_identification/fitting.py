@@ -134,8 +134,9 @@ def fit(
                 damping = max(damping * 0.1, 1e-9)
                 break
             damping = max(damping * 10.0, 1e-5)
-        if gain < (done if own or polish else max(done, _BORROWED_IS_DONE)) and (own or not polish):
-            break
+        enough = done if own or polish else max(done, _BORROWED_IS_DONE)
+        if gain < enough and (own or (not polish and not (anew and promised > enough))):
+            break  # borrowed slopes that promise more than they hold are found anew
         if not anew or gain >= max(done, _BORROWED_IS_DONE, _AS_PROMISED * promised):
             sensitivities = _updated(sensitivities, moved_by, changed)
             jacobian = _updated(jacobian, moved_by, changed_white)

@@ -8,8 +8,8 @@ Measured less simulated rows are e.g. disturbed like that; the filter turns them
 standard deviation 1 where that is so (Kristensen, Madsen and Jorgensen 2004, Automatica 40, 225). Gains depend on the
 model alone, so that residuals and the columns of a Jacobian pass through the same map.
 
-The model is taken half way between what was simulated and where the filter sees the real system: there the slope of a
-square is that of the secant from one to the other, exactly.
+The model is taken half way between what was simulated and where the real system most probably was: there the slope of
+a square is that of the secant from one to the other, exactly.
 """
 
 from typing import Any
@@ -17,7 +17,7 @@ from typing import Any
 import numba
 import numpy as np
 
-__all__ = ["driven_by", "gains_of", "innovations_of"]
+__all__ = ["driven_by", "gains_of", "innovations_of", "smoothed_of"]
 
 
 def _kernel(function: Any) -> Any:
@@ -91,13 +91,12 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
 
 @_kernel
 def innovations_of(  # type: ignore[no-untyped-def]
-    transition, push, keep, places, readings, signals, present, gains, deviation, at, rows, out, states
+    transition, push, keep, places, readings, signals, present, gains, deviation, at, rows, most, out
 ):
     """Fill `out` (C, R) at a run's rows `at` (M,) with the innovations of columns `rows` (C, R) over their deviations.
 
-    Rows that are not present, and columns that do nothing in the run, are left as they are; NaN counts as 0. Unless it
-    is empty, `states` (C, N, m) is filled with where the filter sees the states; then what stands out by more than four
-    deviations moves it by four.
+    Rows that are not present, and columns that do nothing in the run, are left as they are; NaN counts as 0. What
+    stands out by more than `most` deviations counts as that much; infinite: the map is linear.
     """
     count, m = transition.shape[0], transition.shape[1]
     q = push.shape[2]
@@ -124,14 +123,11 @@ def innovations_of(  # type: ignore[no-untyped-def]
                         e -= x[m + q + signals[i]]
                     for c in range(m):
                         e -= readings[i, c] * x[c]
+                    e = min(max(e, -most * deviation[i]), most * deviation[i])
                     out[column, at[i]] = e / deviation[i]
-                    if states.size:
-                        e = min(max(e, -4.0 * deviation[i]), 4.0 * deviation[i])
                     for r in range(d):
                         x[r] += gains[i, r] * e
                 i += 1
-            if states.size:
-                states[column, k] = x[:m]
             a, g = transition[k], push[k]
             for r in range(m):
                 value = 0.0
@@ -144,6 +140,68 @@ def innovations_of(  # type: ignore[no-untyped-def]
                 x[r] = moved[r]
             for j in range(keep.size):
                 x[m + j] *= keep[j]
+
+
+@_kernel
+def smoothed_of(  # type: ignore[no-untyped-def]
+    transition, push, keep, variance, places, readings, signals, present, gains, deviation, innovations, states
+):
+    """Fill `states` (N, m) with the most probable ones of a run, by innovations (M,) over their deviations.
+
+    Backwards to the shocks that pushed it, and forwards with these (de Jong 1988, Biometrika 75, 594; Durbin and
+    Koopman 2012, section 4.5). Arguments as those of `gains_of`.
+    """
+    count, m = transition.shape[0], transition.shape[1]
+    q = push.shape[2]
+    d = m + keep.size
+    r, earlier = np.zeros(d), np.zeros(m)
+    shocks = np.zeros((count, q))
+    i = places.size - 1
+    while i >= 0 and places[i] >= count:
+        i -= 1
+    for k in range(count - 1, -1, -1):
+        a, g = transition[k], push[k]
+        for c in range(q):
+            value = keep[c] * r[m + c]
+            for j in range(m):
+                value += g[j, c] * r[j]
+            r[m + c] = value
+        for c in range(q, keep.size):
+            r[m + c] *= keep[c]
+        for c in range(m):
+            value = 0.0
+            for j in range(m):
+                value += a[j, c] * r[j]
+            earlier[c] = value
+        for c in range(m):
+            r[c] = earlier[c]
+        while i >= 0 and places[i] == k:
+            if present[i]:
+                pull = innovations[i] / deviation[i]
+                for c in range(d):
+                    pull -= gains[i, c] * r[c]
+                for c in range(m):
+                    r[c] += readings[i, c] * pull
+                if signals[i] >= 0:
+                    r[m + q + signals[i]] += pull
+            i -= 1
+        for c in range(q):
+            fresh = 1.0 - keep[c] * keep[c] if k > 0 else 1.0
+            shocks[k, c] = fresh * variance[c] * r[m + c]
+    w, x = np.zeros(q), np.zeros(m)
+    for k in range(count):
+        for c in range(q):
+            w[c] = shocks[k, c] + (keep[c] * w[c] if k > 0 else 0.0)
+        states[k] = x
+        for c in range(m):
+            value = 0.0
+            for j in range(m):
+                value += transition[k, c, j] * x[j]
+            for j in range(q):
+                value += push[k, c, j] * w[j]
+            earlier[c] = value
+        for c in range(m):
+            x[c] = earlier[c]
 
 
 @_kernel

@@ -72,7 +72,7 @@ def left_out(fitted: Fitted, noise: Whitener) -> LeftOut:
         kept = folds != k
         if not np.any(system.known & ~kept) or not np.any(system.known & kept):
             continue
-        again = fit(system, noise, fitted.x, iterations=3, rows=kept, near=fitted, polish=False)
+        again = fit(system, noise, fitted.x, iterations=3, rows=kept, near=fitted, polish=False, anew=False)
         x = np.where(local, fitted.x, again.x)
         predicted[~kept] = system.predicted(x)[~kept]
         unknowns.append(x)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 from scipy.signal import lfilter
 
-from system_identification.kalman import driven_by, gains_of, innovations_of
+from system_identification.kalman import driven_by, gains_of, innovations_of, smoothed_of
 from system_identification.levels import LEAST, Levels, plain_levels
 from system_identification.moves import TakenOff
 from system_identification.system import Linear, System
@@ -22,17 +22,19 @@ __all__ = ["Whitener", "white_noise", "whitener"]
 
 Array = NDArray[np.float64]
 _NO_COLOUR = 1.001 * LEAST
-_NOT_ASKED = np.zeros((0, 0, 0))
+_LINEARISED = 2
+"""How often a system is linearised anew: a third time moves evidence by as little as a second start does."""
 _OUTLYING = 16.0
 """Square of a white row beyond which it tells of itself, not of the noise."""
 
 
 class _Filter(NamedTuple):
-    """Of one run: what pushes and colours keep over a step, which colour each sample carries (M,), -1 for none, gains
-    (M, D) and deviations (M,) of innovations.
+    """Of one run: what pushes and colours keep over a step and their variances, which colour each sample carries (M,),
+    -1 for none, gains (M, D) and deviations (M,) of innovations.
     """
 
     keep: Array
+    variance: Array
     colours: NDArray[np.int64]
     gains: Array
     deviation: Array
@@ -85,7 +87,7 @@ class Whitener:
             run.transition, run.push, keep, variance, run.places, run.readings, colours, self._own[run.rows] ** 2,
             self.system.known[run.rows], gains, deviation,
         )  # fmt: skip
-        return _Filter(keep, colours, gains, deviation)
+        return _Filter(keep, variance, colours, gains, deviation)
 
     @cached_property
     def deviations(self) -> Array:
@@ -120,22 +122,26 @@ class Whitener:
             return np.where(known, np.nan_to_num(columns) / self._own, 0.0).T
         out = np.zeros_like(columns)
         for run, each in zip(self.linear, self._filters, strict=True):
-            self._through(run, each, columns, out, _NOT_ASKED)
+            self._through(run, each, columns, out)
         return out.T
 
     def followed(self, residuals: Array) -> list[Array]:
-        """Return by how much the states of each run are off those simulated, as the filter sees them, (N, m)."""
+        """Return by how much the states of each run most probably are off those simulated, (N, m)."""
         columns, found = np.ascontiguousarray(residuals[None]), []
+        white = np.zeros_like(columns)
         for run, each in zip(self.linear, self._filters, strict=True):
-            states = np.zeros((1, *run.transition.shape[:2]))
-            self._through(run, each, columns, np.zeros_like(columns), states)
-            found.append(states[0])
+            self._through(run, each, columns, white, np.sqrt(_OUTLYING))
+            found.append(np.zeros(run.transition.shape[:2]))
+            smoothed_of(
+                run.transition, run.push, each.keep, each.variance, run.places, run.readings, each.colours,
+                self.system.known[run.rows], each.gains, each.deviation, white[0, run.rows], found[-1],
+            )  # fmt: skip
         return found
 
-    def _through(self, run: Linear, each: _Filter, columns: Array, out: Array, states: Array) -> None:
+    def _through(self, run: Linear, each: _Filter, columns: Array, out: Array, most: float = np.inf) -> None:
         innovations_of(
             run.transition, run.push, each.keep, run.places, run.readings, each.colours, self.system.known[run.rows],
-            each.gains, each.deviation, run.rows, columns, out, states,
+            each.gains, each.deviation, run.rows, columns, most, out,
         )  # fmt: skip
 
     def scattering(self, parameters: float) -> "Whitener":
@@ -180,17 +186,18 @@ def white_noise(system: System, sensors: Mapping[str, float] | None = None) -> W
 def whitener(system: System, x: Array, levels: Levels | None = None, level: float = 0.5) -> Whitener:
     """Return the map about what is simulated for x; `levels` None: sensors as they look, disturbances of `level`.
 
-    Linearised half way to where the filter about the simulation sees the system: what pushes move by many times the
-    noise is not small, and a square's slope would be wrong by half of it.
+    Linearised half way to where the system most probably was: what pushes move by many times the noise is not small,
+    and a square's slope would be wrong by half of it. Plain levels tell where, whatever was learned: sets of effects
+    that are compared are linearised alike.
     """
     linear = system.linear(x)
-    pushes = linear[0].push.shape[2] if linear else 0
-    levels = levels or plain_levels(system, pushes, level)
-    about = Whitener(system=system, linear=linear, levels=levels, units=_units(system, linear))
-    if not linear:
-        return about
-    apart = about.followed(system.residuals(x))
-    return replace(about, linear=system.linear(x, [0.5 * each for each in apart]))
+    plain = plain_levels(system, linear[0].push.shape[2] if linear else 0, level)
+    about = Whitener(system=system, linear=linear, levels=plain, units=_units(system, linear))
+    if linear:
+        residuals = system.residuals(x)
+        for _ in range(_LINEARISED):
+            about = replace(about, linear=system.linear(x, [0.5 * each for each in about.followed(residuals)]))
+    return replace(about, levels=levels or plain)
 
 
 def _units(system: System, linear: Sequence[Linear], memory: float = 1.5) -> Array:

@@ -147,7 +147,8 @@ class _Searching:
     def run(self) -> Search:
         self.progress("base fit")
         plain = whitener(self.system, np.zeros(self.system.nuisances))
-        base = fit(self.system, plain, np.zeros(self.system.nuisances), iterations=12)
+        self.stated = fit(self.system, plain, np.zeros(self.system.nuisances), iterations=0)
+        base = fit(self.system, plain, self.stated.x, iterations=12, near=self.stated)
         none = weighed(self.system, (), base.x, whitener(self.system, base.x), near=base, caps=self.caps, steps=8)
         self.found[frozenset()] = none
         current = self.grown(self.settled(none))
@@ -230,7 +231,8 @@ class _Searching:
         return each
 
     def step(self, current: Hypothesis, tries: Sequence[Rated]) -> Hypothesis | None:
-        """Return the set with one of the suspects more that is likeliest; None where none is likelier than without.
+        """Return the set with one of the suspects more that is likeliest, or the present one where it is fitted better
+        from there; None where neither is likelier.
 
         All are fitted under the noise that is known, with sensitivities that are; for the best few of them the noise is
         learned anew.
@@ -248,7 +250,11 @@ class _Searching:
         # A set may have been fitted better than the one without, by where it began: that one is fitted from there too.
         (added,) = (each for each in best.suspects if each.key not in current.keys)
         again = self.without(best, added, anew=True)
-        return best if self.score(best) > self.score(again) + _WORTH else None
+        if self.score(best) > self.score(again) + _WORTH:
+            return best
+        # From there it may be fitted so much better that others stand out beside it.
+        self.trials.pop(frozenset(again.keys), None)
+        return again if self.score(again) > self.score(current) + _WORTH else None
 
     def likeliest(self, sets: Sequence[Hypothesis], without: float) -> Hypothesis | None:
         """Return the likeliest of sets once they have settled; `without`: score of the set that they were made from.
@@ -284,8 +290,9 @@ class _Searching:
             fitted = fit(posed, current.noise, start, iterations=6, near=self.bare(current), polish=False)
         if np.max(np.abs(start[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
-            stated = current.noise.scattering(1.0)
-            again = fit(posed, stated, np.concatenate((np.zeros(nuisances), start[nuisances:])), iterations=10)
+            there = np.concatenate((self.stated.x, start[nuisances:]))
+            noise = current.noise.scattering(1.0)
+            again = fit(posed, noise, there, iterations=10, near=self.stated, polish=False)
             fitted = again if again.evidence > fitted.evidence else fitted
         return fitted.evidence - sum(each.price for each in suspects), suspects, fitted
 
@@ -389,5 +396,6 @@ class _Searching:
             kept = [k for k in range(current.fitted.x.size) if k not in places]
             slots = tuple(slot for slot in current.system.slots if slot not in suspect.slots)
             posed = current.system.with_effects(slots)
-            self.keep(weighed(posed, rest, current.fitted.x[kept], current.noise, caps=self.caps))
+            near = self.bare(current)
+            self.keep(weighed(posed, rest, current.fitted.x[kept], current.noise, near=near, caps=self.caps))
         return self.found[keys]

@@ -24,8 +24,10 @@ def levels(push=2.0):
     )  # fmt: skip
 
 
-def covariance(system, found):
-    """Return the covariance of the rows that count, built sample by sample from the state-space model itself."""
+def dense(system, found):
+    """Return for each run what counts, its covariance and that of the states with it, built sample by sample from the
+    state-space model itself.
+    """
     blocks = []
     for run in system.linear(np.zeros(2)):
         count = run.transition.shape[0]
@@ -44,20 +46,27 @@ def covariance(system, found):
         own = found.sensors["position"] ** 2 * np.eye(run.places.size)
         block = rows @ rows.T + colour**2 * np.exp(-apart / found.colour_memory["position"]) + own
         known = system.known[run.rows]
-        blocks.append(block[np.ix_(known, known)])
+        blocks.append((run.rows[known], block[np.ix_(known, known)], np.einsum("kmj,ij->kmi", state, rows[known])))
     return blocks
 
 
 def test_whitened_rows_have_the_length_that_the_covariance_gives_them():
     system, found = small(), levels()
     noise = whitener(system, np.zeros(2), found)
-    blocks = covariance(system, found)
-    values = system.measured[system.known]
-    first = blocks[0].shape[0]
-    length = sum(v @ np.linalg.solve(b, v) for b, v in zip(blocks, (values[:first], values[first:]), strict=True))
-    white = noise.whiten(np.nan_to_num(system.measured))
+    values, blocks = system.measured, dense(system, found)
+    length = sum(values[rows] @ np.linalg.solve(block, values[rows]) for rows, block, _ in blocks)
+    white = noise.whiten(np.nan_to_num(values))
     assert white @ white == pytest.approx(length, rel=1e-9)
-    assert noise.log_det == pytest.approx(sum(np.linalg.slogdet(b)[1] for b in blocks), rel=1e-9)
+    assert noise.log_det == pytest.approx(sum(np.linalg.slogdet(block)[1] for _, block, _ in blocks), rel=1e-9)
+
+
+def test_states_are_followed_to_where_they_most_probably_were():
+    system, found = small(), levels()
+    values = system.measured
+    followed = whitener(system, np.zeros(2), found).followed(values)
+    for states, (rows, block, with_rows) in zip(followed, dense(system, found), strict=True):
+        assert np.max(np.abs(states)) > 0.01
+        assert states == pytest.approx(with_rows @ np.linalg.solve(block, values[rows]), rel=1e-9, abs=1e-12)
 
 
 def test_columns_pass_through_the_same_map_as_residuals():

@@ -211,6 +211,11 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
     return state
 
 
+@inlined
+def _outputs(true, k):  # type: ignore[no-untyped-def]
+    return Outputs(true[0, k], true[1, k], true[2, k], true[3, k], true[4, k])
+
+
 @compiled
 def sense(true, first, last, dt, e, sensors, read):  # type: ignore[no-untyped-def]
     """Fill the columns from `first` to before `last` of `read` (5, M) with what sensors read of `true`, every dt [s].
@@ -218,17 +223,19 @@ def sense(true, first, last, dt, e, sensors, read):  # type: ignore[no-untyped-d
     Each column is to be read once, in their order; `sensors`: `Sensors`.
     """
     read[:, first:last] = true[:5, first:last]
-    speed, axial, ambient = speed_alters(e), axial_alters(e), ambient_alters(e)  # asked once: most sensors are plain
-    thrust, torque = thrust_alters(e), torque_alters(e)
-    for k in range(first, last):
-        now = Outputs(true[0, k], true[1, k], true[2, k], true[3, k], true[4, k])
-        if speed:
-            read[0, k] = speed_sample(sensors.speed, now.speed, now, dt, e)
-        if axial:
-            read[1, k] = axial_sample(sensors.axial, now.axial, now, dt, e)
-        if ambient:
-            read[2, k] = ambient_sample(sensors.ambient, now.ambient, now, dt, e)
-        if thrust:
-            read[3, k] = thrust_sample(sensors.thrust, now.thrust, now, dt, e)
-        if torque:
-            read[4, k] = torque_sample(sensors.torque, now.torque, now, dt, e)
+    # One after the other: most sensors are plain, and cost nothing.
+    if speed_alters(e):
+        for k in range(first, last):
+            read[0, k] = speed_sample(sensors.speed, true[0, k], _outputs(true, k), dt, e)
+    if axial_alters(e):
+        for k in range(first, last):
+            read[1, k] = axial_sample(sensors.axial, true[1, k], _outputs(true, k), dt, e)
+    if ambient_alters(e):
+        for k in range(first, last):
+            read[2, k] = ambient_sample(sensors.ambient, true[2, k], _outputs(true, k), dt, e)
+    if thrust_alters(e):
+        for k in range(first, last):
+            read[3, k] = thrust_sample(sensors.thrust, true[3, k], _outputs(true, k), dt, e)
+    if torque_alters(e):
+        for k in range(first, last):
+            read[4, k] = torque_sample(sensors.torque, true[4, k], _outputs(true, k), dt, e)

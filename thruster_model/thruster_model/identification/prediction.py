@@ -15,7 +15,7 @@ from thruster_model.compilation import compiled
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.chains import SENSED
 from thruster_model.identification.experiment import Experiment
-from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, PlantState
+from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, PlantState, substeps_of
 from thruster_model.whole_run import readings, simulated_rows
 
 __all__ = ["NO_SHIFTS", "Happened", "Shifts", "happened", "predict", "relative_supply", "seen", "taken"]
@@ -75,7 +75,9 @@ def happened(
     largest_step: float = LARGEST_STEP,
 ) -> Happened:
     """Return what happens in the plant under the experiment's throttle; `gates`: by period, see `stepper.advance`."""
-    finer = int(np.ceil(experiment.dt / largest_step - 1e-9))
+    least = int(np.ceil(experiment.dt / largest_step - 1e-9))
+    # Where an effect wants shorter steps: as few of them as will do.
+    finer = min(range(least, 2 * least), key=lambda k: k * substeps_of(experiment.dt / k, largest_step, effects.plant))
     step = experiment.dt / finer
     rows = simulated_rows(
         coefficients,
