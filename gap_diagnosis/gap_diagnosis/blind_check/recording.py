@@ -57,13 +57,16 @@ def _size(effects: Sizes, name: str, parameter: str) -> float:
     return float(effects[name][parameter]) if name in effects else 0.0
 
 
-def clean_channels(true: Mapping[str, Array], effects: Sizes, outside: Sizes, period: float) -> dict[str, Array]:
+def clean_channels(
+    true: Mapping[str, Array], effects: Sizes, outside: Sizes, period: float, begins: float = 0.0
+) -> dict[str, Array]:
     """Return what the sensors read without noise, (N,) each: n, ambient, thrust, torque.
 
     Args:
         true: rows of `integrator.CHANNELS`, and `ambient_fine` on the integrator's grid.
         effects, outside: sizes of effects.
         period: of the samples [s].
+        begins: when the recording does [s]; before it nothing drifts.
     """
     count = true["n"].size
     at = period * np.arange(count)
@@ -79,7 +82,11 @@ def clean_channels(true: Mapping[str, Array], effects: Sizes, outside: Sizes, pe
     scale = 1.0 + _size(effects, "load_cell_scale", "share")
     moment = true["load_moment"] * scale
     force = true["load_force"] * scale + _size(effects, "load_cell_crosstalk", "gain") * true["torque"]
-    force = force + _size(effects, "load_cell_bias", "offset") + _size(effects, "load_cell_drift", "rate") * at
+    force = (
+        force
+        + _size(effects, "load_cell_bias", "offset")
+        + _size(effects, "load_cell_drift", "rate") * np.maximum(at - begins, 0.0)
+    )
     return {"n": true["tach"], "ambient": flow, "thrust": force, "torque": moment}
 
 

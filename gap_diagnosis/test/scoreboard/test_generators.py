@@ -57,6 +57,19 @@ def test_recordings_without_push_are_clean_readings_and_noise(name):
     assert abs(np.std(read - clean) - 1.0) < 0.05
 
 
+@pytest.mark.parametrize("name", ["tank", "lab"])
+def test_a_drift_begins_with_the_recording_even_if_the_thruster_turned_before(name):
+    generator = GENERATORS[name]
+    drawn = generator.draw("none", 4, False)
+    truth = replace(drawn, drawn=drawn.drawn._replace(**QUIET[name], moving=True))
+    drifting = replace(truth, effects={"load_cell_drift": {"rate": 0.5}})
+    pairs = zip(generator.record(truth), generator.record(drifting), strict=True)
+    for still, moved in pairs:
+        time = still.signals["thrust"].time
+        drift = moved.signals["thrust"].values - still.signals["thrust"].values
+        assert drift == pytest.approx(0.5 * time, abs=0.5 * 0.03)
+
+
 def _noise(truth):
     noise = truth.drawn.noise
     return list(noise.values()) if isinstance(noise, dict) else list(noise)

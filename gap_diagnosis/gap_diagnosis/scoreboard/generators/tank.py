@@ -168,8 +168,8 @@ def _channels(
         (0.0, 0.0, 0.0, 0.0), gates, shove, noise, flow, out,
     )  # fmt: skip
     true = dict(zip(CHANNELS, out, strict=True)) | {"ambient_fine": flow}
-    clean = clean_channels(true, effects, outside, _TICK)
     cut = round(_LEAD_IN / _TICK) if given.moving else 0
+    clean = clean_channels(true, effects, outside, _TICK, begins=cut * _TICK)
     return {name: values[cut:] for name, values in clean.items()}, true["tach_noisy"][cut:]
 
 
