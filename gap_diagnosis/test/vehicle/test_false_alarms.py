@@ -59,8 +59,8 @@ def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytes
 def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive() -> None:
     draw = watched_draw(5)
     watched = Watched(draw, load_model(draw.vehicle))
-    calm = watched.healthy(1, 0.5)
+    calm = watched.healthy(1, 0.25)
     lost = watched.loss(1, 0.5)
-    assert calm["hours"] == pytest.approx(30.0 / 3600.0, rel=0.05)
+    assert calm["hours"] == pytest.approx(15.0 / 3600.0, rel=0.05)
     assert max(lost["ratios"]) > 10.0 * max([*calm["peaks"], 1.0])
     assert max(lost["ratios"]) > max(lost["others"])
