@@ -23,6 +23,7 @@ from system_identification.left_out import (
     fit_to_free_runs,
     folds_of,
     foreseen,
+    foretold,
     helps_by,
     left_out,
 )
@@ -115,10 +116,14 @@ class Investigation:
 
     @cached_property
     def helps(self) -> dict[str, float]:
-        """Probability that each effect of the best set makes a new run more probable, beside the others."""
-        whole = foreseen(self.noise, self.held_out(self.best).predicted)
+        """Probability that each effect of the best set makes a new run no less probable, beside the others."""
+
+        def told(found: Hypothesis) -> Array:
+            return foretold(found.fitted, found.noise, found.loose)
+
+        whole = told(self.best)
         less = {key: self.search.weighed[frozenset(self.best.keys) - {key}] for key in self.best.keys}
-        return {key: helps_by(whole - foreseen(self.noise, self.held_out(h).predicted)) for key, h in less.items()}
+        return {key: helps_by(whole - told(each) + RULES.even) for key, each in less.items()}
 
     @property
     def none(self) -> Hypothesis:

@@ -7,10 +7,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["KINDS", "Generator", "Samples", "Sizes", "SyntheticRun", "Truth"]
+__all__ = ["KINDS", "Generator", "Push", "Samples", "Sizes", "SyntheticRun", "Truth"]
 
 Array = NDArray[np.float64]
 Sizes = Mapping[str, Mapping[str, float]]
+Push = Callable[[int, Array, float], Array]
+"""How rotor (0) or water (1) is pushed, as a path of deviation 1: which of them, instants [s] since a simulation began
+(M,), memory [s] -> (M,)."""
 
 KINDS = ("none", "one", "two", "many", "outside")
 """Classes of cases: no effect, one or two of the library, three to six small ones, one of no library."""
@@ -78,12 +81,12 @@ class Generator:
         draw: (kind, index, whole) -> `Truth`; the same one each time; `whole`: at the length of reported cases.
         record: `Truth` -> its recordings, the same ones each time.
         clean: (truth, effects, outside, factors, push) -> all readings without noise in units of each sensor's
-            noise, (R,): with these effects and factors in the place of the truth's; `push`: seed of a disturbance of
-            rotor and flow as the case has it, None: undisturbed.
+            noise, (runs, R): with these effects and factors in the place of the truth's; `push`: along which path the
+            case's disturbance of rotor and water goes in each run, None: undisturbed.
     """
 
     name: str
     title: str
     draw: Callable[[str, int, bool], Truth]
     record: Callable[[Truth], Sequence[SyntheticRun]]
-    clean: Callable[[Truth, Sizes, Sizes, Mapping[str, float], int | None], Array]
+    clean: Callable[[Truth, Sizes, Sizes, Mapping[str, float], Push | None], Array]

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gap_diagnosis.scoreboard.answers import Answer
-from gap_diagnosis.scoreboard.case import Generator, Truth
+from gap_diagnosis.scoreboard.case import Generator, Samples, SyntheticRun, Truth
 from gap_diagnosis.scoreboard.figures import differences, table
 from gap_diagnosis.scoreboard.generators import GENERATORS
 from gap_diagnosis.scoreboard.plans import REPORTED, SETS, planned
@@ -18,15 +18,22 @@ from gap_diagnosis.scoreboard.truths import PARAMETERS, distances, shares
 X = np.linspace(-1.0, 1.0, 201)
 
 
+TIME = 0.1 * np.arange(X.size)
+
+
 def _clean(truth, effects, outside, factors, push):
-    """A line of slope k, an effect that bends it, one that equals a re-tuning, a push that lifts it."""
+    """A line of slope k, an effect that bends it, one that equals a re-tuning, a push that moves it."""
     y = 100.0 * factors.get("k", 1.0) * X
     y = y + effects.get("bend", {}).get("size", 0.0) * X**2 + effects.get("gain", {}).get("size", 0.0) * X
-    lift = 0.0 if push is None else np.random.default_rng(push).standard_normal()
-    return y + 3.0 * lift
+    return y[None] if push is None else (y + 3.0 * push(0, TIME, 2.0) + 0.0 * push(1, TIME, 2.0))[None]
 
 
-LINE = Generator(name="line", title="", draw=lambda *_: None, record=lambda _: [], clean=_clean)
+def _record(truth):
+    stamps = Samples(TIME, TIME)
+    return [SyntheticRun(name="line", throttle=stamps, signals={"speed": stamps})]
+
+
+LINE = Generator(name="line", title="", draw=lambda *_: None, record=_record, clean=_clean)
 
 
 def _truth(**effects):
@@ -36,16 +43,10 @@ def _truth(**effects):
 
 def test_what_parameters_imitate_is_less_far_away_than_what_they_do_not():
     found = distances(LINE, _truth(bend=4.0, gain=4.0))
-    slope = 5.1 * X  # one stated deviation of the true slope
-    gain = 4.0 * X
-    assert found["gain"] == pytest.approx(np.sqrt(gain @ gain / (1.0 + slope @ slope)), rel=1e-6)
-    # By hand: the push is one column of ones, of the size of the draws that were made.
-    lifts = [3.0 * np.random.default_rng(10_000 + seed).standard_normal() for seed in range(24)]
-    variance = np.mean(np.square(lifts))
-    bend = 4.0 * X**2
-    ones = np.ones(X.size)
-    expected = bend @ bend - variance * (ones @ bend) ** 2 / (1.0 + variance * X.size)
-    assert found["bend"] == pytest.approx(np.sqrt(expected), rel=1e-3)
+    # By hand: noise, one stated deviation of the true slope, and what the push may do.
+    covariance = np.eye(X.size) + np.outer(5.1 * X, 5.1 * X) + 9.0 * np.exp(-np.abs(TIME[:, None] - TIME) / 2.0)
+    for name, trace in (("gain", 4.0 * X), ("bend", 4.0 * X**2)):
+        assert found[name] == pytest.approx(np.sqrt(trace @ np.linalg.solve(covariance, trace)), rel=1e-6)
 
 
 def test_shares_add_up_to_the_gap_and_are_those_of_orthogonal_traces():

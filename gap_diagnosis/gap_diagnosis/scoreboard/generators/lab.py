@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.scoreboard.case import Generator, Samples, Sizes, SyntheticRun, Truth
+from gap_diagnosis.scoreboard.case import Generator, Push, Samples, Sizes, SyntheticRun, Truth
 from gap_diagnosis.scoreboard.generators.lab_catalogue import EFFECTS, IN_PLANT, MORE, OUTSIDE, SMALL
 from gap_diagnosis.scoreboard.generators.lab_plant import STEP, Coefficients, simulated
 from thruster_model.compilation import compiled
@@ -159,21 +159,30 @@ def _programme(run: int, d: _Drawn, rng: np.random.Generator) -> Samples:
     return Samples(at, np.asarray(wanted, dtype=np.float64))
 
 
-def _dense(d: _Drawn, command: Samples, p: Coefficients, push: int | None, run: int) -> tuple[Array, Array]:
+def _walks(seed: int, run: int, length: float) -> Push:
+    """Return random paths over so many seconds."""
+    rng = np.random.default_rng([seed, run])
+    knots = np.arange(0.0, length + 0.1, 0.05)
+
+    def walk(_: int, at: Array, memory: float) -> Array:
+        keep = math.exp(-0.05 / memory)
+        x, passed = rng.standard_normal(), []
+        for shock in rng.standard_normal(knots.size):
+            passed.append(x)
+            x = keep * x + math.sqrt(1.0 - keep * keep) * shock
+        return np.interp(at, knots, passed)
+
+    return walk
+
+
+def _dense(d: _Drawn, command: Samples, p: Coefficients, push: Push | None) -> tuple[Array, Array]:
     """Return (instants [s], outputs (4, M)) of a run."""
     first = -_BEFORE if d.moving else 0.0
     steps = round((d.duration - first) / STEP)
     shove = np.zeros((2, steps + 1))
-    if push is not None:
-        rng = np.random.default_rng([push, run])
-        knots = np.arange(0.0, d.duration - first + 0.1, 0.05)
-        keep = math.exp(-0.05 / d.memory)
+    if push is not None and any(d.push):
         for row in range(2):
-            x, walk = rng.standard_normal(), []
-            for shock in rng.standard_normal(knots.size):
-                walk.append(x)
-                x = keep * x + math.sqrt(1.0 - keep * keep) * shock
-            shove[row] = d.push[row] * np.interp(STEP * np.arange(steps + 1), knots, walk)
+            shove[row] = d.push[row] * push(row, np.asarray(STEP * np.arange(steps + 1)), d.memory)
     rows = round(d.duration / (STEP * _EVERY)) + 1
     out = np.zeros((4, rows))
     simulated(command.time, command.values, d.linear, first, steps, shove, _EVERY, p, out)
@@ -263,7 +272,7 @@ def _record(truth: Truth) -> list[SyntheticRun]:
         factors["u_dot_max"] = 1.0
         p = _plant(truth, truth.effects, truth.outside, factors)
         command = _programme(run, d, np.random.default_rng([d.seed, run, 1]))
-        at, out = _dense(d, command, p, d.seed if any(d.push) else None, run)
+        at, out = _dense(d, command, p, _walks(d.seed, run, d.duration + _BEFORE * d.moving))
         sensed = _sensed(at, out, truth.effects, truth.outside)
         signals, stamps = {}, {t: _stamped(t, _instants(t, d), truth.effects, rng) for t in set(_TOPIC.values())}
         for signal, values in sensed.items():
@@ -287,13 +296,13 @@ def _record(truth: Truth) -> list[SyntheticRun]:
     return found
 
 
-def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: int | None) -> Array:
+def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: Push | None) -> Array:
     d: _Drawn = truth.drawn
     p = _plant(truth, effects, outside, factors)
     rows = []
     for run in range(d.runs):
         command = _programme(run, d, np.random.default_rng([d.seed, run, 1]))
-        at, out = _dense(d, command, p, push if any(d.push) else None, run)
+        at, out = _dense(d, command, p, push)
         alignment = effects.get("log_alignment", {})
         for signal, values in _sensed(at, out, effects, outside).items():
             topic = _TOPIC[signal]
@@ -303,7 +312,7 @@ def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, f
             y = np.interp(when, at, values)
             rows.append(_converted(signal, y, {k: s for k, s in effects.items() if k != "flow_spikes"},
                                    np.random.default_rng(0)) / d.noise[signal])  # fmt: skip
-    return np.concatenate(rows)
+    return np.concatenate(rows).reshape(d.runs, -1)
 
 
 GENERATOR = Generator(

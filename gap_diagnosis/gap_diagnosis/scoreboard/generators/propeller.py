@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.scoreboard.case import Generator, Samples, Sizes, SyntheticRun, Truth
+from gap_diagnosis.scoreboard.case import Generator, Push, Samples, Sizes, SyntheticRun, Truth
 from gap_diagnosis.scoreboard.generators.propeller_catalogue import BEYOND, ROWS, TABLE, TOGETHER
 from gap_diagnosis.scoreboard.generators.propeller_plant import SKIP, STEP, go
 from thruster_model.parameter_set_io import load_parameter_set
@@ -161,19 +161,27 @@ def _command(s: _Setting, which: int) -> Samples:
     return Samples(t, np.asarray(u, dtype=np.float64))
 
 
-def _played(s: _Setting, command: Samples, arrays: tuple[Array, Array, Array], push: int | None, which: int,
-            outside: Sizes) -> Array:  # fmt: skip
+def _walks(seed: int, which: int, length: float) -> Push:
+    """Return random paths over so many seconds."""
+    rng = np.random.default_rng((seed, which, 9))
+    t = np.arange(0.0, length + 1.0, 0.1)
+
+    def walk(_: int, at: Array, memory: float) -> Array:
+        near = np.exp(-np.abs(t[:, None] - t[None, :]) / memory) + 1e-9 * np.eye(t.size)
+        return np.interp(at, t, np.linalg.cholesky(near) @ rng.normal(size=t.size))
+
+    return walk
+
+
+def _played(
+    s: _Setting, command: Samples, arrays: tuple[Array, Array, Array], push: Push | None, outside: Sizes, which: int
+) -> Array:
     start = -_LEAD_IN if s.in_motion else 0.0
     steps = round((s.length - start) / STEP)
     shove, plug = np.zeros((2, steps + 1)), np.zeros(steps + 1)
     if push is not None and any(s.pushes):
-        rng = np.random.default_rng((push, which, 9))
         for row, (size, memory) in enumerate(zip(s.pushes, s.memories, strict=True)):
-            t: Array = np.arange(0.0, s.length - start + 1.0, 0.1)
-            near = np.exp(-np.abs(t[:, None] - t[None, :]) / memory) + 1e-9 * np.eye(t.size)
-            shove[row] = np.interp(
-                STEP * np.arange(steps + 1), t, size * np.linalg.cholesky(near) @ rng.normal(size=t.size)
-            )
+            shove[row] = size * push(row, np.asarray(STEP * np.arange(steps + 1)), memory)
     if "loose_plug" in outside:
         rng = np.random.default_rng((s.stream, which, 11))
         for begin in rng.uniform(0.0, s.length, 2) - start:
@@ -235,7 +243,8 @@ def _record(truth: Truth) -> list[SyntheticRun]:
         scattered = {name: factor * (1.0 + s.daily * rng.normal()) for name, factor in truth.factors.items()}
         arrays = _arrays(truth, truth.effects, truth.outside, scattered)
         command = _command(s, which)
-        y = _measured(_played(s, command, arrays, s.stream, which, truth.outside), truth.effects)
+        push = _walks(s.stream, which, s.length + _LEAD_IN * s.in_motion)
+        y = _measured(_played(s, command, arrays, push, truth.outside, which), truth.effects)
         dense, at = STEP * SKIP * np.arange(y.shape[1]), _logged(s)
         aligned = truth.effects.get("log_alignment", {})
         drift = truth.effects.get("clock_drift", {}).get("rate", 0.0)
@@ -258,19 +267,19 @@ def _record(truth: Truth) -> list[SyntheticRun]:
     return runs
 
 
-def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: int | None) -> Array:
+def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: Push | None) -> Array:
     s: _Setting = truth.drawn
     arrays = _arrays(truth, effects, outside, factors)
     aligned, drift = effects.get("log_alignment", {}), effects.get("clock_drift", {}).get("rate", 0.0)
     rows = []
     for which in range(s.runs):
-        y = _measured(_played(s, _command(s, which), arrays, push, which, outside), effects)
+        y = _measured(_played(s, _command(s, which), arrays, push, outside, which), effects)
         dense, at = STEP * SKIP * np.arange(y.shape[1]), _logged(s)
         for k, name in enumerate(_SIGNALS):
             when = at * (1.0 - drift) - _LATE[name](aligned) + aligned.get("throttle", 0.0)
             row = np.interp(when, dense, y[k])
             rows.append((_stepped(row, effects) if name == "speed" else row) / s.noise[k])
-    return np.concatenate(rows)
+    return np.concatenate(rows).reshape(s.runs, -1)
 
 
 GENERATOR = Generator(

@@ -15,7 +15,7 @@ from gap_diagnosis.blind_check.catalogue import EFFECTS, OUTSIDE, Kind, Spread, 
 from gap_diagnosis.blind_check.generator import NOISE, known_sizes, outside_sizes, thruster_of
 from gap_diagnosis.blind_check.integrator import CHANNELS, GATE_PERIOD, integrate
 from gap_diagnosis.blind_check.recording import FLOW_SPIKE, Colour, clean_channels, stamps_of
-from gap_diagnosis.scoreboard.case import Generator, Samples, Sizes, SyntheticRun, Truth
+from gap_diagnosis.scoreboard.case import Generator, Push, Samples, Sizes, SyntheticRun, Truth
 from thruster_model.parameter_set_io import load_parameter_set
 
 __all__ = ["GENERATOR"]
@@ -142,9 +142,19 @@ def _commands(run: int, given: _Conditions) -> tuple[Samples, Array]:
     return Samples(at, np.asarray(u)), np.concatenate((lead, acting))
 
 
+def _walks(seed: int, run: int) -> Push:
+    """Return random paths."""
+    rng = np.random.default_rng([seed, run])
+
+    def walk(_: int, at: Array, memory: float) -> Array:
+        return Colour(outputs=0.0, rotor=0.0, memory=memory).wander(at.size, _TICK, rng)
+
+    return walk
+
+
 def _channels(
     truth: Truth, run: int, commands: Array, effects: Sizes, outside: Sizes, factors: Mapping[str, float],
-    push: int | None,
+    push: Push | None,
 ) -> tuple[dict[str, Array], Array]:  # fmt: skip
     """Return (readings without noise by channel, the tachometer with its noise), (N,) each, lead-in cut off."""
     given: _Conditions = truth.drawn
@@ -156,9 +166,8 @@ def _channels(
         gates = (np.searchsorted(edges, GATE_PERIOD * np.arange(gates.size)) % 2).astype(np.float64)
     shove = np.zeros((2, count + 1))
     if push is not None and any(given.push):
-        walk = np.random.default_rng([push, run])
-        colour = Colour(outputs=0.0, rotor=0.0, memory=given.memory)
-        shove = np.array([size * colour.wander(count + 1, _TICK, walk) for size in given.push])
+        for row, size in enumerate(given.push):
+            shove[row] = size * push(row, np.asarray(_TICK * np.arange(count + 1)), given.memory)
     noise = given.noise["n"] * rng.standard_normal(count)
     out, flow = np.empty((len(CHANNELS), count)), np.empty(count * _SUBSTEPS)
     nominal = load_parameter_set(truth.model).values
@@ -180,7 +189,9 @@ def _record(truth: Truth) -> list[SyntheticRun]:
         rng = np.random.default_rng([given.seed, run])
         factors = {k: f * float(1.0 + given.varying * rng.standard_normal()) for k, f in truth.factors.items()}
         command, acting = _commands(run, given)
-        clean, tachometer = _channels(truth, run, acting, truth.effects, truth.outside, factors, given.seed)
+        clean, tachometer = _channels(
+            truth, run, acting, truth.effects, truth.outside, factors, _walks(given.seed, run)
+        )
         ticks: Array = np.asarray(_TICK * np.arange(tachometer.size), dtype=np.float64)
         signals = {}
         for name, values in clean.items():
@@ -210,7 +221,7 @@ def _record(truth: Truth) -> list[SyntheticRun]:
     return runs
 
 
-def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: int | None) -> Array:
+def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, float], push: Push | None) -> Array:
     given: _Conditions = truth.drawn
     rows = []
     shift = effects.get("log_alignment", {})
@@ -223,7 +234,7 @@ def _clean(truth: Truth, effects: Sizes, outside: Sizes, factors: Mapping[str, f
             at = ticks[given.offset[topic] :: given.every[topic]]
             when = at * (1.0 - rate) - shift.get(topic, 0.0) + shift.get("throttle", 0.0)
             rows.append(np.interp(when, ticks, values) / given.noise[name])
-    return np.concatenate(rows)
+    return np.concatenate(rows).reshape(given.runs, -1)
 
 
 GENERATOR = Generator(
