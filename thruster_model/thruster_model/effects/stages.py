@@ -12,7 +12,7 @@ from typing import Any
 
 from numba.extending import overload
 
-from thruster_model.compilation import equation
+from thruster_model.compilation import BARE, equation
 from thruster_model.effects import library
 from thruster_model.effects.effect import STAGES, Effect
 
@@ -110,5 +110,5 @@ def switched(
     function = defined(name, arguments, [f"if type(e) is NoEffects: return {result}"], f"python({told})", names)
     kernels = {"equations": lambda kind: plain if kind is NoEffects else kernel}
     lines = ["function = equations(e.instance_class)", f"implementation = lambda {told}: function({told})"]
-    overload(function)(defined("compiled", arguments, lines, "implementation", kernels))
+    overload(function, jit_options=BARE)(defined("compiled", arguments, lines, "implementation", kernels))
     return function
