@@ -5,8 +5,7 @@
 #
 #   --long      the long studies too, which take an hour more on two cores
 #
-# Tests run in a process for each processor (four at most) and one for those that wait for a clock; -n 0 for one. The
-# slowest are listed at the end.
+# Tests run in as many processes as there are processors (four at most); -n 0 for one. The slowest are listed at the end.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root"
@@ -46,6 +45,6 @@ if [ "${1-}" = --long ]; then
     shift
 fi
 workers=$(env -u OMP_NUM_THREADS nproc)
-python -m pytest -n $((1 + (workers < 4 ? workers : 4))) --dist loadscope --no-loadscope-reorder --durations 25 \
+python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadscope --no-loadscope-reorder --durations 25 \
     --durations-min 5 "${chosen[@]}" "$@" || status=1
 exit $status
