@@ -117,13 +117,9 @@ class Investigation:
     @cached_property
     def helps(self) -> dict[str, float]:
         """Probability that each effect of the best set makes a new run no less probable, beside the others."""
-
-        def told(found: Hypothesis) -> Array:
-            return foretold(found.fitted, found.noise, found.loose)
-
-        whole = told(self.best)
+        whole = foretold(self.best)
         less = {key: self.search.weighed[frozenset(self.best.keys) - {key}] for key in self.best.keys}
-        return {key: helps_by(whole - told(each) + RULES.even) for key, each in less.items()}
+        return {key: helps_by(whole - foretold(each) + RULES.even) for key, each in less.items()}
 
     @property
     def none(self) -> Hypothesis:

@@ -15,7 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.fitting import Fitted, fit
-from system_identification.loose import Loose
+from system_identification.hypothesis import Hypothesis
+from system_identification.loose import rests_of
 from system_identification.noise import Whitener, white_noise
 from system_identification.system import System
 
@@ -93,28 +94,26 @@ def foreseen(noise: Whitener, predicted: Array) -> Array:
     return np.array([-0.5 * float(np.sum(white[folds == k] ** 2)) for k in range(int(folds.max()) + 1)])
 
 
-def foretold(fitted: Fitted, noise: Whitener, loose: Loose) -> Array:
+def foretold(found: Hypothesis) -> Array:
     """Return the logarithm of the probability of each run or part by what the others tell, nats up to a constant, (F,).
 
-    Under the hypothesis' own noise, and to first order about the fit to all rows, for a linear system exactly: unknowns
+    Under the set's own noise, and to first order about the fit to all rows, for a linear system exactly: unknowns
     have the distribution that the other runs leave them, and parameters and rest values differ from run to run as they
     do. What the others leave open counts as open; a single refit would guess it, and be wrong by hundreds of nats where
     pushes hide it.
     """
-    system, bare = fitted.problem, replace(noise, loose=None)
-    folds, white = folds_of(system), bare.whiten(fitted.residuals)
-    rest = np.zeros((folds.size, len(system.signal_names)))
-    for each in system.series:
-        rest[each.rows, system.signal_names.index(each.signal)] = system.levels[each.signal]
-    columns = np.hstack((bare.filtered(fitted.sensitivities), bare.filtered(rest)))
+    fitted, system, levels = found.fitted, found.fitted.problem, found.loose.levels
+    bare, folds = replace(found.noise, loose=None), folds_of(system)
+    white = bare.whiten(fitted.residuals)
+    columns = np.hstack((bare.filtered(fitted.sensitivities), bare.filtered(rests_of(system))))
     unknowns, nuisances, width = fitted.x.size, system.nuisances, columns.shape[1]
     # Of what is common to all runs: a rest value is of one run alone.
-    prior = np.concatenate((bare.prior(system), np.full(unknowns - nuisances, 1e-9), np.full(rest.shape[1], 1e12)))
+    prior = np.concatenate((bare.prior(system), np.full(unknowns - nuisances, 1e-9), np.full(width - unknowns, 1e12)))
     mean = np.append(fitted.x[:nuisances], np.zeros(width - nuisances))
     differs = np.zeros(width)
     if len({each.recording for each in system.series}) >= FEWEST_RUNS:
-        differs[: system.parameters] = loose.levels.get("parameters", 0.0) ** 2
-        differs[unknowns:] = loose.levels.get("rest", 0.0) ** 2
+        differs[: system.parameters] = levels.get("parameters", 0.0) ** 2
+        differs[unknowns:] = levels.get("rest", 0.0) ** 2
     runs = [np.flatnonzero(folds == k) for k in range(int(folds.max()) + 1)]
     grams = [columns[run].T @ columns[run] for run in runs]
     pulls = [columns[run].T @ white[run] for run in runs]
@@ -124,7 +123,7 @@ def foretold(fitted: Fitted, noise: Whitener, loose: Loose) -> Array:
         for gram, pull in zip(grams, pulls, strict=True)
     ]
     whole = np.sum(told, axis=0)
-    found = np.zeros(len(runs))
+    logs = np.zeros(len(runs))
     for k, run in enumerate(runs):
         others = whole - told[k]
         spread = np.linalg.inv(np.diag(prior) + others[:, :-1])
@@ -132,9 +131,9 @@ def foretold(fitted: Fitted, noise: Whitener, loose: Loose) -> Array:
         onto, spread = columns[run].T @ off, spread + np.diag(differs)
         factor = np.eye(width) + spread @ grams[k]
         own = run[system.known[run]]
-        found[k] = -0.5 * (off @ off - onto @ np.linalg.solve(factor, spread @ onto))
-        found[k] -= 0.5 * np.linalg.slogdet(factor)[1] + np.sum(np.log(bare.deviations[own]))
-    return found
+        logs[k] = -0.5 * (off @ off - onto @ np.linalg.solve(factor, spread @ onto))
+        logs[k] -= 0.5 * np.linalg.slogdet(factor)[1] + np.sum(np.log(bare.deviations[own]))
+    return logs
 
 
 def helps_by(gained: Array, seed: int = 0) -> float:

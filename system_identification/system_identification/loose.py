@@ -16,8 +16,9 @@ from scipy.linalg import solve_triangular
 from system_identification.fitting import Fitted, reweighed
 from system_identification.moves import Moves, TakenOff, rows_of_runs
 from system_identification.noise import Whitener
+from system_identification.system import System
 
-__all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "unsteady"]
+__all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "rests_of", "unsteady"]
 
 Array = NDArray[np.float64]
 CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
@@ -74,13 +75,11 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
 
     if count > 1:
         move("parameters", each_run(parameters))
-        rest = np.zeros((system.known.size, len(system.signal_names)))
+        rest = rests_of(system)
         there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
         numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
         for each in system.series:
-            signal = system.signal_names.index(each.signal)
-            rest[each.rows, signal] = system.levels[each.signal]
-            there[numbers[each.recording], signal] = True
+            there[numbers[each.recording], system.signal_names.index(each.signal)] = True
         columns.append(rest)
         every += rest.shape[1]
         move("rest", each_run(rest.shape[1])[:, :, there.ravel()])
@@ -99,6 +98,14 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
         Moves(runs, np.hstack(columns), np.concatenate([np.zeros((count, every, 0)), *whole], axis=2)),
         np.array([names.index(group) for group in of], dtype=np.int64),
     )
+
+
+def rests_of(system: System) -> Array:
+    """Return what a rest value that is off by a deviation of the sensor's noise moves, by signal, (R, signals)."""
+    rest = np.zeros((system.known.size, len(system.signal_names)))
+    for each in system.series:
+        rest[each.rows, system.signal_names.index(each.signal)] = system.levels[each.signal]
+    return rest
 
 
 def _modulated(fitted: Fitted, trace: Array) -> Array:

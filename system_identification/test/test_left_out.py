@@ -16,7 +16,7 @@ def test_a_run_is_as_probable_as_it_is_given_the_rows_of_all_others():
     system = recorded(61, push=0.5)
     x = np.zeros(2)
     found = weighed(system, (), x, whitener(system, x))
-    loose = found.loose._replace(levels={"parameters": 0.7, "rest": 0.5})
+    found = replace(found, loose=found.loose._replace(levels={"parameters": 0.7, "rest": 0.5}))
     bare, folds = replace(found.noise, loose=None), folds_of(system)
     own = folds[:, None] == folds
     unknown, rest = (
@@ -35,7 +35,7 @@ def test_a_run_is_as_probable_as_it_is_given_the_rows_of_all_others():
         - np.sum(np.log(bare.deviations[folds == k])) + 0.5 * np.sum(folds == k) * np.log(2.0 * np.pi)
         for k in np.unique(folds)
     ]  # fmt: skip
-    assert foretold(found.fitted, found.noise, loose) == pytest.approx(expected, abs=0.02)
+    assert foretold(found) == pytest.approx(expected, abs=0.02)
 
 
 def _log_density(rows, covariance):
@@ -52,6 +52,6 @@ def test_an_effect_that_is_there_foretells_a_new_run_better_and_one_that_is_not_
             weighed(posed, (suspect,), x, whitener(posed, x)),
             weighed(system, (), x[:2], whitener(system, x[:2])),
         )
-        gained[name] = foretold(found.fitted, found.noise, found.loose) - foretold(none.fitted, none.noise, none.loose)
+        gained[name] = foretold(found) - foretold(none)
     assert helps_by(gained["friction"]) > 0.99 and gained["friction"].sum() > 10.0
     assert gained["cubic"].sum() < 5.0

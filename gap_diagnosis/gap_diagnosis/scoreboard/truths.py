@@ -45,7 +45,7 @@ _STUCK = 1e4
 
 def distances(generator: Generator, truth: Truth) -> dict[str, float]:
     """Return the distance of every effect of a case, known or not, that moves the readings of `clean`."""
-    hidden = {**truth.effects, **truth.outside}
+    hidden = [name for name in {**truth.effects, **truth.outside} if name not in SCATTERS]
     if not hidden:
         return {}
 
@@ -62,8 +62,6 @@ def distances(generator: Generator, truth: Truth) -> dict[str, float]:
     whitened = _whitening(pushed(generator, truth, lambda push: clean(effects, outside, factors, push) - here))
     found = {}
     for name in hidden:
-        if name in SCATTERS:
-            continue
         rest, others = ({k: s for k, s in table.items() if k != name} for table in (effects, outside))
         if not np.any(here - clean(rest, others, factors)):
             continue  # an effect of the log, or another class of model, which `clean` does not know
