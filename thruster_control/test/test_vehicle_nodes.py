@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from scipy.spatial.transform import Rotation
+from std_msgs.msg import Header
 
 from thruster_control import allocator_parameters, vehicle_reference_node
 from thruster_control.allocation.failures import FailureKind
@@ -367,6 +368,22 @@ def test_each_odometry_is_answered_by_the_script_s_set_point_of_its_stamp(runnin
         assert list(message.acceleration) == pytest.approx(wanted.acceleration, nan_ok=True)
     assert messages[2].attitude[1] > 0.0 and math.isnan(messages[3].attitude[1])
     assert scene.says("the script surge_and_pitch has ended: no set point")
+
+
+def test_the_script_begins_once_the_topic_that_is_waited_for_has_a_publisher(running: Callable[..., Scene]) -> None:
+    scene = running(VehicleReferenceNode, script="surge_and_pitch", start_delay=0.4, wait_for="recorder/recorded")
+    for k in (50, 185):
+        scene.odometry(k)
+    assert [message.attitude[1] for message in scene.after(2, "rov/setpoint")] == [0.0, 0.0]
+    assert scene.says("holding the beginning of the script surge_and_pitch: nobody publishes recorder/recorded")
+    scene.rest.create_publisher(Header, "recorder/recorded", RELIABLE)
+    count = scene.subject.count_publishers
+    assert spin_until(scene.executor, lambda: count("recorder/recorded") == 1, 10.0)
+    for k in (200, 335):
+        scene.odometry(k)
+    found = scene.after(4, "rov/setpoint")[2:]
+    assert [m.attitude[1] for m in found] == [0.0, set_point_at(load_script("surge_and_pitch"), 5.0).attitude[1]]
+    assert found[1].attitude[1] > 0.0 and scene.says("following the script surge_and_pitch")
 
 
 def test_an_operator_steers_from_the_heading_there_is_and_its_loss_keeps_the_attitude(

@@ -50,6 +50,11 @@ PARAMETERS = (
         description="how long the script's beginning is held after the first tick",
     ),
     Parameter(
+        name="wait_for", default="",
+        description="a topic: the script's beginning is held before it has a publisher, such as recorder/recorded; "
+        "empty: none",
+    ),
+    Parameter(
         name="operator_timeout", default=0.5, unit="s", lower=0.0, above=True, upper=10.0,
         description="silence of the operator after which the vehicle stops and keeps its attitude",
     ),
@@ -78,6 +83,7 @@ class VehicleReferenceNode(Node):
             raise refused(self, [f"script: {line}" for line in str(error).split("\n")]) from error
         self._name, self._by_operator = values["script"], values["source"] == "operator"
         self._delay, self._timeout = (round(values[name] * 1e9) for name in ("start_delay", "operator_timeout"))
+        self._wait_for: str = values["wait_for"]
         self._limit(values)
         self._first: int | None = None
         self._last = 0
@@ -117,15 +123,21 @@ class VehicleReferenceNode(Node):
             self._tick(odometry.stamp)
 
     def _tick(self, now: int) -> None:
+        if self._wait_for and self.count_publishers(self._wait_for):
+            self._first, self._wait_for = None, ""
         if self._first is None or now < self._last:
             self._first = self._last = now  # the source of the ticks started again
         self._publish(now, self._operated(now) if self._by_operator else self._scripted(now - self._first))
         self._last = now
 
     def _scripted(self, since: int) -> VehicleSetPoint:
-        time = max(since - self._delay, 0) / 1e9
-        ended = time >= self._script.end
-        words = f"the script {self._name} has ended: no set point" if ended else f"following the script {self._name}"
+        time = 0.0 if self._wait_for else max(since - self._delay, 0) / 1e9
+        if self._wait_for:
+            words = f"holding the beginning of the script {self._name}: nobody publishes {self._wait_for}"
+        elif time >= self._script.end:
+            words = f"the script {self._name} has ended: no set point"
+        else:
+            words = f"following the script {self._name}"
         self._diagnostics.report("ok", words)
         return set_point_at(self._script, time)  # type: ignore[no-any-return]
 

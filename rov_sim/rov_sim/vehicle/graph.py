@@ -56,7 +56,7 @@ class Experiment:
         plant: more parameters of the plant: effects, failures, current, random wrench, noise.
         seed: of everything random.
         lockstep: on /clock; false: by the wall's clock.
-        recorded: whether lockstep waits for the recorder.
+        recorded: whether a recorder is there: lockstep, or in real time the script, waits until it hears each thruster.
         scene: whether a node draws for viewers; nobody waits for it.
         watched: run of the healthy vehicle from which a node learns that watches thrusters and gyro; it alone tells of
             failures then, the plant does not; "": nobody watches.
@@ -131,6 +131,8 @@ def graph_of(given: Experiment, *, link: str = "", firmware: str = "") -> list[G
     if given.feedback == "estimator":
         nodes.append(_node(given, "navigation", "thruster_estimation", _navigation(given)))
     reference = {"script": given.script, "start_delay": given.start_delay}
+    if given.recorded and not given.lockstep:  # a device takes its time to be ready
+        reference["wait_for"] = "recorder/recorded"
     nodes.append(_node(given, "vehicle_reference", "thruster_control", reference))
     nodes.append(_node(given, "allocator", "thruster_control", _allocator(given)))
     for i in range(given.thrusters):
