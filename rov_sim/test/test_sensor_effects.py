@@ -17,6 +17,7 @@ EFFECTS = {
     "gyro_scale": (("imu",), {"share": 0.1}, {}),
     "imu_bias": (("imu",), {"rate": 0.02, "force": 0.3}, {"axis": "y"}),
     "imu_misalignment": (("imu",), {"angle": 0.1}, {"axis": "z"}),
+    "imu_delay": (("imu",), {"time": 0.12}, {}),
     "velocity_delay": (("velocity",), {"time": 0.12}, {}),
     "velocity_scale": (("velocity",), {"share": -0.1}, {}),
     "velocity_misalignment": (("velocity",), {"angle": 0.1}, {"axis": "z"}),
@@ -97,6 +98,14 @@ def test_an_imu_askew_turns_all_that_it_tells_by_one_angle() -> None:
         np.testing.assert_allclose(after[:, columns], turn.inv().apply(before[:, columns]), atol=1e-12)
     told = Rotation.from_quat(after[:, [1, 2, 3, 0]])
     assert (told.inv() * Rotation.from_quat(before[:, [1, 2, 3, 0]]) * turn).magnitude().max() < 1e-12
+
+
+def test_a_late_imu_tells_what_it_told_before_under_stamps_of_now() -> None:
+    before, after = read(exact())["imu", -1], read(exact(), of("imu_delay"))["imu", -1]
+    late = round(0.12 / (1e-9 * (before.stamps[1] - before.stamps[0])))
+    np.testing.assert_array_equal(after.values[late:], before.values[:-late])
+    np.testing.assert_array_equal(after.values[:late], np.tile(before.values[0], (late, 1)))
+    np.testing.assert_array_equal(after.stamps, before.stamps)
 
 
 def test_a_late_log_tells_the_velocity_before_its_stamp() -> None:

@@ -37,10 +37,10 @@ def loop(position, attitude, velocity, acceleration, n, current, s, settings, he
             found[k, j] = out.velocity[j]
 
 
-@pytest.mark.parametrize("late", [0.0, 0.035])
-def test_a_compiled_loop_hears_and_believes_what_the_live_ones_do(late: float) -> None:
+@pytest.mark.parametrize(("late", "old"), [(0.0, 0.0), (0.035, 0.03)])
+def test_a_compiled_loop_hears_and_believes_what_the_live_ones_do(late: float, old: float) -> None:
     truth = moving(0.01 * np.arange(401), thrusters=2)
-    c = sensor_coefficients(DEFAULT)._replace(velocity_late=late)
+    c = sensor_coefficients(DEFAULT)._replace(velocity_late=late, imu_late=old)
     settings = navigation_settings(DEFAULT)
     s = loop_sensors(DEFAULT, 9, 2, 400, TICK, c)
     heard, speeds, found = np.full((401, 14), np.nan), np.full((401, 2), np.nan), np.empty((401, 6))

@@ -40,6 +40,7 @@ def run() -> Any:
 
 EFFECTS = [
     ActiveVehicleEffect(id="gyro_scale", sizes={"share": 0.02}),
+    ActiveVehicleEffect(id="imu_delay", sizes={"time": 0.03}),
     ActiveVehicleEffect(id="velocity_delay", sizes={"time": 0.05}),
     ActiveVehicleEffect(id="magnetic_disturbance", sizes={"angle": 0.1}),
     ActiveVehicleEffect(id="tach_lag", sizes={"time": 0.1}, thruster=2),

@@ -26,15 +26,18 @@ def throttles() -> Array:
     return np.repeat(np.random.default_rng(1).uniform(-2.0, 2.0, (K // 20, 6)), 20, axis=0)
 
 
-def run(settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array) -> tuple[Array, Array]:
-    """Return innovations (K, 13) and states (K, ...) for attitudes told, nothing else."""
+def run(
+    settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0
+) -> tuple[Array, Array]:
+    """Return innovations (K, 13) and states (K, ...) for attitudes told, nothing else; late: the IMU [s]."""
     N, steps = settings.count, settings.steps_in(PERIOD)
     told = np.full((K, CHANNELS), np.nan)
     out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, states_width(N)))]
     kernel: Any = innovations
     done = kernel(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
-        sensor_coefficients(load_sensors()), np.tile([1.0, 0.0], (N, 1)), attitude, told, np.full((K, N), np.nan),
+        sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
+        np.full((K, N), np.nan),
         np.full((K, 2), np.nan), np.zeros(K), gains, np.zeros((K, N)), *out,
     )  # fmt: skip
     assert done == K
@@ -49,6 +52,19 @@ def test_without_gains_it_is_the_plant(settings: VehicleSettings, throttles: Arr
     assert states[:, 7:13] == pytest.approx(truth.velocity[:-1], rel=0.0, abs=1e-5)
     assert np.abs(e[:, :3]).max() < 1e-5
     assert np.all(np.isnan(e[:, 3:]))
+
+
+@pytest.mark.parametrize("halves", [1, 3, 4])
+def test_a_late_imu_is_expected_to_tell_what_was(settings: VehicleSettings, throttles: Array, halves: int) -> None:
+    truth = simulate(settings, np.repeat(throttles, 2, axis=0), PERIOD / 2.0)
+    told = truth.attitude[np.maximum(2 * np.arange(K) - halves, 0)]
+    none, some = np.zeros((K, CORRECTED, CHANNELS)), np.zeros((K, CORRECTED, CHANNELS))
+    some[:, :3, :3] = 0.5 * np.eye(3)
+    whole = slice(2, K - 2)
+    believed, _ = run(settings, throttles, told, none)
+    for gains in (none, some):
+        late, _ = run(settings, throttles, told, gains, halves * PERIOD / 2.0)
+        assert np.abs(late[whole, :3]).max() < 0.05 * np.abs(believed[whole, :3]).max()
 
 
 def test_with_gains_it_follows_the_attitude_that_is_told(settings: VehicleSettings, throttles: Array) -> None:

@@ -119,6 +119,7 @@ _BODY: dict[str, tuple[tuple[str, float, float], ...]] = {
     "supply_sag": (("share", 0.25, 0.05),),
     "gyro_scale": (("share", 0.1, 0.02),),
     "imu_misalignment": (("angle", 0.1, 0.01),),
+    "imu_delay": (("time", 0.1, 0.02),),
     "velocity_delay": (("time", 0.3, 0.05),),
     "velocity_misalignment": (("angle", 0.1, 0.01),),
     "velocity_scale": (("share", 0.1, 0.02),),
@@ -138,7 +139,8 @@ _CARRIERS = {"payload": "mass", "tether_drag": "length"}
 _FIXED = {"cavitation": {"onset": 100.0}, "thermal_fade": {"time_constant": 30.0}}
 SENSORS_OF = {
     "velocity_delay": "velocity", "velocity_misalignment": "velocity", "velocity_scale": "velocity",
-    "gyro_scale": "gyro", "magnetic_disturbance": "attitude", "tach_scale": "tachometer", "tach_lag": "tachometer",
+    "gyro_scale": "gyro", "imu_delay": "gyro", "magnetic_disturbance": "attitude", "tach_scale": "tachometer",
+    "tach_lag": "tachometer",
 }  # fmt: skip
 """What an effect of a sensor cannot be shown without."""
 HULL_REACH = 0.3
@@ -223,7 +225,7 @@ def _all(model: Model) -> Iterator[Hypothesis]:
             yield _made(effect, _BODY[effect], axis=axis)
     for effect in (
         "buoyancy_offset", "cg_shift", "payload", "tether_drag", "water_current", "water_density", "supply_sag",
-        "velocity_delay", "magnetic_disturbance",
+        "imu_delay", "velocity_delay", "magnetic_disturbance",
     ):  # fmt: skip
         yield _made(effect, _BODY[effect])
     # commands that are stamped too early act late, which is their delay

@@ -91,26 +91,27 @@ def test_marks_ask_for_effect_and_place() -> None:
 
 
 @pytest.mark.parametrize(
-    ("effect", "size", "stamp"),
+    ("effect", "size", "of", "stamp"),
     [
-        ("log_alignment", 0.08, lambda t: t + 0.08),
-        pytest.param("clock_drift", -0.002, lambda t: t * 1.002, marks=pytest.mark.long),
+        ("log_alignment", 0.08, "throttle", lambda t: t + 0.08),
+        ("imu_delay", 0.05, "rov/imu", lambda t: t + 0.05),
+        pytest.param("clock_drift", -0.002, "throttle", lambda t: t * 1.002, marks=pytest.mark.long),
     ],
 )
-def test_commands_whose_stamps_are_wrong_are_an_effect_of_the_log(
-    effect: str, size: float, stamp: Callable[[Any], Any], tmp_path: Path
+def test_stamps_that_are_wrong_are_an_effect_of_their_log(
+    effect: str, size: float, of: str, stamp: Callable[[Any], Any], tmp_path: Path
 ) -> None:
     draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
     model = load_model(draw.vehicle)
     topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
     wrong = [
         replace(topic, stamps=np.round(1e9 * stamp(np.asarray(topic.stamps) / 1e9 - 1.0) + 1e9).astype(np.int64))
-        if topic.name.endswith("throttle")
+        if topic.name.endswith(of)
         else topic
         for topic in topics
     ]
     log = read_log(write_run(tmp_path / "run", wrong), model.thrusters)
-    tried = (effect, "command_delay", "command_lag", "thrust_loss")
+    tried = (effect, "log_alignment", "command_delay", "command_lag", "velocity_delay", "thrust_loss")
     found = diagnosed(model, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
     assert [e["id"] for e in found.content["effects"]] == [effect]
     first = next(iter(found.content["effects"][0]["parameters"].values()))

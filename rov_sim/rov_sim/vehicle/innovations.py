@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import BODY, STATE
-from thruster_model.compilation import borrowed, compiled
+from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.equations.attitude import conjugate, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
@@ -26,7 +26,8 @@ __all__ = ["CHANNELS", "CORRECTED", "States", "innovations", "record_width", "st
 
 CHANNELS, CORRECTED = 13, 16
 """Channels that correct the body's state, and what they correct."""
-ATTITUDE, GYRO, FORCE, DEPTH, VELOCITY = 0, 3, 6, 9, 10
+_IMU, _LOG, _BOTH = 0, 10, 13
+"""Columns of what IMU and velocity log would tell, and how many."""
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _NO_VELOCITY = (0.0, 0.0, 0.0)
 
@@ -68,7 +69,8 @@ def innovations(  # type: ignore[no-untyped-def]
         body, layout, p, e: `Tables`; c: `SensorCoefficients`.
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
         attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
-        lateness: (K,), by which the velocity in row k was measured before instant k, in periods.
+        lateness: (K,), by which the velocity in row k was measured before instant k, in periods. Of an IMU that is late
+            by c.imu_late a row is taken as many whole periods later, and expected as it was the rest of one before.
         gains: (K, 16, 13); speed_gains: (K, N).
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
@@ -82,36 +84,31 @@ def innovations(  # type: ignore[no-untyped-def]
     lagging = np.zeros(N)
     for i in range(N):
         lagging[i] = sheet[STATE, BODY + i]
-    history = np.zeros((K, 3))
+    history, then = np.zeros((K, _BOTH)), np.zeros(_BOTH)
     error = np.zeros(CHANNELS)
+    old = c.imu_late / (steps * step)
+    whole = int(old)
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
         measured(sheet, gate, wrench, body, layout, p, e, row)
         imu = imu_measured(row[3:7], row[7:13], row[13:19], row[20], c, _NO_IMU)
         log = velocity_measured(row[7:13], c, _NO_VELOCITY)
-        history[k, 0], history[k, 1], history[k, 2] = log.x, log.y, log.z
-        predicted = (imu.w, imu.x, imu.y, imu.z)
-        seen = (attitude[k, 0], attitude[k, 1], attitude[k, 2], attitude[k, 3])
+        for j in range(_LOG):
+            history[k, j] = imu[j]
+        history[k, _LOG], history[k, _LOG + 1], history[k, _LOG + 2] = log.x, log.y, log.z
+        of_now = min(k + whole, K - 1)
+        _then(history, k, old - whole, _IMU, _LOG, then)
+        _then(history, k, lateness[k] + c.velocity_late / (steps * step), _LOG, _BOTH, then)
+        predicted = _unit(then[0], then[1], then[2], then[3])
+        seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
         turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
         out[k, 0], out[k, 1], out[k, 2] = turn
-        out[k, 3], out[k, 4], out[k, 5] = (
-            told[k, 3] - imu.rate_x, told[k, 4] - imu.rate_y, told[k, 5] - imu.rate_z,
-        )  # fmt: skip
-        out[k, 6], out[k, 7], out[k, 8] = (
-            told[k, 6] - imu.force_x, told[k, 7] - imu.force_y, told[k, 8] - imu.force_z,
-        )  # fmt: skip
+        for j in range(6):
+            out[k, 3 + j] = told[of_now, 3 + j] - then[4 + j]
         out[k, 9] = told[k, 9] - depth_measured(row[0:3], row[3:7], c, (0.0,))
-        ago = max(k - lateness[k] - c.velocity_late / (steps * step), 0.0)
-        first = min(int(ago), k)
-        share = ago - first
         for j in range(3):
-            here = history[first, j]
-            if first < k:
-                here += share * (history[first + 1, j] - here)
-            elif k > 0:
-                here += share * (history[k, j] - history[k - 1, j])
-            out[k, 10 + j] = told[k, 10 + j] - here
+            out[k, 10 + j] = told[k, 10 + j] - then[_LOG + j]
         power = battery_measured(row[19], row[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
         for j in range(CHANNELS):
@@ -126,6 +123,10 @@ def innovations(  # type: ignore[no-untyped-def]
             w[j] += dx[9 + j]
             wrench[j] = w[j] + extra[k, j]
         sheet[STATE, 2] += dx[15]
+        if old > 0.0:  # what comes next tells of this instant too, and of what is believed of it now
+            imu = imu_measured(sheet[STATE, 3:7], sheet[STATE, 7:13], row[13:19], row[20], c, _NO_IMU)
+            for j in range(_LOG):
+                history[k, j] = imu[j]
         for i in range(N):
             n = row[BODY + 8 + i]
             follow = np.exp(-1.0 / tach[i, 1]) if tach[i, 1] > 0.0 else 0.0
@@ -148,6 +149,27 @@ def innovations(  # type: ignore[no-untyped-def]
         if not np.all(np.isfinite(sheet[STATE])):
             return k
     return K
+
+
+@inlined
+def _then(history, k, ago, begin, end, out):  # type: ignore[no-untyped-def]
+    """Fill columns of `out` with what they were `ago` periods before row k, in a history up to there."""
+    at = max(k - ago, 0.0)
+    first = min(int(at), k)
+    share = at - first
+    for j in range(begin, end):
+        out[j] = history[first, j]
+        if first < k:
+            out[j] += share * (history[first + 1, j] - out[j])
+        elif k > 0:
+            out[j] += share * (history[k, j] - history[k - 1, j])
+
+
+@inlined
+def _unit(w, x, y, z):  # type: ignore[no-untyped-def]
+    """Return a quaternion of length 1 along one between two that are near."""
+    length = np.sqrt(w * w + x * x + y * y + z * z)
+    return w / length, x / length, y / length, z / length
 
 
 @compiled

@@ -20,6 +20,7 @@ class SensorCoefficients(NamedTuple):
     Attributes:
         gravity: [m/s^2].
         imu_position: of the IMU in body axes [m]; imu_rotation: of its axes, as a quaternion.
+        imu_late: by which all that it tells is older than its stamps [s].
         gyro_scale, gyro_bias: rates times the one plus the other [1, rad/s], in the axes of the IMU.
         force_bias: of the specific force [m/s^2], in the axes of the IMU.
         magnetic_yaw: error of the yaw at all thrusters' full current [rad].
@@ -33,6 +34,7 @@ class SensorCoefficients(NamedTuple):
     gravity: float
     imu_position: Vector
     imu_rotation: Quaternion
+    imu_late: float
     gyro_scale: Vector
     gyro_bias: Vector
     force_bias: Vector
@@ -56,6 +58,7 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         gravity=gravity,
         imu_position=sensors.imu.position,
         imu_rotation=_turn(sensors.imu.rotation),
+        imu_late=0.0,
         gyro_scale=whole,
         gyro_bias=nothing,
         force_bias=nothing,

@@ -20,6 +20,7 @@ from rov_sim.vehicle.sensors.measuring import (
     speed_measured,
     velocity_measured,
 )
+from rov_sim.vehicle.sensors.series import readings_late
 from rov_sim.vehicle.sensors.settings import COLUMNS, QUANTITIES, VehicleSensors
 from thruster_estimation.navigation_belief import Heard
 from thruster_model.compilation import equation
@@ -40,7 +41,7 @@ class LoopSensors(NamedTuple):
         imu, velocity, depth: errors of their readings, shape (readings, columns).
         speed: of the tachometers, shape (thrusters, readings, 1).
         waiting: readings of the velocity log between their instants and their stamps, shape (ticks late + 1, 3);
-            changed by `heard_at`.
+        past: motion at the latest readings of the IMU, shape (readings late + 1, 17). `heard_at` changes both.
     """
 
     c: SensorCoefficients
@@ -50,6 +51,7 @@ class LoopSensors(NamedTuple):
     depth: Array
     speed: Array
     waiting: Array
+    past: Array
 
 
 def loop_sensors(
@@ -89,9 +91,11 @@ def loop_sensors(
     found = {name: errors.get((name, -1), none[name]) for name in ("imu", "velocity", "depth")}
     speed = [errors.get(("tachometer", i), none["tachometer"]) for i in range(thrusters)]
     late = ceil(round(1e9 * c.velocity_late) / tick)
+    old = readings_late("imu", sensors.imu, c)
     return LoopSensors(
-        c, schedule, **found, speed=np.array(speed).reshape(thrusters, -1, 1), waiting=np.full((late + 1, 3), nan)
-    )
+        c, schedule, **found, speed=np.array(speed).reshape(thrusters, -1, 1), waiting=np.full((late + 1, 3), nan),
+        past=np.zeros((old + 1, 17)),
+    )  # fmt: skip
 
 
 @equation
@@ -121,7 +125,10 @@ def heard_at(tick, position, attitude, velocity, acceleration, current, s):  # t
     a, b, c, f, g, h = nan, nan, nan, nan, nan, nan
     k = reading_of(tick, s.schedule[_IMU, 0], s.schedule[_IMU, 1])
     if k >= 0:
-        w, x, y, z, a, b, c, f, g, h = imu_measured(attitude, velocity, acceleration, current, s.c, s.imu[k])
+        size = s.past.shape[0]
+        now, then = s.past[k % size], s.past[max(k - size + 1, 0) % size]
+        now[:4], now[4:10], now[10:16], now[16] = attitude, velocity, acceleration, current
+        w, x, y, z, a, b, c, f, g, h = imu_measured(then[:4], then[4:10], then[10:16], then[16], s.c, s.imu[k])
     u, v, d = _velocity_at(tick, velocity, s)
     deep = nan
     k = reading_of(tick, s.schedule[_DEPTH, 0], s.schedule[_DEPTH, 1])

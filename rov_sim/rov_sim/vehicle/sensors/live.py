@@ -1,12 +1,13 @@
 """The sensors of a vehicle period by period: each reads at its own instants, what it reads arrives after its delay."""
 
+from collections import deque
 from collections.abc import Sequence
 from math import gcd
 from typing import Any, NamedTuple
 
 from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coefficients
 from rov_sim.vehicle.sensors.errors import streams
-from rov_sim.vehicle.sensors.series import Rows, Truth, measured_rows, rows_of, stamp_and_arrival
+from rov_sim.vehicle.sensors.series import Rows, Truth, measured_rows, readings_late, rows_of, stamp_and_arrival
 from rov_sim.vehicle.sensors.settings import Sensor, VehicleSensors
 from rov_sim.vehicle.sensors.tachometers import SENSED_BY_TACHOMETERS, TachometerChains
 
@@ -55,6 +56,9 @@ class Sensors:
         self._streams = streams(sensors, seed, thrusters)
         self._next = {key: self._sensor(key).first for key in self._streams}
         self._waiting: list[tuple[int, Reading]] = []
+        self._past: dict[tuple[str, int], deque[Rows]] = {
+            key: deque(maxlen=1 + readings_late(key[0], self._sensor(key), self._c)) for key in self._streams
+        }
         self._chains: TachometerChains | None = None
         self._told: Any = None
         if effects is not None and sensors.tachometer.rate > 0.0:
@@ -91,20 +95,22 @@ class Sensors:
             self._next_step += self._chains.step
             self._told = self._chains.told(*(getattr(truth, name) for name in SENSED_BY_TACHOMETERS))
         due = [key for key, instant in self._next.items() if instant <= now]
-        rows = rows_of(truth, None, self._told) if due else None
-        for key in due:
-            self._take(key, now, rows)
+        if due:
+            rows = rows_of(truth, None, self._told)
+            for key in due:
+                self._take(key, now, rows)
         arrived = [reading for at, reading in self._waiting if at <= now]
         if arrived:
             self._waiting = [each for each in self._waiting if each[0] > now]
         return tuple(arrived)
 
-    def _take(self, key: tuple[str, int], now: int, rows: Rows | None) -> None:
+    def _take(self, key: tuple[str, int], now: int, rows: Rows) -> None:
         name, thruster = key
         sensor, instant = self._sensor(key), self._next[key]
         self._check(name, instant, now)
         self._next[key] = instant + sensor.period
-        values = measured_rows(name, thruster, rows, self._c, self._streams[key].next()[None])[0]
+        self._past[key].append(rows)
+        values = measured_rows(name, thruster, self._past[key][0], self._c, self._streams[key].next()[None])[0]
         stamp, at = stamp_and_arrival(name, sensor, instant, self._c)
         self._waiting.append((int(at), Reading(name, thruster, int(stamp), instant, tuple(values.tolist()))))
         self._waiting.sort(key=lambda each: each[0])

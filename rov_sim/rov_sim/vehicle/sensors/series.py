@@ -19,7 +19,7 @@ from rov_sim.vehicle.sensors.settings import Sensor, VehicleSensors
 from rov_sim.vehicle.sensors.tachometers import SENSED_BY_TACHOMETERS, TachometerChains
 from thruster_model.compilation import compiled
 
-__all__ = ["WIDTHS", "Series", "Truth", "measured_rows", "read_trajectory", "stamp_and_arrival"]
+__all__ = ["WIDTHS", "Series", "Truth", "measured_rows", "read_trajectory", "readings_late", "stamp_and_arrival"]
 
 Array = NDArray[np.float64]
 Instants = NDArray[np.int64]
@@ -157,6 +157,11 @@ def stamp_and_arrival(name: str, sensor: Sensor, taken: Any, c: SensorCoefficien
     return stamp, np.maximum(taken + sensor.lateness, stamp)
 
 
+def readings_late(name: str, sensor: Sensor, c: SensorCoefficients) -> int:
+    """Return by how many of its readings a sensor tells what was before, under a stamp that is right."""
+    return round(1e9 * c.imu_late / sensor.period) if name == "imu" else 0
+
+
 def read_trajectory(
     sensors: VehicleSensors,
     seed: int,
@@ -184,7 +189,7 @@ def read_trajectory(
     for (name, i), errors in drawn_errors(sensors, seed, np.shape(trajectory.n)[1], int(time[-1])).items():
         sensor: Sensor = getattr(sensors, name)
         taken = sensor.first + sensor.period * np.arange(len(errors), dtype=np.int64)
-        at = _places(name, time, taken)
+        at = _places(name, time, taken)[np.maximum(np.arange(len(taken)) - readings_late(name, sensor, c), 0)]
         values = measured_rows(name, i, rows_of(trajectory, at, None if told is None else told[at]), c, errors)
         found[name, i] = Series(taken, *stamp_and_arrival(name, sensor, taken, c), values)
     return found
