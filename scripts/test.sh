@@ -25,6 +25,21 @@ check() { # NAME COMMAND...
     status=1
 }
 
+# What takes a minute of one processor runs beside the tests, and is told after them.
+said=$(mktemp -d)
+names=() running=()
+trap 'kill ${running[@]+"${running[@]}"} 2>/dev/null; rm -rf "$said"' EXIT
+beside() { # NAME COMMAND...
+    "${@:2}" >"$said/$1" 2>&1 &
+    names+=("$1") running+=($!)
+}
+told() { # NAME PROCESS
+    local ended=0
+    wait "$2" || ended=$?
+    cat "$said/$1"
+    return $ended
+}
+
 sources=(scripts/workspace) roots=''
 for manifest in */package.xml; do
     package=${manifest%/*}
@@ -36,8 +51,8 @@ done
 
 check format ruff format --check --quiet .
 check lint ruff check --quiet .
-check types env MYPYPATH="$roots" mypy --no-error-summary "${sources[@]}"
-check pages scripts/docs.sh
+beside types env MYPYPATH="$roots" mypy --no-error-summary "${sources[@]}"
+beside pages scripts/docs.sh
 printf '[test] tests\n'
 chosen=(-m 'not long')
 if [ "${1-}" = --long ]; then
@@ -47,4 +62,7 @@ fi
 workers=$(env -u OMP_NUM_THREADS nproc)
 python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadscope --no-loadscope-reorder --durations 25 \
     --durations-min 5 "${chosen[@]}" "$@" || status=1
+for k in "${!names[@]}"; do
+    check "${names[k]}" told "${names[k]}" "${running[k]}"
+done
 exit $status

@@ -14,11 +14,13 @@ from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 from system_identification.suspects import Suspect
 
-__all__ = ["DIVERGED", "Rated", "Trial", "rated", "tried"]
+__all__ = ["DIVERGED", "Rated", "Trial", "rated", "standing_in", "tried"]
 
 Array = NDArray[np.float64]
 _SMALLEST = 0.02
 """Share of a size tried down to which smaller ones are rated by it."""
+_SAME = 0.05
+"""Share of the energy of a trace, at its smallest size, beyond what parameters do, up to which it may do the same."""
 
 DIVERGED = 1e12
 """Change of a prediction at which it is cut off."""
@@ -104,4 +106,42 @@ def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rate
                 order=np.argsort(-gains),
             )
         )
+    return sorted(found, key=lambda each: -each.promise)
+
+
+def standing_in(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rated]:
+    """Return suspects that do what parameters do, rated by how far these could go back to where they are stated to be.
+
+    A look at the rows does not tell: parameters that go back by five deviations do not do so along their slopes, and
+    what a trace leaves of a line is more than stated deviations say. So both are taken to go on as they begin.
+    """
+    nuisances, prior = anchor.problem.nuisances, noise.prior(anchor.problem)
+    jacobian = noise.whiten(anchor.sensitivities)
+    information = jacobian.T @ jacobian
+    information[np.arange(nuisances), np.arange(nuisances)] += 1e-3 * prior
+    information += 1e-9 * np.eye(information.shape[0])
+    found = []
+    for trial in trials:
+        grid = trial.suspect.grid
+        least = int(np.argmin(np.abs(grid[:, 0])))
+        trace = noise.whiten(trial.changes[least].astype(np.float64))
+        shift = np.linalg.solve(information, jacobian.T @ trace)
+        left = trace - jacobian @ shift
+        if not trial.suspect.scalable or left @ left > _SAME * (trace @ trace):
+            continue
+        back = shift[:nuisances] * (grid[:, :1] / grid[least, 0])
+        power = np.maximum(back**2 @ prior, 1e-12)
+        slope = back @ (prior * anchor.x[:nuisances])
+        share = np.clip(slope / power, _SMALLEST, 1.0)
+        gains = 2.0 * share * slope - share**2 * power
+        best = int(np.argmax(gains))
+        sizes = np.array(grid[best], dtype=np.float64)
+        sizes[0] *= share[best]
+        found.append(
+            Rated(
+                suspect=trial.suspect, sizes=sizes, gain=max(float(gains[best]), 0.0),
+                visibility=float(np.median(power)), change=trial.changes[best].astype(np.float64) * share[best],
+                order=np.argsort(-gains),
+            )
+        )  # fmt: skip
     return sorted(found, key=lambda each: -each.promise)

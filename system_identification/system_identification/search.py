@@ -17,7 +17,7 @@ from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.learning import Caps
 from system_identification.noise import whitener
-from system_identification.rating import Rated, Trial, rated, tried
+from system_identification.rating import Rated, Trial, rated, standing_in, tried
 from system_identification.suspects import Suspect
 from system_identification.system import System
 
@@ -204,7 +204,7 @@ class _Searching:
         others = [plain]
         if current.loose.wider > 1.0:
             # What parameters do by scattering widely an effect may do beside parameters as stated.
-            others.append(rated(current.fitted, current.noise.scattering(1.0), trials))
+            others.append(standing_in(current.fitted, current.noise.scattering(1.0), trials))
         for looks in others:
             keys = {each.suspect.key for each in picked}
             picked += [each for each in looks[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
