@@ -38,6 +38,9 @@ SUSPECTED = 3.0
 """Odds above which an effect that is not claimed is not denied either."""
 NAMELESS = 12.0
 """Gain in log evidence that a nameless dependence needs: 1 in 160,000 by chance, with some 200 of them tried."""
+NAMELESS_SIZES = (1.0, 5.0, 25.0)
+"""[N, 0.1 N m] Deviations that a nameless dependence may have, each as likely: with the smallest alone one of 2 N m
+would cost 200 nats, and what it resembles would be named in its place."""
 MOST_EFFECTS = 3
 """At a time: more have never been told apart from one recording session."""
 REFINED = 8

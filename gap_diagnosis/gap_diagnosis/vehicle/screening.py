@@ -102,12 +102,17 @@ class Screen:
         return self.at(k, self.values, (*self.effects, active)) - self.residual(k)
 
     def of_nameless(self, name: Key, probe: float) -> Column:
-        """Return the column of a wrench on one axis in proportion to a feature of the motion; see `features`."""
+        """Return the column of a wrench on one axis in proportion to a feature of the motion; see `features`.
+
+        The feature's mean square is 1 over all runs: where there is less of it there is less of the wrench.
+        """
         _, axis, feature = name
+        told = [features(run, feature) for run in self.runs]
+        scale = max(float(np.sqrt(np.mean(np.concatenate(told) ** 2))), 1e-9)
 
         def change(k: int) -> Array:
             wrench = np.zeros((self.runs[k].log.count, 6))
-            wrench[:, _AXES.index(axis)] = probe * features(self.runs[k], feature)
+            wrench[:, _AXES.index(axis)] = probe / scale * told[k]
             result = filtered(self.model, self.runs[k], self.values, self.effects, wrench)
             return whitened(self.runs[k], result) - self.residual(k)
 
@@ -127,7 +132,7 @@ def nameless_names(model: Model) -> list[Key]:
 
 
 def features(prepared: Prepared, feature: str) -> Array:
-    """Return a feature of the motion over a run (K,), of mean square 1 or less."""
+    """Return a feature of the motion over a run (K,)."""
     states = states_of(np.nan_to_num(prepared.base.states))
     nu = states.nu
     if feature.startswith("thrust"):
@@ -144,4 +149,4 @@ def features(prepared: Prepared, feature: str) -> Array:
     else:
         a, b = ("uvwpqr".index(c) for c in feature)
         out = nu[:, a] * nu[:, b]
-    return np.asarray(out / max(float(np.sqrt(np.mean(out**2))), 1e-9))
+    return np.asarray(out)

@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.screening import Screen
 
-__all__ = ["Stage", "least_shown", "log_prior", "stage_at"]
+__all__ = ["Stage", "least_shown", "log_prior", "of_any_size", "stage_at"]
 
 Array = NDArray[np.float64]
 _NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
@@ -89,7 +89,7 @@ def stage_at(
         if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
             continue
         offered.append((gain + log_prior(h, tried), h))
-    gains = [evidence(gram, [*base, first + j]) - nothing for j in range(len(nameless_of))]
+    gains = [of_any_size(gram, base, first + j) - nothing for j in range(len(nameless_of))]
     prior = np.log(_ODDS * rules.P_NAMELESS / max(len(nameless_of), 1))
     odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
     nameless = [
@@ -101,6 +101,16 @@ def stage_at(
         fit=fit, screen=screen, gram=gram, moved=fit.moved[:m], accepted=fit.effects, offered=tuple(offered),
         nameless=tuple(nameless), odds=odds,
     )  # fmt: skip
+
+
+def of_any_size(gram: Gram, base: Sequence[int], j: int) -> float:
+    """Return the log evidence with column j of a size that nobody knows: small, or as large as anything there is."""
+    each = []
+    for size in rules.NAMELESS_SIZES:
+        deviations = gram.deviations.copy()
+        deviations[j] = size
+        each.append(evidence(replace(gram, deviations=deviations), [*base, j]))
+    return float(np.logaddexp.reduce(each) - np.log(len(each)))
 
 
 def _known(screen: Screen, fit: Fit, j: int) -> Callable[[int], Array]:

@@ -174,7 +174,8 @@ def worth_claiming(accepted: Refined) -> bool:
 def _nameless_is_better(found: Found) -> bool:
     """Return whether some nameless dependence alone explains far more than the best effect of the library did."""
     first = found.stages[0]
-    return bool(first.nameless and first.offered and first.nameless[0][0] > first.offered[0][0] + rules.NAMELESS)
+    best = max([o for o, _ in first.offered[:1]] + [o for o in found.odds[:1] if np.isfinite(o)], default=np.inf)
+    return bool(first.nameless and first.nameless[0][0] > best + rules.NAMELESS)
 
 
 def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
