@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
+from thruster_model.compilation import compiled
 
 __all__ = [
     "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "foreseen", "foreseen_deviations",
@@ -24,6 +26,8 @@ __all__ = [
 
 Array = NDArray[np.float64]
 _FARTHEST = 50.0  # deviations: beyond it a model is wrong, not more or less so
+_LOGS = 64
+"""Recordings whose beginning is kept, and their commands as they act: a fit asks for the same ones ever again."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,6 +63,7 @@ class Prepared:
     weights: Array = field(default_factory=lambda: np.ones((0, 0)))
 
 
+@lru_cache(maxsize=_LOGS)
 def initial_state(log: VehicleLog) -> VehicleState:
     """Return a vehicle as it is when the recording begins, as far as sensors tell."""
     q = log.attitude[np.isfinite(log.attitude).all(axis=1)]
@@ -89,26 +94,28 @@ def filtered(
 ) -> Filtered:
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
     log = _shifted(prepared.log, values, effects)
-    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra)
 
 
 def _shifted(
     log: VehicleLog, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect] = ()
 ) -> VehicleLog:  # fmt: skip
-    """Return a log whose commands act later by what values and effects of the log say.
-
-    Each is a mean over a shifted period, exact where commands are held.
-    """
-    late = np.full(log.count, values.get(("late",), 0.0))
+    """Return a log whose commands act later by what values and effects of the log say."""
+    late, rate = values.get(("late",), 0.0), 0.0
     for effect in effects:
         if effect.id == "log_alignment":
             late -= effect.sizes["throttle"]
         elif effect.id == "clock_drift":
-            late += effect.sizes["rate"] * log.period * np.arange(log.count)
-    if not late.any():
-        return log
-    whole, share = np.divmod(late / log.period, 1.0)
+            rate += effect.sizes["rate"]
+    return _acting(log, late, rate) if late or rate else log
+
+
+@lru_cache(maxsize=_LOGS)
+def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
+    """Return a log whose commands act later, by more and more; each is a mean over a shifted period, exact where
+    commands are held."""
+    whole, share = np.divmod((late + rate * log.period * np.arange(log.count)) / log.period, 1.0)
     row = np.arange(log.count) - whole.astype(int)
     here, before = (log.throttles[np.clip(at, 0, log.count - 1)] for at in (row, row - 1))
     return replace(log, throttles=(1.0 - share[:, None]) * here + share[:, None] * before)
@@ -174,15 +181,38 @@ def first_instant(log: VehicleLog) -> int:
 
 def whitened(prepared: Prepared, result: Filtered) -> Array:
     """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
-    e = np.nan_to_num(result.body)
-    body = np.einsum("kij,kj->ki", prepared.gains.whitener, e)
-    body[~np.isfinite(prepared.base.body)] = 0.0
-    rotor = np.nan_to_num(result.rotor / prepared.spread)
-    battery = np.nan_to_num(result.battery / prepared.noises.battery)
-    r = np.clip(np.nan_to_num(np.concatenate((body, rotor, battery), axis=1)), -_FARTHEST, _FARTHEST)
-    r[~np.isfinite(result.states).all(axis=1)] = _FARTHEST  # a filter that is lost foresees nothing
-    r[: first_instant(prepared.log)] = 0.0
-    return r * prepared.weights if prepared.weights.size else r
+    K, N = result.rotor.shape
+    r = np.zeros((K, 13 + N + 2))
+    _whitened(
+        result.body, result.rotor, result.battery, result.states, prepared.base.body, prepared.gains.whitener,
+        prepared.spread, prepared.noises.battery, first_instant(prepared.log), prepared.weights, r,
+    )  # fmt: skip
+    return r
+
+
+@compiled
+def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, first, weights, out):  # type: ignore[no-untyped-def]
+    """Fill rows of `out` from the first instant on; a filter that is lost foresees nothing."""
+    N = rotor.shape[1]
+    for k in range(first, out.shape[0]):
+        lost = False
+        for j in range(states.shape[1]):
+            lost = lost or not np.isfinite(states[k, j])
+        for i in range(out.shape[1]):
+            told = 0.0
+            if lost:
+                told = _FARTHEST
+            elif i >= 13 + N:
+                told = battery[k, i - 13 - N] / deviations[i - 13 - N]
+            elif i >= 13:
+                told = rotor[k, i - 13] / spread[k, i - 13]
+            elif np.isfinite(base[k, i]):
+                for j in range(i + 1):  # the inverse of a factor is lower triangular
+                    if not np.isnan(body[k, j]):
+                        told += whitener[k, i, j] * body[k, j]
+            if not np.isnan(told):
+                weight = weights[k, i] if weights.size else 1.0
+                out[k, i] = weight * min(max(told, -_FARTHEST), _FARTHEST)
 
 
 def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]
@@ -267,7 +297,7 @@ def foreseen_deviations(
     windows: instants each: where a filter begins anew, from which on nothing corrects it, where it ends.
     """
     log = _shifted(prepared.log, values, effects)
-    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
     A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
     A, H, there = starting(A, H, log, 0)
     out = np.empty((len(windows), 13))

@@ -22,7 +22,7 @@ from run_bag import write_run
 
 
 def test_a_command_that_acts_later_gives_each_period_a_share_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    log: Any = SimpleNamespace(period=0.04, count=4, throttles=np.array([[0.0], [4.0], [4.0], [0.0]]))
+    log: Any = type("Log", (), {"period": 0.04, "count": 4, "throttles": np.array([[0.0], [4.0], [4.0], [0.0]])})()
     monkeypatch.setattr(filtering, "replace", lambda log, throttles: throttles)
     # by hand: 10 ms of 40 are still the period before, or already the one after
     assert _shifted(log, {("late",): 0.01})[:, 0] == pytest.approx([0.0, 3.0, 4.0, 1.0])

@@ -8,6 +8,7 @@ truth = plant.advance(throttles[0], 0.04)
 
 import math
 from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
@@ -68,7 +69,7 @@ class VehicleSettings:
         """Number of thrusters."""
         return self.coefficients.thrusters
 
-    @property
+    @cached_property
     def step(self) -> float:
         """Longest step that is taken [s]."""
         return min(float(step_limit(self.largest_step, e)) for e in self.effects)
@@ -104,14 +105,21 @@ class VehicleSettings:
             return [f"largest_step: expected a positive time; found {self.largest_step} s"]
         rates = {"a rotor (k_n)": max(abs(float(p.k_n)) for p in self.thrusters if p.drive_gain != 0.0)}
         rates["an axial flow (k_v)"] = max(abs(float(p.k_v)) for p in self.thrusters)
-        c = self.coefficients
-        rates["the body's drag"] = float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(c.mass_matrix, c.D_L)))))
+        matrices = (np.asarray(m, dtype=np.float64) for m in (self.coefficients.mass_matrix, self.coefficients.D_L))
+        rates["the body's drag"] = _settling(*(m.tobytes() for m in matrices))
         return [
             f"largest_step: expected at most {_FASTEST / rate:.3g} s, as {what} settles at {rate:.4g} 1/s; found "
             f"{self.step:g} s"
             for what, rate in rates.items()
             if rate * self.step > _FASTEST
         ]
+
+
+@lru_cache(maxsize=512)
+def _settling(M: bytes, D_L: bytes) -> float:
+    """Return the largest rate [1/s] at which linear drag lets a body settle, of two matrices of doubles (6, 6)."""
+    inertia, drag = (np.frombuffer(each).reshape(6, 6) for each in (M, D_L))
+    return float(np.max(np.abs(np.linalg.eigvals(np.linalg.solve(inertia, drag)))))
 
 
 def sheet_of(settings: VehicleSettings) -> Array:

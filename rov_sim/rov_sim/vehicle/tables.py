@@ -8,6 +8,7 @@ Sheet, columns of its rows: position (3) [m], attitude (4), nu (6), then (N,) ea
 of the command remember, a row for each thruster; kernels work in the other rows.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -100,8 +101,8 @@ def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:
         for what, given in (("thrusters", thrusters), ("effects", effects))
         if len(given) != N
     ]
-    M = c.mass_matrix
-    if not problems and not np.linalg.cond(M) < _WORST_CONDITION:
+    M = np.asarray(c.mass_matrix, dtype=np.float64)
+    if not problems and not _condition(M.tobytes()) < _WORST_CONDITION:
         problems.append(
             "M = M_RB + M_A: expected a matrix with an inverse; found a singular one: some motion has neither mass nor "
             f"added mass (rank {np.linalg.matrix_rank(M)} of 6)"
@@ -114,13 +115,23 @@ def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:
         raise VehicleError("vehicle", [f"thrusters: {error}"]) from error
     columns = [c.K_t, c.K_t_reverse, c.inflow, c.thrust_scale, c.turning, c.wiring, c.reaction, c.interaction]
     body = Body(
-        M=_rows(M), M_inverse=_rows(np.linalg.inv(M)), D_L=_rows(c.D_L), D_Q=_rows(c.D_Q), weight=float(c.weight),
+        M=_rows(M), M_inverse=_inverse(M.tobytes()), D_L=_rows(c.D_L), D_Q=_rows(c.D_Q), weight=float(c.weight),
         buoyancy=float(c.buoyancy), r_G=_vector(c.r_G), r_B=_vector(c.r_B), current=_vector(c.current),
         tether=_vector(c.tether), supply=float(c.supply), sag=float(c.sag), stir=float(c.stir),
         interacts=bool(np.any(c.interaction)), reacts=bool(np.any(c.reaction)), tethered=bool(c.tether[0]),
         sags=bool(c.sag),
     )  # fmt: skip
     return Tables(body, np.ascontiguousarray(np.vstack(columns).T, dtype=np.float64), p, e)
+
+
+@lru_cache(maxsize=512)
+def _condition(M: bytes) -> float:
+    return float(np.linalg.cond(np.frombuffer(M).reshape(6, 6)))
+
+
+@lru_cache(maxsize=512)
+def _inverse(M: bytes) -> Matrix:
+    return _rows(np.linalg.inv(np.frombuffer(M).reshape(6, 6)))
 
 
 def _vector(values: Any) -> Vector:
