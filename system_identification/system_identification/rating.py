@@ -91,22 +91,26 @@ def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rate
         power = np.sum(columns**2, axis=0) - np.sum(cross * np.linalg.solve(information, cross), axis=0)
         power = np.maximum(power, 1e-12)
         slope = columns.T @ white - cross.T @ moved
-        share = np.clip(slope / power, _SMALLEST, 1.0) if trial.suspect.scalable else np.ones(power.size)
-        gains = 2.0 * share * slope - share**2 * power
-        best = int(np.argmax(gains))
-        sizes = np.array(trial.suspect.grid[best], dtype=np.float64)
-        sizes[0] *= share[best]
-        found.append(
-            Rated(
-                suspect=trial.suspect,
-                sizes=sizes,
-                gain=max(float(gains[best]), 0.0),
-                visibility=float(np.median(power)),
-                change=trial.changes[best].astype(np.float64) * share[best],
-                order=np.argsort(-gains),
-            )
-        )
+        found.append(_at_its_best(trial, slope, power))
     return sorted(found, key=lambda each: -each.promise)
+
+
+def _at_its_best(trial: Trial, slope: Array, power: Array) -> Rated:
+    """Return a suspect at the share of a size of its grid that takes most off a cost with these derivatives, (G,) each:
+    by share, 2 share slope - share^2 power."""
+    share = np.clip(slope / power, _SMALLEST, 1.0) if trial.suspect.scalable else np.ones(power.size)
+    gains = 2.0 * share * slope - share**2 * power
+    best = int(np.argmax(gains))
+    sizes = np.array(trial.suspect.grid[best], dtype=np.float64)
+    sizes[0] *= share[best]
+    return Rated(
+        suspect=trial.suspect,
+        sizes=sizes,
+        gain=max(float(gains[best]), 0.0),
+        visibility=float(np.median(power)),
+        change=trial.changes[best].astype(np.float64) * share[best],
+        order=np.argsort(-gains),
+    )
 
 
 def standing_in(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rated]:
@@ -122,26 +126,16 @@ def standing_in(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> lis
     information += 1e-9 * np.eye(information.shape[0])
     found = []
     for trial in trials:
+        if not trial.suspect.scalable:
+            continue
         grid = trial.suspect.grid
         least = int(np.argmin(np.abs(grid[:, 0])))
         trace = noise.whiten(trial.changes[least].astype(np.float64))
         shift = np.linalg.solve(information, jacobian.T @ trace)
         left = trace - jacobian @ shift
-        if not trial.suspect.scalable or left @ left > _SAME * (trace @ trace):
+        if left @ left > _SAME * (trace @ trace):
             continue
         back = shift[:nuisances] * (grid[:, :1] / grid[least, 0])
         power = np.maximum(back**2 @ prior, 1e-12)
-        slope = back @ (prior * anchor.x[:nuisances])
-        share = np.clip(slope / power, _SMALLEST, 1.0)
-        gains = 2.0 * share * slope - share**2 * power
-        best = int(np.argmax(gains))
-        sizes = np.array(grid[best], dtype=np.float64)
-        sizes[0] *= share[best]
-        found.append(
-            Rated(
-                suspect=trial.suspect, sizes=sizes, gain=max(float(gains[best]), 0.0),
-                visibility=float(np.median(power)), change=trial.changes[best].astype(np.float64) * share[best],
-                order=np.argsort(-gains),
-            )
-        )  # fmt: skip
+        found.append(_at_its_best(trial, back @ (prior * anchor.x[:nuisances]), power))
     return sorted(found, key=lambda each: -each.promise)

@@ -19,7 +19,7 @@ from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import BODY, STATE
 from thruster_model.compilation import borrowed, compiled, inlined
-from thruster_model.equations.attitude import conjugate, quaternion_product
+from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
 __all__ = ["CHANNELS", "CORRECTED", "States", "innovations", "record_width", "states_of", "states_width"]
@@ -100,7 +100,7 @@ def innovations(  # type: ignore[no-untyped-def]
         of_now = min(k + whole, K - 1)
         _then(history, k, old - whole, _IMU, _LOG, then)
         _then(history, k, lateness[k] + c.velocity_late / (steps * step), _LOG, _BOTH, then)
-        predicted = _unit(then[0], then[1], then[2], then[3])
+        predicted = normalised((then[0], then[1], then[2], then[3]))
         seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
         turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
         out[k, 0], out[k, 1], out[k, 2] = turn
@@ -163,13 +163,6 @@ def _then(history, k, ago, begin, end, out):  # type: ignore[no-untyped-def]
             out[j] += share * (history[first + 1, j] - out[j])
         elif k > 0:
             out[j] += share * (history[k, j] - history[k - 1, j])
-
-
-@inlined
-def _unit(w, x, y, z):  # type: ignore[no-untyped-def]
-    """Return a quaternion of length 1 along one between two that are near."""
-    length = np.sqrt(w * w + x * x + y * y + z * z)
-    return w / length, x / length, y / length, z / length
 
 
 @compiled
