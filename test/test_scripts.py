@@ -290,13 +290,23 @@ def test_the_stand_in_says_what_it_lacks(prefix: Path, arguments: list[str], sta
 # ---- the Python parts of setup.sh
 
 
-def test_header_folders_of_the_builder_become_this_machines() -> None:
+@pytest.mark.parametrize("prefix", ["/opt/python/cp312-cp312", "/home/someone/a clone/.venv"])
+def test_header_folders_of_another_place_become_this_machines(prefix: str) -> None:
     localised = script("portable_headers.py")("localised")
-    builder = "/opt/python/cp312-cp312"
-    text = f'set(I "{builder}/include/python3.12;{builder}/lib/python3.12/site-packages/numpy/_core/include")'
+    text = f'set(I "{prefix}/include/python3.12;{prefix}/lib/python3.12/site-packages/numpy/_core/include")'
     expected = r'set(I "/inc\1;/np")'
     assert localised(text, r"/inc\1", "/np") == expected
     assert localised(expected, "/other", "/other") == expected
+
+
+def test_the_installers_cache_keeps_what_another_environment_is_linked_to(tmp_path: Path) -> None:
+    cached, installed = tmp_path / "cached.cmake", tmp_path / "installed.cmake"
+    text = 'set(I "/opt/python/cp312-cp312/include/python3.12")'
+    cached.write_text(text, encoding="utf-8")
+    installed.hardlink_to(cached)
+    script("portable_headers.py")("localise")([installed], "/usr/include/python3.12", "/np")
+    assert installed.read_text(encoding="utf-8") == 'set(I "/usr/include/python3.12")'
+    assert cached.read_text(encoding="utf-8") == text
 
 
 def test_the_systems_numpy_replaces_ours_and_all_else_stays() -> None:

@@ -4,6 +4,7 @@ The wheels' CMake exports hold absolute paths of the machine they were built on.
 virtual environment, after each installation; a second run changes nothing.
 """
 
+import os
 import re
 import sys
 import sysconfig
@@ -11,32 +12,33 @@ from pathlib import Path
 
 import numpy
 
-BUILDER_NUMPY = re.compile(r"/opt/python/cp\d+-cp\d+/lib/python3\.\d+/site-packages/numpy/_?core/include")
-BUILDER_PYTHON = re.compile(r"/opt/python/cp\d+-cp\d+/include/python3\.\d+")
-BUILDER_ANY = "/opt/python/cp"
+NUMPY = re.compile(r"/[^\";()\n]*/site-packages/numpy/_?core/include")
+PYTHON = re.compile(r"/[^\";()\n]*/include/python3\.\d+")
 
 
 def localised(text: str, python_include: str, numpy_include: str) -> str:
-    """Return `text` with the builder's header folders replaced by this machine's."""
+    """Return `text` with the header folders of whatever machine or environment replaced by this one's."""
     # Functions as replacement, because a backslash in a path would be read as a group reference.
-    text = BUILDER_NUMPY.sub(lambda _: numpy_include, text)
-    return BUILDER_PYTHON.sub(lambda _: python_include, text)
+    text = NUMPY.sub(lambda _: numpy_include, text)
+    return PYTHON.sub(lambda _: python_include, text)
 
 
-def main() -> int:
-    """Rewrite every CMake export of the environment; return 1 and name the files in which a path stays."""
-    left = []
-    for path in sorted(Path(sys.prefix, "share").glob("*/cmake/*.cmake")):
+def localise(exports: list[Path], python_include: str, numpy_include: str) -> None:
+    """Rewrite the CMake files `exports` that name other headers.
+
+    The installer links files from its cache into every environment. So a file is replaced, never written into:
+    else all environments would look for headers in the one that was made last.
+    """
+    for path in exports:
         before = path.read_text(encoding="utf-8")
-        after = localised(before, sysconfig.get_path("include"), numpy.get_include())
+        after = localised(before, python_include, numpy_include)
         if after != before:
-            path.write_text(after, encoding="utf-8")
-        if BUILDER_ANY in after:
-            left.append(path)
-    for path in left:
-        sys.stderr.write(f"{path} still names a header folder of the machine that built the wheel\n")
-    return 1 if left else 0
+            written = path.with_suffix(".new")
+            written.write_text(after, encoding="utf-8")
+            os.replace(written, path)
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    localise(
+        sorted(Path(sys.prefix, "share").glob("*/cmake/*.cmake")), sysconfig.get_path("include"), numpy.get_include()
+    )
