@@ -17,7 +17,7 @@ from gap_diagnosis.log_check import (
     spikes,
 )
 from gap_diagnosis.recording import LogFindings, Recording, initial_state
-from thruster_model.identification.experiment import Experiment, Measurement
+from thruster_model.identification.experiment import PARTS, Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
 
 __all__ = ["DT", "held_on_grid", "line_on_grid", "recording_of", "with_log_findings"]
@@ -53,6 +53,14 @@ def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     return np.asarray(np.where(quiet, values[inside[1:]], means))
 
 
+def _held_in_parts(time: Array, values: Array, dt: float, count: int) -> Array:
+    """Return what is held in the middle of each of `PARTS` parts of each period, (count, PARTS); 0 before the first."""
+    known = np.isfinite(values)
+    middles = dt / PARTS * (np.arange(count * PARTS) + 0.5)
+    place = np.searchsorted(time[known], middles, side="right")
+    return np.asarray(np.append(0.0, values[known])[place].reshape(count, PARTS))
+
+
 def line_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     """Return the means over the `count` periods of `dt` [s] of straight lines through samples; 0 before the first."""
     known = np.isfinite(values)
@@ -67,17 +75,14 @@ def line_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     return np.asarray(np.diff(integral[place] + values[place] * ahead + 0.5 * slope * ahead**2) / dt)
 
 
-def _step_for(time: Array, values: Array) -> float:
-    """Return the step [s] of a simulation in which commands change at steps: `DT` or a little less, else a quarter.
-
-    Inside a step a change counts by its share, and a limited ramp begins with the step.
-    """
+def _step_for(time: Array, values: Array) -> tuple[float, bool]:
+    """Return the step [s] of a simulation, `DT` or a little less, and whether held commands change within steps."""
     changes = time[1:][np.diff(values) != 0.0] - time[0]
     period = float(time[-1] - time[0]) / max(time.size - 1, 1)
     for step in (DT, period / max(np.ceil(period / DT - 1e-9), 1.0)):
         if np.all(np.abs(changes - step * np.round(changes / step)) < _PUNCTUAL):
-            return float(step)
-    return 0.25 * DT
+            return float(step), False
+    return DT, True
 
 
 def recording_of(
@@ -113,7 +118,8 @@ def recording_of(
     if regular:
         throttle = (regular_stamps(throttle[0])[0], throttle[1])
         signals = {name: (regular_stamps(time)[0], values) for name, (time, values) in signals.items()}
-    step = DT / 3.0 if hold == "linear" else _step_for(*throttle)  # no coarser stairs than the simulation itself
+    # Lines in no coarser stairs than the simulation itself.
+    step, within = (DT / 3.0, False) if hold == "linear" else _step_for(*throttle)
     begins = float(throttle[0][0]) % step
     begins -= step if begins > step - 1e-6 else 0.0
     throttle = (throttle[0] - begins, throttle[1])
@@ -122,6 +128,7 @@ def recording_of(
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
     on_grid = line_on_grid if hold == "linear" else held_on_grid
     commands = on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
+    parts = _held_in_parts(*throttle, step, commands.size) if within else None
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():
@@ -149,6 +156,7 @@ def recording_of(
         name=name,
         dt=step,
         throttle=commands,
+        parts=parts,
         measurements=measurements,
         supply=volts,
         throttle_shift_std=float(

@@ -74,7 +74,6 @@ def _cut(recording: Recording, begins: float, name: str) -> Recording:
     """Return a stretch on a clock of its own, by the same name with regular stamps and straight commands."""
     experiment = recording.experiment
     first = round(begins / experiment.dt)
-    kept = slice(first, first + round(LENGTH / experiment.dt))
     start = first * experiment.dt
     measurements = {}
     for signal, m in experiment.measurements.items():
@@ -87,14 +86,8 @@ def _cut(recording: Recording, begins: float, name: str) -> Recording:
                 values=m.values[inside],
                 offset_std=float(np.hypot(m.offset_std, rest)),
             )
-    own = replace(
-        experiment,
-        name=name,
-        throttle=experiment.throttle[kept],
-        supply=None if experiment.supply is None else experiment.supply[kept],
-        measurements=measurements,
-        warnings=(),
-    )
+    part = experiment.between(first, first + round(LENGTH / experiment.dt))
+    own = replace(part, name=name, measurements=measurements, warnings=())
     found = with_log_findings(own, recording.thruster, recording.log.scatter, recording.log.period)
     regular, straight = (
         None if other is None else _cut(other, begins, name) for other in (recording.regular, recording.straight)

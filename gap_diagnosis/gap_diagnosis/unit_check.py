@@ -240,10 +240,7 @@ def _throttle_problems(problem: Problem, found: Mapping[str, _Compared]) -> list
     if largest < _LARGE or not found or max(each.ratio for each in found.values()) > 0.3:
         return beyond
     for factor in np.geomspace(3.0, 3000.0, 60):
-        scaled = tuple(
-            replace(r, experiment=replace(r.experiment, throttle=r.experiment.throttle / factor))
-            for r in problem.recordings
-        )
+        scaled = tuple(replace(r, experiment=r.experiment.scaled(1.0 / factor)) for r in problem.recordings)
         posed = replace(problem, recordings=scaled)
         again = _compared(posed, posed.predicted(posed.start()))
         again = {key: each for key, each in again.items() if key in found}

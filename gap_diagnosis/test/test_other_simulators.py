@@ -54,11 +54,26 @@ def run_of(commands, p, period, substeps, lag, loss, brake):  # type: ignore[no-
     return read
 
 
-def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter=0.0, coarse=0.0, duration=25.0):
+def recordings(
+    rate,
+    step,
+    seed,
+    *,
+    tails,
+    lag=0.0,
+    loss=0.0,
+    brake=0.0,
+    scatter=0.0,
+    coarse=0.0,
+    duration=25.0,
+    clocks=0.0,
+    early=0.0,
+):
     """Return random steps, a chirp and a staircase as recorded at `rate` [Hz] by a simulator with this `step` [s].
 
     `scatter`: of the instants of the readings about their stamps [s]; `coarse`: step [rad/s] of the tachometer, to
-    which noise is added.
+    which noise is added; `clocks`: by which each topic's clock is off in a run [s], at random; `early`: most periods by
+    which a command acts, and is stamped, before its turn.
     """
     rng = np.random.default_rng(seed)
     p = np.array([HL.values[name] * (1.0 + 0.05 * rng.uniform(-1.7, 1.7)) for name in NAMES])
@@ -72,10 +87,14 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter
     }
     found = []
     for name, commands in programmes.items():
-        if scatter > 0.0:
-            fine: np.ndarray = run_of(np.repeat(commands, 8), p, period / 8, round(period / step / 8), lag, loss, brake)
-            when = at[:, None] + scatter * rng.standard_normal((at.size, 4))
-            finely = period / 8 * np.arange(8 * at.size)
+        sent = at - early * period * rng.uniform(0.0, 1.0, at.size)
+        sent[0] = 0.0
+        late = clocks * rng.standard_normal(3)[[0, 1, 2, 2]]
+        if scatter > 0.0 or clocks > 0.0:
+            finely = period / 32 * np.arange(32 * at.size)
+            acting = commands[np.searchsorted(sent, finely + 1e-9, side="right") - 1]
+            fine: np.ndarray = run_of(acting, p, period / 32, max(round(period / step / 32), 1), lag, loss, brake)
+            when = at[:, None] - late + scatter * rng.standard_normal((at.size, 4))
             clean = np.column_stack([np.interp(when[:, k], finely, fine[:, k]) for k in range(4)])
         else:
             clean = run_of(commands, p, period, max(round(period / step), 1), lag, loss, brake)
@@ -83,21 +102,22 @@ def recordings(rate, step, seed, *, tails, lag=0.0, loss=0.0, brake=0.0, scatter
             clean[:, 0] = coarse * np.round(clean[:, 0] / coarse)
         shocks = rng.standard_t(4, clean.shape) / np.sqrt(2.0) if tails else rng.standard_normal(clean.shape)
         read = clean + np.array(list(NOISE.values())) * shocks
-        found.append(recording_of(name, (at, commands), {s: (at, read[:, k]) for k, s in enumerate(NOISE)}))
+        found.append(recording_of(name, (sent, commands), {s: (at, read[:, k]) for k, s in enumerate(NOISE)}))
     return found
 
 
 @pytest.mark.parametrize(
-    ("rate", "step", "tails", "duration"),
+    ("rate", "step", "tails", "more"),
     [
-        (50.0, 1e-3, True, 15.0),
-        pytest.param(60.0, 2e-3, False, 25.0, marks=LONG),
-        pytest.param(25.0, 5e-3, False, 25.0, marks=LONG),
-        pytest.param(100.0, 5e-3, True, 25.0, marks=LONG),
+        (25.0, 1e-3, True, {"clocks": 3e-3, "early": 0.5, "duration": 15.0}),
+        pytest.param(50.0, 1e-3, True, {}, marks=LONG),
+        pytest.param(60.0, 2e-3, False, {}, marks=LONG),
+        pytest.param(25.0, 5e-3, False, {}, marks=LONG),
+        pytest.param(100.0, 5e-3, True, {}, marks=LONG),
     ],
 )
-def test_half_a_step_and_heavy_tails_are_no_effect(rate, step, tails, duration):
-    verdict = diagnose(recordings(rate, step, 7, tails=tails, duration=duration), HL).verdict
+def test_half_a_step_heavy_tails_and_clocks_are_no_effect(rate, step, tails, more):
+    verdict = diagnose(recordings(rate, step, 7, tails=tails, **more), HL).verdict
     assert (verdict.verdict, verdict.claims) == ("parameters", ())
 
 

@@ -119,7 +119,7 @@ def run_loop(  # type: ignore[no-untyped-def]
     `stepper.ROWS`; read: what sensors make of them, `dense` itself where no sensor has an effect.
     """
     dt, S = clock.dt / clock.steps, clock.steps
-    throttle = np.empty(S)
+    throttle = np.empty((S, 1))
     state, acting, seen_U, seen_T, known = start, 0.0, 0.0, 0.0, 0
     p, e, substeps, memory = plant.p, plant.e, plant.substeps, plant.memory
     apart = dense.shape[0] != read.shape[0]

@@ -153,8 +153,8 @@ class BenchPlant:
         begins = self._steps
         true, read = np.empty((len(ROWS), count + 1)), np.empty((len(SENSED), count + 1))
         self._state = advance(
-            self._state, np.full(count, u), _STEP, self._substeps, self._p, self._e, self.gates(count + 1, self._steps),
-            NOMINAL_SUPPLY, self._memory, true, 0,
+            self._state, np.full((count, 1), u), _STEP, self._substeps, self._p, self._e,
+            self.gates(count + 1, self._steps), NOMINAL_SUPPLY, self._memory, true, 0,
         )  # fmt: skip
         if self._e_sensors is NO_EFFECTS:
             read = true[: len(SENSED)]

@@ -1,8 +1,8 @@
 r"""What moves at random from run to run, and by how much effects may differ from their equations.
 
 Groups of columns, each with a level learned from the rows: rows move along column k by tau_g u_k, u_k ~ N(0, 1). As
-parameters differ a little in each run, sensors rest elsewhere, and an effect's equation is an idealisation, what these
-could do is no evidence for anything else.
+parameters and clocks differ a little in each run, sensors rest elsewhere, and an effect's equation is an idealisation,
+what these could do is no evidence for anything else.
 """
 
 from collections.abc import Mapping
@@ -16,14 +16,14 @@ from scipy.linalg import solve_triangular
 from system_identification.fitting import Fitted, reweighed
 from system_identification.moves import Moves, TakenOff, rows_of_runs
 from system_identification.noise import Whitener
-from system_identification.system import System
+from system_identification.system import System, shared_by_runs
 
 __all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "rests_of", "unsteady"]
 
 Array = NDArray[np.float64]
-CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
-"""Largest level by group: of parameters from run to run in their stated deviations, of rest values in deviations of the
-sensor's noise, of an effect's trace in shares of it."""
+CAPS = {"parameters": 0.4, "conventions": 4.0, "rest": 1.0, "shape": 0.1}
+"""Largest level by group: of parameters, and of conventions as those of clocks, from run to run in their stated
+deviations, of rest values in deviations of the sensor's noise, of an effect's trace in shares of it."""
 _STEPS = 7
 _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """By how much parameters may scatter more widely than stated: a stated deviation is often a guess."""
@@ -52,15 +52,15 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
     """Return what may move the rows, by group.
 
     `traces`: what each effect does to the rows (R,), by any name; `apart`: each effect is a group by that name.
-    The first columns are the sensitivities to the parameters.
+    The first columns are the sensitivities to what all runs share.
     """
     system = fitted.problem
     runs = rows_of_runs(system)
-    count, parameters = len(runs), system.parameters
-    columns = [fitted.sensitivities[:, :parameters]]
+    count, parameters, shared = len(runs), system.parameters, shared_by_runs(system)
+    columns = [fitted.sensitivities[:, :shared]]
     mixed: list[Array] = []
     of: list[str] = []
-    every = parameters
+    every = shared
 
     def move(group: str, by_run: Array) -> None:
         """Add moves of the columns added last, (runs, columns, moves)."""
@@ -74,7 +74,9 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
         return np.einsum("rs,bc->rbsc", np.eye(count), np.eye(width)).reshape(count, width, count * width)
 
     if count > 1:
-        move("parameters", each_run(parameters))
+        each = each_run(shared)
+        move("parameters", each[:, :, np.tile(np.arange(shared) < parameters, count)])
+        move("conventions", each[:, :, np.tile(np.arange(shared) >= parameters, count)])
         rest = rests_of(system)
         there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
         numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
@@ -137,20 +139,20 @@ class _Beside:
         system, (_, moves, self.of) = fitted.problem, groups
         bare = replace(noise, loose=None)
         self.jacobian = bare.filtered(fitted.sensitivities)
-        parameters = system.parameters
-        rest = bare.filtered(moves.columns[:, parameters:])
-        self.moves = moves._replace(columns=np.asfortranarray(np.hstack((self.jacobian[:, :parameters], rest))))
+        shared = shared_by_runs(system)
+        rest = bare.filtered(moves.columns[:, shared:])
+        self.moves = moves._replace(columns=np.asfortranarray(np.hstack((self.jacobian[:, :shared], rest))))
         # Unknowns are moves too, alike in every run.
         unknowns = self.jacobian.shape[1]
-        others = moves.mixed[:, parameters:]
+        others = moves.mixed[:, shared:]
         mixed = np.zeros((len(moves.runs), unknowns + others.shape[1], unknowns + self.of.size))
         mixed[:, :unknowns, :unknowns] = np.eye(unknowns)
-        mixed[:, :parameters, unknowns:] = moves.mixed[:, :parameters]
+        mixed[:, :shared, unknowns:] = moves.mixed[:, :shared]
         mixed[:, unknowns:, unknowns:] = others
         everything = Moves(moves.runs, np.asfortranarray(np.hstack((self.jacobian, rest))), mixed)
         self.gram = everything.gram
         self.slope = everything.onto(bare.whiten(fitted.residuals)[:, None])[:, 0]
-        self.unknowns, self.parameters, self.levels = unknowns, parameters, noise.levels
+        self.unknowns, self.parameters, self.levels = unknowns, system.parameters, noise.levels
         self.nuisances = fitted.x[: system.nuisances]
 
     def score(self, levels: Array, wider: float) -> tuple[float, Array]:

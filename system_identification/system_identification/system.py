@@ -1,8 +1,8 @@
 """What the engine needs to know of a system: a simulator with unknowns, and recordings of the real one.
 
-Unknowns x, shape (K,): first the nuisances (parameters, what is particular to a run), each over its standard deviation
-and with a normal prior; then the sizes of effects, each over the width of its plausible range. Rows, shape (R,): all
-samples of all signals in all runs, in the signals' units; NaN where nothing counts.
+Unknowns x, shape (K,): first the nuisances (parameters, what else all runs share, what is particular to a run), each
+over its standard deviation and with a normal prior; then the sizes of effects, each over the width of its plausible
+range. Rows, shape (R,): all samples of all signals in all runs, in the signals' units; NaN where nothing counts.
 """
 
 from collections.abc import Sequence
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Linear", "Series", "SizeSlot", "System"]
+__all__ = ["Linear", "Series", "SizeSlot", "System", "shared_by_runs"]
 
 Array = NDArray[np.float64]
 
@@ -149,3 +149,8 @@ class System(Protocol):
 
     def tried(self, x: Array, suspect: Any) -> Array:
         """Return the predictions (G, R) with a suspect at each size of its grid beside the effects at x."""
+
+
+def shared_by_runs(system: System) -> int:
+    """Return how many of the nuisances, the first ones, all runs share: parameters, then conventions as of clocks."""
+    return int(np.argmax(np.append(system.local[: system.nuisances], True)))

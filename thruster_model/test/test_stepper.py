@@ -42,7 +42,9 @@ def in_pieces(effects, pieces, start=AT_REST):
     state, at = start, 0
     for size in pieces:
         there = slice(at, at + size)
-        state = advance(state, COMMANDS[there], DT, substeps, HL, e, GATES[there], NOMINAL_SUPPLY, memory, out, at)
+        state = advance(
+            state, COMMANDS[there, None], DT, substeps, HL, e, GATES[there], NOMINAL_SUPPLY, memory, out, at
+        )
         sense(out, at, at + size, DT, e_sensors, sensors, read)
         at += size
     sense(out, at, at + 1, DT, e_sensors, sensors, read)
@@ -78,3 +80,22 @@ def test_a_delay_of_the_command_is_exact_between_the_steps_also(step):
     held = np.repeat(COMMANDS[:200], 2)[:: round(step / 1e-3)]
     late = simulated_rows(HL, held, step, effects=ActiveEffects(sizes={"command_delay": {"time": 0.0137}}).plant)
     assert np.max(np.abs(late[0] - fine[0, ::every][: late.shape[1]])) < 0.02
+
+
+@pytest.mark.parametrize(
+    "effects",
+    [{}, {"throttle_rate_limit": {"rate": 20.0}}, {"command_delay": {"time": 0.0137}}, {"command_lag": {"time": 0.05}},
+     {"command_quantization": {"step": 0.5}, "command_delay": {"time": 0.05}},
+     {"tank_recirculation": {"share": 0.5, "delay": 1.0}, "throttle_rate_limit": {"rate": 5.0}}],
+)  # fmt: skip
+def test_commands_that_change_within_periods_act_then(effects):
+    """Against short periods in which none does. Their mean over each period begins early where a limit makes a ramp."""
+    rng = np.random.default_rng(4)
+    fine = np.repeat(rng.uniform(-4.0, 4.0, 12), rng.integers(300, 700, 12))
+    fine = fine[: fine.size // 60 * 60]
+    e = ActiveEffects(sizes=effects).plant
+    expected = simulated_rows(HL, fine, 1e-2 / 60, effects=e)[:, ::60]
+    found = simulated_rows(HL, fine.reshape(-1, 60), 1e-2, largest_step=2.5e-3, effects=e)
+    assert np.max(np.abs(found[0] - expected[0])) < 0.02
+    smeared = simulated_rows(HL, fine.reshape(-1, 60).mean(axis=1), 1e-2, largest_step=2.5e-3, effects=e)
+    assert np.max(np.abs(smeared[0] - expected[0])) > 1.0

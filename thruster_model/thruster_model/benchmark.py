@@ -18,8 +18,8 @@ from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, ROWS, adva
 def rows(steps: int = 2_000_000) -> list[Row]:
     """Measure RK4 steps per second of the three-state thruster, best of three rounds."""
     p = load_parameter_set("hq").coefficients
-    commands = 3.0 * np.sin(0.01 * np.arange(steps // 100))
-    out = np.empty((len(ROWS), commands.size + 1))
+    commands = 3.0 * np.sin(0.01 * np.arange(steps // 100))[:, None]
+    out = np.empty((len(ROWS), len(commands) + 1))
     few = steps // 1000
     plain = max(_speed(lambda: _numpy_loop(few, p), few) for _ in range(3))
     found = []

@@ -88,6 +88,8 @@ NOMINAL_SUPPLY = np.empty(0)
 ROWS = (*SENSED, "throttle")
 """Rows of what `advance` fills in: n [rad/s], v, U [m/s], T [N], Q [N m], acting throttle u [V]."""
 RAMP_STEP = 2.5e-3
+_INSTANT = 1e-9
+"""[s] Shorter than any step that counts."""
 
 
 def substeps_of(dt: float, largest_step: float, e: Any) -> int:
@@ -95,10 +97,16 @@ def substeps_of(dt: float, largest_step: float, e: Any) -> int:
     return max(1, int(np.ceil(dt / float(step_limit(largest_step, e)) - 1e-9)))
 
 
-def new_memory(dt: float, substeps: int, e: Any, u: float = 0.0) -> Memory:
-    """Return the memory at the beginning of a run of periods dt [s], before which the throttle u [V] acted for long."""
-    memory = Memory(np.zeros(command_memory(dt, e)), np.zeros(line_floats(float(memory_length(0.0, e)), dt / substeps)))
-    command_begin(memory.command, u, dt, e)
+def new_memory(dt: float, substeps: int, e: Any, u: float = 0.0, parts: int = 1) -> Memory:
+    """Return the memory at the beginning of a run of periods dt [s], before which the throttle u [V] acted for long.
+
+    `parts`: commands in a period.
+    """
+    part = dt / parts
+    memory = Memory(
+        np.zeros(command_memory(part, e)), np.zeros(line_floats(float(memory_length(0.0, e)), dt / substeps))
+    )
+    command_begin(memory.command, u, part, e)
     return memory
 
 
@@ -164,16 +172,16 @@ def _rk4(state, u_middle, u_end, dt, past, gate, supply, p, e):  # type: ignore[
 
 @compiled
 def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, at):  # type: ignore[no-untyped-def]
-    """Return the state after the periods of `commands` [V], (N,); fill the columns `at` to `at` + N of `out`.
+    """Return the state after the N periods of `commands`; fill the columns `at` to `at` + N of `out`.
 
     Column `at` + N is what there is at the end. The next piece fills it in again, with its own first gate, and it is
     then that it becomes part of the run.
 
     Args:
         state: `PlantState`.
-        commands: held for `dt` [s] each.
+        commands: (N, parts) [V]: each is held for an equal part of a period.
         dt: period [s].
-        substeps: steps of the integration in each.
+        substeps: steps of the integration in each, which are cut where the throttle changes.
         p: coefficients of any class; e: `EffectValues` or `NO_EFFECTS`.
         gates: by period, 0 where the propeller may draw air, else 1; the last one goes on; none: 1.
         supplies: by period, voltage of the supply over the nominal one; the last one goes on; none: 1.
@@ -187,7 +195,9 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
     water = memory.water
     remembered = water.size > 2
     past = 0.0
-    for k in range(commands.size + 1):
+    N, parts = commands.shape
+    part = dt / parts
+    for k in range(N + 1):
         gate = gates[min(k, gates.size - 1)] if gates.size > 0 else 1.0
         supply = supplies[min(k, supplies.size - 1)] if supplies.size > 0 else 1.0
         if remembered:
@@ -195,19 +205,24 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
         now = pipeline(state.n, state.v, state.ambient, state.u, state.heat, past, gate, supply, p, e)
         out[0, at + k], out[1, at + k], out[2, at + k] = now[3], now[4], now[5]
         out[3, at + k], out[4, at + k], out[5, at + k] = now[6], now[7], state.u
-        if k < commands.size:
-            before, late, after = command_split(memory.command, commands[k], dt, e)
-            for i in range(substeps):
-                if remembered:
-                    past, _ = delayed(water, state.ambient)
-                left = step
-                cut = late - i * step if before != after else 0.0
-                while left > 0.0:
-                    length = min(cut, left) if cut > 0.0 else left
-                    u = before if cut > 0.0 else after
-                    state = plant_step(state, u, length, rate, lag, past, gate, supply, p, e)
-                    left -= length
-                    cut -= length
+        if k == N:
+            break
+        done, room = 0.0, 0.0  # of the period; of the step
+        for j in range(parts):
+            before, late, after = command_split(memory.command, commands[k, j], part, e)
+            cut = j * part + late if before != after else 0.0
+            until = dt if j == parts - 1 else (j + 1) * part
+            if parts > 1 and cut <= done and j < parts - 1 and commands[k, j + 1] == commands[k, j]:
+                continue  # what is held on is integrated with what follows
+            while done < until - _INSTANT:
+                if room <= _INSTANT:
+                    room = step
+                    if remembered:
+                        past, _ = delayed(water, state.ambient)
+                u, end = (before, min(cut, until)) if cut > done + _INSTANT else (after, until)
+                length = room if done + room < end + _INSTANT else end - done
+                state = plant_step(state, u, length, rate, lag, past, gate, supply, p, e)
+                done, room = done + length, room - length
     return state
 
 

@@ -40,7 +40,7 @@ def simulated_rows(
 
     Args:
         coefficients: of any class.
-        u_commanded: throttle commands [V], shape (N,), each held for `dt`.
+        u_commanded: throttle commands [V], shape (N,), each held for `dt`; or (N, parts), for an equal part of it.
         dt: period of the commands [s].
         start: state at the first command.
         largest_step: upper bound of the integration step [s]; effects that act more abruptly take shorter ones.
@@ -49,18 +49,19 @@ def simulated_rows(
         supply: voltage of the supply over the nominal one in each period, shape (N,); empty: 1.
     """
     commands = np.ascontiguousarray(u_commanded, dtype=np.float64)
-    if commands.ndim != 1 or not np.all(np.isfinite(commands)):
-        raise ValueError(f"u_commanded: expected finite values of shape (N,), got shape {commands.shape}")
+    commands = commands[:, None] if commands.ndim == 1 else commands
+    if commands.ndim != 2 or commands.shape[1] < 1 or not np.all(np.isfinite(commands)):
+        raise ValueError(f"u_commanded: expected finite values of shape (N,) or (N, parts), got {commands.shape}")
     if not (dt > 0 and largest_step > 0):
         raise ValueError(f"dt and largest_step: expected positive times, got {dt} s and {largest_step} s")
     begin = PlantState(*map(float, start))
     substeps = substeps_of(dt, largest_step, effects)
-    memory = new_memory(dt, substeps, effects, begin.u)
+    memory = new_memory(dt, substeps, effects, begin.u, commands.shape[1])
     opened = np.ascontiguousarray(gates, dtype=np.float64)
     volts = np.ascontiguousarray(supply, dtype=np.float64)
-    if volts.size not in (0, commands.size) or not np.all(np.isfinite(volts) & (volts >= 0.0)):
+    if volts.size not in (0, len(commands)) or not np.all(np.isfinite(volts) & (volts >= 0.0)):
         raise ValueError(f"supply: expected finite values from 0 of the commands' shape, got shape {volts.shape}")
-    rows = np.empty((len(ROWS), commands.size + 1))
+    rows = np.empty((len(ROWS), len(commands) + 1))
     advance(begin, commands, float(dt), substeps, coefficients, effects, opened, volts, memory, rows, 0)
     return rows
 

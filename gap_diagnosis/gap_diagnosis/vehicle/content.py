@@ -15,7 +15,6 @@ from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
 from gap_diagnosis.vehicle.wiring import Wiring
-from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.effects import stages
 
 __all__ = ["PROGRAMME", "content_of", "where_of"]
@@ -33,19 +32,14 @@ def place_of(h: Hypothesis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _units(h: Hypothesis) -> dict[str, str]:
-    library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
-    return {p.name: p.unit for p in library.parameters}
-
-
 def _effect(claim: Claim, shrink: Share | None) -> dict[str, Any]:
-    h, units = claim.refined.hypothesis, _units(claim.refined.hypothesis)
+    h = claim.refined.hypothesis
     rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
     return {
         **place_of(h),
         "words": h.words,
         "probability": round(claim.probability, 4),
-        "parameters": {n: {"value": s, "std": d, "unit": units[n]} for n, s, d in rows},
+        "parameters": {n: {"value": s, "std": d, "unit": h.units[n]} for n, s, d in rows},
         "indistinguishable_from": [{**place_of(r), "probability": round(p, 4)} for p, r in claim.rivals],
         "nameless": [{"axis": k[1], "regime": k[2], "probability": round(p, 4)} for p, k in claim.nameless],
         "shrink": None if shrink is None else shrink.share,
@@ -72,8 +66,7 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for claim in verdict.claims:
         h = claim.refined.hypothesis
-        library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
-        rows.append({"block": library.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
+        rows.append({"block": h.described.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
     rows += [
         {"block": stages.LIBRARY[each.effect].block, "thruster": each.thruster, "axis": None, "weight": 1.0}
         for each in verdict.logged
@@ -128,7 +121,7 @@ def content_of(
         "retuned_parameters": {
             ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
         },
-        "hidden": [{**place_of(h), "least": size, "unit": _units(h)[h.parameters[0]]} for h, size in _hidden(verdict)],
+        "hidden": [{**place_of(h), "least": size, "unit": h.units[h.parameters[0]]} for h, size in _hidden(verdict)],
         "wiring": None if wiring is None else wiring.content(),
         "sensors": {name: bool(any(log.there[name] for log in logs)) for name in logs[0].there},
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),

@@ -22,12 +22,10 @@ from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.search import search
 from gap_diagnosis.vehicle.verdict import Claim, Verdict, judged
 from gap_diagnosis.vehicle.wiring import wiring_of
-from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings_io import load_thruster_sets
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.effect_entry import EffectEntry
-from thruster_model.effects import stages
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
 __all__ = ["Diagnosed", "diagnosed", "load_model", "provenance_of", "written"]
@@ -92,10 +90,9 @@ def _believed(verdict: Verdict) -> Sequence[Claim]:
 
 def _entry(refined: Any) -> EffectEntry:
     h, active = refined.hypothesis, refined.active
-    library = VEHICLE_LIBRARY.get(h.effect) or stages.LIBRARY[h.effect]
     return EffectEntry(
         id=h.effect, sizes=dict(active.sizes), thruster=h.thruster, other=h.other, axis=h.axis, sensor=h.sensor,
-        kind=h.kind, units={p.name: p.unit for p in library.parameters if p.name in active.sizes},
+        kind=h.kind, units={n: unit for n, unit in h.units.items() if n in active.sizes},
     )  # fmt: skip
 
 

@@ -57,14 +57,23 @@ class Hypothesis:
         return max(abs(self.lower[0]), abs(self.upper[0]))
 
     @property
+    def described(self) -> Any:
+        """The effect as its library describes it."""
+        return VEHICLE_LIBRARY.get(self.effect) or stages.LIBRARY[self.effect]
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Unit of each parameter of the effect."""
+        return {p.name: p.unit for p in self.described.parameters}
+
+    @property
     def words(self) -> str:
         """Name of it in a sentence."""
-        of = VEHICLE_LIBRARY.get(self.effect) or stages.LIBRARY[self.effect]
         parts = [self.kind, self.axis, self.sensor]
         where = ", ".join(str(p).replace("_", " ") for p in parts if p)
         thruster = "" if self.thruster is None else f" of thruster {self.thruster}"
         pair = "" if self.other is None else f" and {self.other}"
-        return f"{of.title}{thruster}{pair}{' (' + where + ')' if where else ''}"
+        return f"{self.described.title}{thruster}{pair}{' (' + where + ')' if where else ''}"
 
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""

@@ -39,7 +39,10 @@ _Point = tuple[float, Array, list[Array]]
 
 @dataclass(frozen=True, kw_only=True)
 class Refined:
-    """A hypothesis with its most likely sizes and their deviations, one for each of its parameters."""
+    """A hypothesis with its most likely sizes and their deviations, one for each of its parameters.
+
+    A time is known no better than stamps are, however sharply the recordings tell it.
+    """
 
     hypothesis: Hypothesis
     sizes: tuple[float, ...]
@@ -222,7 +225,8 @@ class Problem:
     def _refined(self, x: Array, spread: Array) -> tuple[Refined, ...]:
         at, out = 0, []
         for h, sizes in zip(self.effects, self._sizes(x), strict=True):
-            own = tuple(float(v) * d for v, d in zip(spread[at:], h.scale, strict=False))
+            timing = [rules.TIMING if h.units[p] == "s" else 0.0 for p in h.parameters]
+            own = tuple(float(np.hypot(v * d, t)) for v, d, t in zip(spread[at:], h.scale, timing, strict=False))
             out.append(Refined(hypothesis=h, sizes=sizes, deviations=own))
             at += len(h.scale)
         return tuple(out)

@@ -115,7 +115,7 @@ def test_stamps_that_are_wrong_are_an_effect_of_their_log(
     found = diagnosed(model, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
     assert [e["id"] for e in found.content["effects"]] == [effect]
     first = next(iter(found.content["effects"][0]["parameters"].values()))
-    assert abs(first["value"] - size) < 4.0 * first["std"] + 0.05 * abs(size)
+    assert abs(first["value"] - size) < 3.0 * first["std"]
 
 
 @pytest.mark.long

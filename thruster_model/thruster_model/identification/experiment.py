@@ -1,13 +1,17 @@
 """One recording prepared for fitting: the throttle on the simulation's grid and measured cell means."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["CHANNELS", "SIGNALS", "Experiment", "Measurement", "Signal"]
+__all__ = ["CHANNELS", "PARTS", "SIGNALS", "Experiment", "Measurement", "Signal"]
+
+PARTS = 60
+"""Of a period, in which commands may change: a sixth of a millisecond where it is 10 ms. Three, four or five shorter
+periods have whole numbers of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,6 +84,8 @@ class Experiment:
         name: of the run.
         dt: period of the throttle samples and of the simulation [s].
         throttle: commanded throttle [V], shape (N,); the plant rests at its first sample.
+        parts: the same in `PARTS` equal parts of each period, shape (N, PARTS), where it changes within them and
+            `throttle` is the mean; None: it does not.
         measurements: by signal name.
         supply: voltage of the supply at the throttle's instants [V], shape (N,); None: not measured.
         throttle_shift_std: how far the throttle's clock may be off [s]; 0 where the throttle was recorded.
@@ -95,6 +101,7 @@ class Experiment:
     notes: tuple[str, ...] = field(default=())
     warnings: tuple[str, ...] = ()
     supply: NDArray[np.float64] | None = None
+    parts: NDArray[np.float64] | None = None
 
     def __post_init__(self) -> None:
         unknown = set(self.measurements) - set(SIGNALS)
@@ -106,3 +113,20 @@ class Experiment:
     def duration(self) -> float:
         """Length [s]."""
         return self.dt * self.throttle.size
+
+    def commands(self, finer: int) -> NDArray[np.float64]:
+        """Return the throttle [V] in periods `finer` times as short, shape (N finer,) or (N finer, parts of it)."""
+        if self.parts is None:
+            return np.repeat(self.throttle, finer)
+        return self.parts.reshape(self.throttle.size * finer, -1)
+
+    def between(self, first: int, last: int) -> "Experiment":
+        """Return the periods from `first` to before `last`; measurements stay as they are."""
+        kept = slice(first, last)
+        supply, parts = (None if each is None else each[kept] for each in (self.supply, self.parts))
+        return replace(self, throttle=self.throttle[kept], supply=supply, parts=parts)
+
+    def scaled(self, factor: float) -> "Experiment":
+        """Return it with commands of `factor` times the size."""
+        parts = None if self.parts is None else factor * self.parts
+        return replace(self, throttle=factor * self.throttle, parts=parts)

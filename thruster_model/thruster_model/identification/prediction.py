@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from thruster_model.compilation import compiled
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.effects.chains import SENSED
-from thruster_model.identification.experiment import Experiment
+from thruster_model.identification.experiment import PARTS, Experiment
 from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, PlantState, substeps_of
 from thruster_model.whole_run import readings, simulated_rows
 
@@ -77,11 +77,12 @@ def happened(
     """Return what happens in the plant under the experiment's throttle; `gates`: by period, see `stepper.advance`."""
     least = int(np.ceil(experiment.dt / largest_step - 1e-9))
     # Where an effect wants shorter steps: as few of them as will do.
-    finer = min(range(least, 2 * least), key=lambda k: k * substeps_of(experiment.dt / k, largest_step, effects.plant))
+    whole = [k for k in range(least, 2 * least) if experiment.parts is None or PARTS % k == 0]
+    finer = min(whole, key=lambda k: k * substeps_of(experiment.dt / k, largest_step, effects.plant))
     step = experiment.dt / finer
     rows = simulated_rows(
         coefficients,
-        np.repeat(experiment.throttle, finer),
+        experiment.commands(finer),
         step,
         start=start,
         largest_step=step,
