@@ -47,6 +47,8 @@ class _Drawn(NamedTuple):
     push: tuple[float, float]
     varying: float
     forms: tuple[float, float, float, float]
+    clocks: float  # [s] deviation of a topic's clock in a run
+    uneven: float  # share of a period by which commands come late
 
 
 def _draw(kind: str, index: int, whole: bool) -> Truth:
@@ -69,6 +71,7 @@ def _draw(kind: str, index: int, whole: bool) -> Truth:
     topics = ("throttle", "speed", "ambient", "load")
     rates = {topic: float(rng.choice(_RATES)) for topic in topics}
     disturbed = rng.random() < 0.75
+    timing = np.random.default_rng([_SEED, _CLASS[kind], index, 1])
     memory = float(rng.uniform(0.5, 5.0))
     level = rng.uniform(0.2, 2.0, 2) * disturbed
     drawn = _Drawn(
@@ -90,6 +93,8 @@ def _draw(kind: str, index: int, whole: bool) -> Truth:
             float(rng.uniform(7.0, 14.0)), float(rng.uniform(0.8, 1.3)), float(rng.uniform(0.25, 0.5)),
             float(rng.uniform(0.9, 1.2)),
         ),
+        clocks=float(timing.uniform(0.0, 3e-3)),
+        uneven=float(timing.uniform(0.0, 0.6)) if timing.random() < 0.5 else 0.0,
     )  # fmt: skip
     return Truth(
         generator="lab", kind=kind, index=index, model=model, effects=effects, outside=outside, factors=factors,
@@ -156,7 +161,9 @@ def _programme(run: int, d: _Drawn, rng: np.random.Generator) -> Samples:
         wanted = np.where(np.sin(6.283 * 0.13 * at + rng.uniform(0, 6.28)) > 0.0, 1.0, -1.0) * rng.uniform(1.4, top)
     if not d.moving:
         wanted = np.where(at < 0.8, 0.0, wanted)
-    return Samples(at, np.asarray(wanted, dtype=np.float64))
+    late = d.uneven * period * np.random.default_rng([d.seed, run, 2]).random(at.size)
+    late[0] = 0.0
+    return Samples(at + late, np.asarray(wanted, dtype=np.float64))
 
 
 def _walks(seed: int, run: int, length: float) -> Push:
@@ -274,7 +281,9 @@ def _record(truth: Truth) -> list[SyntheticRun]:
         command = _programme(run, d, np.random.default_rng([d.seed, run, 1]))
         at, out = _dense(d, command, p, _walks(d.seed, run, d.duration + _BEFORE * d.moving))
         sensed = _sensed(at, out, truth.effects, truth.outside)
-        signals, stamps = {}, {t: _stamped(t, _instants(t, d), truth.effects, rng) for t in set(_TOPIC.values())}
+        topics = dict.fromkeys(_TOPIC.values())
+        off = dict(zip(topics, d.clocks * np.random.default_rng([d.seed, run, 3]).standard_normal(3), strict=True))
+        signals, stamps = {}, {t: off[t] + _stamped(t, _instants(t, d), truth.effects, rng) for t in topics}
         for signal, values in sensed.items():
             topic = _TOPIC[signal]
             y = np.interp(_instants(topic, d), at, values)

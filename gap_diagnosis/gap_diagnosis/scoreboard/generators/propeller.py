@@ -46,6 +46,7 @@ class _Setting(NamedTuple):
     pushes: tuple[float, float]
     daily: float
     bends: Array
+    clock: float  # [s] deviation of the logger's clock in a run
 
 
 _PLACES = (
@@ -132,6 +133,7 @@ def _draw(kind: str, index: int, whole: bool) -> Truth:
         pushes=(pushes[0], pushes[1]),
         daily=float(rng.choice([0.0, 0.004, 0.008])),
         bends=np.array([rng.uniform(8.0, 13.0), rng.uniform(0.15, 0.4), rng.uniform(0.85, 1.25)]),
+        clock=float(np.random.default_rng((_STREAM, kinds.index(kind), index, 1)).choice([0.0, 0.001, 0.003])),
     )
     return Truth(
         generator="propeller", kind=kind, index=index, model="hq" if "another_class" in outside else "airfoil",
@@ -248,12 +250,13 @@ def _record(truth: Truth) -> list[SyntheticRun]:
         dense, at = STEP * SKIP * np.arange(y.shape[1]), _logged(s)
         aligned = truth.effects.get("log_alignment", {})
         drift = truth.effects.get("clock_drift", {}).get("rate", 0.0)
+        off = s.clock * np.random.default_rng((s.stream, which, 1)).normal()
         signals = {}
         for k, name in enumerate(_SIGNALS):
             row = np.interp(at, dense, y[k]) + s.noise[k] * rng.normal(size=at.size)
             row += 30.0 * s.noise[k] * rng.choice([-1.0, 1.0], at.size) * (rng.uniform(size=at.size) < s.rough)
             row = _stepped(row, truth.effects) if name == "speed" else row
-            signals[name] = (at * (1.0 + drift) + _LATE[name](aligned), row)
+            signals[name] = (at * (1.0 + drift) + _LATE[name](aligned) + off, row)
         stamps = command.time + aligned.get("throttle", 0.0)
         origin = min(stamps[0], *(time[0] for time, _ in signals.values()))
         runs.append(

@@ -51,6 +51,7 @@ class _Conditions(NamedTuple):
     push: tuple[float, float]
     varying: float
     outliers: float
+    clocks: float  # [s] deviation of a topic's clock in a run
 
 
 def _draw(kind: str, index: int, whole: bool) -> Truth:
@@ -91,6 +92,7 @@ def _draw(kind: str, index: int, whole: bool) -> Truth:
         push=(push[0], push[1]),
         varying=float(rng.choice([0.0, 0.003, 0.008])),
         outliers=float(rng.choice([0.0, 0.0, 0.002])),
+        clocks=0.002 * float(np.random.default_rng([_SEED, _CLASSES[kind], index, 1]).exponential()),
     )
     return Truth(
         generator="tank", kind=kind, index=index, model=model, effects=effects, outside=outside, factors=factors,
@@ -193,9 +195,12 @@ def _record(truth: Truth) -> list[SyntheticRun]:
             truth, run, acting, truth.effects, truth.outside, factors, _walks(given.seed, run)
         )
         ticks: Array = np.asarray(_TICK * np.arange(tachometer.size), dtype=np.float64)
+        off: dict[str, float] = {}
+        clocks = np.random.default_rng([given.seed, run, 1])
         signals = {}
         for name, values in clean.items():
             topic = _TOPICS[name]
+            late = off.setdefault(topic, given.clocks * float(clocks.standard_normal()))
             kept = np.arange(given.offset[topic], ticks.size, given.every[topic])
             at = ticks[kept]
             y = tachometer[kept] if name == "n" else values[kept] + given.noise[name] * rng.standard_normal(kept.size)
@@ -207,7 +212,7 @@ def _record(truth: Truth) -> list[SyntheticRun]:
                 fresh[0] = True
                 y = y[np.maximum.accumulate(np.where(fresh, np.arange(y.size), 0))]
             y = y + 20.0 * given.noise[name] * (rng.random(y.size) < given.outliers) * rng.standard_normal(y.size)
-            signals[_SIGNALS[name]] = (stamps_of(at, topic, truth.effects, truth.outside, rng), y)
+            signals[_SIGNALS[name]] = (late + stamps_of(at, topic, truth.effects, truth.outside, rng), y)
         sent = stamps_of(command.time, "throttle", truth.effects, truth.outside, rng)
         origin = min(float(sent[0]), *(float(at[0]) for at, _ in signals.values()))
         runs.append(
