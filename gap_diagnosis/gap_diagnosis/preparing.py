@@ -139,7 +139,13 @@ def recording_of(
             together = round(CELL / period)
             width = together * period
             start = float(time[0]) - 0.5 * period
-            time, values = cell_means(time, values, start=start, width=width, cells=int((time[-1] - start) / width))
+            cells = int((time[-1] - start) / width)
+            # A cell is when its readings were taken, on the average: where stamps scatter it has one more or less.
+            stamps = np.where(np.isfinite(values), time, np.nan)
+            (centres, values), (_, taken) = (
+                cell_means(time, each, start=start, width=width, cells=cells) for each in (values, stamps)
+            )
+            time = np.where(np.isfinite(taken), taken, centres)
             readings = together if together < MANY else 0
         # Readings of a coarse converter stand still for a while and look free of noise.
         noise = max(noise_level(values), lattice_step(values) / np.sqrt(12.0))

@@ -31,7 +31,8 @@ class Rules:
         even: nats by which a run may be less probable and still count as no less so. Where only the stated deviations
             of parameters speak against these, as for a gain of the throttle, new runs are foretold as well with as
             without, and the sign of their differences is chance.
-        conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step.
+        conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step,
+            and what a clock may gain in a run.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
         healthy_push: times the noise of their own sensors' readings that rotor and water may be pushed by.

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gap_diagnosis.problem import Problem
+from gap_diagnosis.problem import CONVENTION, Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import Scatter, masks_of, scattered_before_sorting
@@ -34,8 +34,20 @@ def on_regular_stamps(problem: Problem, regular: Sequence[Recording]) -> Problem
     return posed if posed.known.size == problem.known.size else None
 
 
+def _with_clocks(problem: Problem) -> Problem:
+    """Return the problem with a clock of its own for each signal of each recording, as runs may have."""
+    found = []
+    for recording in problem.recordings:
+        measured = {
+            name: replace(m, shift_std=float(np.hypot(m.shift_std, CONVENTION)))
+            for name, m in recording.experiment.measurements.items()
+        }
+        found.append(replace(recording, experiment=replace(recording.experiment, measurements=measured)))
+    return replace(problem, recordings=tuple(found))
+
+
 def gain_of_regular(given: Problem, regular: Problem, like: Fitted | None = None) -> float:
-    """Return by how much, in cost, regular stamps fit better than those given.
+    """Return by how much, in cost, regular stamps fit better than those given, clocks as free on either side.
 
     Args:
         given: the problem on the stamps in the log.
@@ -43,10 +55,10 @@ def gain_of_regular(given: Problem, regular: Problem, like: Fitted | None = None
         like: the hypothesis that is fitted to both; None: re-tuned parameters alone.
     """
     costs = []
-    for problem in (given, regular):
+    for problem in map(_with_clocks, (given, regular)):
         posed = problem if like is None else problem.with_effects(like.problem.slots, like.problem.gates)
         start = posed.start()
-        if like is not None:  # other nuisances differ: where stamps are replaced, clocks are uncertain
+        if like is not None:  # it has not these clocks
             start[: len(posed.names)] = like.x[: len(posed.names)]
             start[posed.nuisances :] = like.x[like.problem.nuisances :]
         costs.append(fit(posed, white_noise(given), start, iterations=20).cost)

@@ -1,6 +1,7 @@
 """From weighed sets to a verdict: what is quiet, what the log alone may claim, and which class an effect has."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,7 +13,7 @@ from gap_diagnosis.investigation import imitated_by_parameters
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import suspects
-from gap_diagnosis.verdict import class_of, verdict_of
+from gap_diagnosis.verdict import _is_convention, class_of, verdict_of
 from system_identification.fitting import fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.loose import Loose
@@ -69,3 +70,12 @@ def test_the_class_of_an_effect_is_what_parameters_free_of_their_deviations_can_
     loose = Loose({}, none[:, None][:, :0], none)
     found = Hypothesis(suspects=(suspect,), fitted=fitted, noise=noise, loose=loose)
     assert class_of(*imitated_by_parameters(found, suspect)) == kind
+
+
+@pytest.mark.parametrize(
+    ("value", "unit", "any_two_have"),
+    [(0.004, "s", True), (0.006, "s", False), (-1e-4, "s/s", True), (2e-4, "s/s", False), (1e-4, "1", False)],
+)
+def test_milliseconds_and_what_quartzes_drift_in_a_run_are_no_effect(value, unit, any_two_have):
+    claim = SimpleNamespace(sizes={"size": SimpleNamespace(value=value, unit=unit)})
+    assert _is_convention(claim, 30.0) == any_two_have

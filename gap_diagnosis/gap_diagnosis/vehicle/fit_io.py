@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
-from gap_diagnosis.vehicle.how_far import BIASES, CHANNEL_GROUPS
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
+from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from run_bag.report import Column, Report
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.vehicle_parameters import definition_of
@@ -50,7 +50,7 @@ def fitted_set(model: Model, fit: VehicleFit) -> VehicleSet:
 
 def summary_of(fit: VehicleFit) -> str:
     """Return in sentences what the fit says."""
-    own = [n for n in fit.numbers if n.key[0] not in BIASES]
+    own = [n for n in fit.numbers if n.key[0] not in OF_RUN]
     open_ones = [n for n in own if not n.told]
     far = sorted((n for n in own if n.shifted), key=lambda n: -abs(n.moved / n.before))
     says = [f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]

@@ -20,14 +20,13 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviations
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = [
-    "BIASES",
     "CHANNEL_GROUPS",
     "Errors",
     "Point",
@@ -45,7 +44,6 @@ CHANNEL_GROUPS = {
     "depth": (slice(9, 10), "m"),
     "velocity": (slice(10, 13), "m/s"),
 }
-BIASES = ("gyro", "force")
 _WARM = 2.0  # s of filter before each free run
 _DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its interval [%]
 _SEEN = 2.0  # standard errors by which a re-tuned model must be off for a share of it to mean anything
@@ -153,7 +151,7 @@ def _budget(
     squares = []
     for chosen in range(2 ** (1 + len(on))):
         some = [effect for j, effect in enumerate(on) if chosen >> (1 + j) & 1]
-        biases = [{k: v for k, v in at.values.items() if k[0] in BIASES} for at in ended]
+        biases = [{k: v for k, v in at.values.items() if k[0] in OF_RUN} for at in ended]
         points = [Point(at.values if chosen & 1 else own, some) for at, own in zip(ended, biases, strict=True)]
         squares.append(_over(free_runs(model, runs, points, horizon), spread))
     table = np.array(squares)
@@ -195,7 +193,7 @@ def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> 
     H = np.eye(wide[0].shape[1]) + sum(J.T @ J for j, J in enumerate(wide) if j != k)
     moved = fit.moved + np.linalg.solve(H, wide[k].T @ screen.residual(k).ravel())[: len(fit.moved)]
     return {
-        key: fit.values[key] if key[0] in BIASES else float(v) * d
+        key: fit.values[key] if key[0] in OF_RUN else float(v) * d
         for (key, d), v in zip(free.items(), moved, strict=True)
     }
 

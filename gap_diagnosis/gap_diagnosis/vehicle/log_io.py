@@ -17,6 +17,7 @@ __all__ = ["log_of", "read_log"]
 
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
+_BATTERY = ("rov/battery.voltage", "rov/battery.current")
 _IMU, _ODOMETRY = "rov/imu.", "rov/odometry."
 _MOST = 32
 _INSTANTS_A_READING = 100
@@ -65,7 +66,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     force = _sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd)
     velocity = _sensor(run, "velocity", [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"], odd)
     depth = _sensor(run, "depth", ["rov/depth.depth"], odd)
-    battery = _sensor(run, "battery", ["rov/battery.voltage", "rov/battery.current"], odd)
+    gauges = {j: name for j, name in enumerate(_BATTERY) if name in run}
+    battery = _sensor(run, "battery", list(gauges.values()), odd)
     given = [each for each in throttles if each is not None]
     start = min(float(t[0]) for t, _ in given)
     moving = rates if rates is not None else attitude
@@ -96,7 +98,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes, odd)
     power, power_noise = np.full((K, 2), np.nan), np.full(2, np.nan)
     if battery is not None:
-        power, power_noise = _at_instants(*battery, grid, period)
+        power[:, list(gauges)], power_noise[list(gauges)] = _at_instants(*battery, grid, period)
         power[:, 1] = -power[:, 1]
     return VehicleLog(
         name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
@@ -148,7 +150,7 @@ def _throttle(run: Run, i: int) -> tuple[Array, Array] | None:
 
 def _columns(run: Run, names: Sequence[str], *, whole: bool = False) -> tuple[Array, Array] | None:
     """Return when any of these channels (`whole`: all) told something, and what; None where hardly anything was."""
-    if not all(name in run for name in names):
+    if not names or not all(name in run for name in names):
         return None
     time, values = run.time(names[0]), np.column_stack([_readings(run, name) for name in names])
     there = np.isfinite(values)

@@ -7,7 +7,7 @@ Unknowns are named by keys:
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
     ("late",)                    by which commands act later than they are stamped [s]
-    ("power", name)              share by which voltage, idle or full current of the battery is larger
+    ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
     ("nameless", axis, feature)  wrench on an axis in proportion to a feature of the motion [N, N m]
 """
 
@@ -31,7 +31,7 @@ from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "OF_LOG", "Built", "Key", "Model"]
+__all__ = ["GROUPS", "OF_LOG", "OF_RUN", "Built", "Key", "Model"]
 
 Array = NDArray[np.float64]
 Key = tuple[Any, ...]
@@ -54,6 +54,8 @@ _LEAST_SHARE = 0.05
 _TACH = ("tach_scale", "tach_lag")
 OF_LOG = ("log_alignment", "clock_drift")
 """Effects of when commands are said to act, not of the vehicle."""
+OF_RUN = ("gyro", "force")
+"""First parts of keys of unknowns that each run has of its own; the run is the second part."""
 _VEHICLES = 512
 """Vehicles with changed numbers that are kept: a fit asks for the same ones with other thrusters, run after run."""
 

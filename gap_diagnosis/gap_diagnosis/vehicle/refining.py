@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.model import Key
+from gap_diagnosis.vehicle.model import OF_RUN, Key
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -257,7 +257,7 @@ class Problem:
                 J[:, :first] = known[k]
 
             def fill(j: int, k: int = k, each: Array = each, J: NDArray[np.float32] = J) -> None:
-                if j < len(keys) and keys[j][0] in ("gyro", "force") and keys[j][1] != k:
+                if j < len(keys) and keys[j][0] in OF_RUN and keys[j][1] != k:
                     return
                 for step in (steps[j], -steps[j]):
                     there = x.copy()

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
 from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import HULL_REACH, Hypothesis
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 from thruster_model.errors import VehicleError
@@ -60,7 +60,7 @@ class Screen:
         step = 0.2 * deviation
 
         def change(k: int) -> Array:
-            if key[0] in ("gyro", "force") and key[1] != k:
+            if key[0] in OF_RUN and key[1] != k:
                 return np.zeros_like(self.residual(k))
             moved = {**self.values, key: self.values.get(key, 0.0) + step}
             return (self.at(k, moved, self.effects) - self.residual(k)) / (step / deviation)

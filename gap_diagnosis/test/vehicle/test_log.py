@@ -55,3 +55,10 @@ def _run(names: list[str]) -> Run:
 def test_what_cannot_be_used_is_refused_in_a_sentence(channels: list[str], thrusters: int, text: str) -> None:
     with pytest.raises(RunError, match=text):
         log_of(_run(channels), thrusters)
+
+
+@pytest.mark.parametrize(("gauge", "seen"), [("voltage", [True, False]), ("current", [False, True])])
+def test_one_of_the_two_readings_of_a_battery_is_enough(gauge: str, seen: list[bool]) -> None:
+    gyro = [f"rov/imu.angular_velocity.{axis}" for axis in "xyz"]
+    log = log_of(_run([*gyro, "thruster_0/throttle.commanded", f"rov/battery.{gauge}"]), 1)
+    assert np.isfinite(log.battery).any(axis=0).tolist() == seen
