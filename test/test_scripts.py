@@ -290,7 +290,7 @@ def test_the_stand_in_says_what_it_lacks(prefix: Path, arguments: list[str], sta
 # ---- the Python parts of setup.sh
 
 
-@pytest.mark.parametrize("prefix", ["/opt/python/cp312-cp312", "/home/someone/a clone/.venv"])
+@pytest.mark.parametrize("prefix", ["/opt/python/cp312-cp312", "/elsewhere/a clone/.venv"])
 def test_header_folders_of_another_place_become_this_machines(prefix: str) -> None:
     localised = script("portable_headers.py")("localised")
     text = f'set(I "{prefix}/include/python3.12;{prefix}/lib/python3.12/site-packages/numpy/_core/include")'

@@ -141,9 +141,9 @@ def recording_of(
             start = float(time[0]) - 0.5 * period
             cells = int((time[-1] - start) / width)
             # A cell is when its readings were taken, on the average: where stamps scatter it has one more or less.
-            stamps = np.where(np.isfinite(values), time, np.nan)
+            read_at = np.where(np.isfinite(values), time, np.nan)
             (centres, values), (_, taken) = (
-                cell_means(time, each, start=start, width=width, cells=cells) for each in (values, stamps)
+                cell_means(time, each, start=start, width=width, cells=cells) for each in (values, read_at)
             )
             time = np.where(np.isfinite(taken), taken, centres)
             readings = together if together < MANY else 0

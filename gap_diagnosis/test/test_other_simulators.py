@@ -75,7 +75,7 @@ def recordings(
     which noise is added; `clocks`: by which each topic's clock is off in a run [s], at random; `early`: most periods by
     which a command acts, and is stamped, before its turn.
     """
-    rng = np.random.default_rng(seed)
+    rng, timing = np.random.default_rng(seed), np.random.default_rng([seed, 1])
     p = np.array([HL.values[name] * (1.0 + 0.05 * rng.uniform(-1.7, 1.7)) for name in NAMES])
     period = 1.0 / rate
     at: np.ndarray = period * np.arange(round(duration * rate))
@@ -87,9 +87,9 @@ def recordings(
     }
     found = []
     for name, commands in programmes.items():
-        sent = at - early * period * rng.uniform(0.0, 1.0, at.size)
+        sent = at - early * period * timing.uniform(0.0, 1.0, at.size)
         sent[0] = 0.0
-        late = clocks * rng.standard_normal(3)[[0, 1, 2, 2]]
+        late = clocks * timing.standard_normal(3)[[0, 1, 2, 2]]
         if scatter > 0.0 or clocks > 0.0:
             finely = period / 32 * np.arange(32 * at.size)
             acting = commands[np.searchsorted(sent, finely + 1e-9, side="right") - 1]

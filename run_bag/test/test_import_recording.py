@@ -160,6 +160,14 @@ def test_what_a_diagnosis_would_refuse_is_said_at_once(tmp_path, capsys, text, s
     assert all(s in told for s in sentences)
 
 
+def test_a_vehicle_s_thruster_needs_no_readings_of_its_own(tmp_path, capsys):
+    channels = (
+        "thruster_0/throttle.commanded: {column: 2, unit: mV, hold: previous}\nrov/depth.depth: {column: 3, unit: cm}"
+    )
+    imported(tmp_path, table(tmp_path / "x.csv"), "time: {column: 1, unit: ms}\n" + channels)
+    assert "nothing that a model" not in capsys.readouterr().err
+
+
 def test_rates_and_gaps_are_told(tmp_path, capsys):
     times = [*np.arange(0, 2, 0.02), *np.arange(5, 7, 0.02)]
     rows = [f"{t:.2f},{np.sin(t) if t > 0.5 else 0.0:.5f},{np.sin(t):.3f}" for t in times]

@@ -64,7 +64,7 @@ def test_halving_the_step_changes_nothing_that_matters():
     assert coarse.thrust == pytest.approx(fine.thrust, abs=1e-3)
 
 
-@pytest.mark.parametrize("commands", [[[1.0]], [np.nan]])
+@pytest.mark.parametrize("commands", [[[[1.0]]], [np.nan]])
 def test_unusable_commands_are_refused(commands):
     with pytest.raises(ValueError, match="u_commanded: expected finite values"):
         simulate(load_parameter_set("hl").coefficients, commands, 0.01)

@@ -86,7 +86,7 @@ def test_a_delay_of_the_command_is_exact_between_the_steps_also(step):
     "effects",
     [{}, {"throttle_rate_limit": {"rate": 20.0}}, {"command_delay": {"time": 0.0137}}, {"command_lag": {"time": 0.05}},
      {"command_quantization": {"step": 0.5}, "command_delay": {"time": 0.05}},
-     {"tank_recirculation": {"share": 0.5, "delay": 1.0}, "throttle_rate_limit": {"rate": 5.0}}],
+     {"tank_recirculation": {"share": 0.5, "delay": 1.0}, "throttle_rate_limit": {"rate": 20.0}}],
 )  # fmt: skip
 def test_commands_that_change_within_periods_act_then(effects):
     """Against short periods in which none does. Their mean over each period begins early where a limit makes a ramp."""

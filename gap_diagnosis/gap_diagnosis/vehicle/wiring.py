@@ -177,12 +177,8 @@ def _sentences(verdict, order, signs, silent, alike, used):  # type: ignore[no-u
     says = []
     for i, j in enumerate(order):
         if verdict == "wrong" and i not in silent and (int(j) != i or signs[i] < 0):
-            where = (
-                f"moves the vehicle as thruster {int(j)}"
-                if int(j) != i
-                else "moves the vehicle as thruster it is named"
-            )
-            says.append(f"The command of thruster {i} {where}{', the other way round' if signs[i] < 0 else ''}.")
+            moves = f"moves the vehicle as thruster {int(j)}" if int(j) != i else "drives it"
+            says.append(f"The command of thruster {i} {moves}{' the other way round' if signs[i] < 0 else ''}.")
     idle = [i for i in silent if not used[i]]
     dead = [i for i in silent if used[i]]
     if idle:

@@ -64,6 +64,7 @@ def test_a_thruster_the_other_way_round_is_found(i: int) -> None:
     signs[i] = -1.0
     found = wiring_of([driven(VEHICLE.configuration, range(6), signs)], VEHICLE.configuration, MASS)
     assert (found.verdict, found.signs) == ("wrong", tuple(int(s) for s in signs))
+    assert f"The command of thruster {i} drives it the other way round." in found.sentences
 
 
 def test_thrusters_that_push_alike_are_named_and_their_exchange_is_no_finding() -> None:

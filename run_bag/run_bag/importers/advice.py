@@ -34,10 +34,12 @@ def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
             found.setdefault(thruster, {})[kind] = topic
     if not found:
         return ["no thruster_<i>/... topic is in it: `fit` and `diagnose` need thruster_<i>/throttle.commanded"]
-    return [sentence for name, own in sorted(found.items()) for sentence in _of_thruster(name, own, holds)]
+    vehicle = any(topic.name.strip("/").startswith("rov/") for topic in topics)
+    return [told for name, own in sorted(found.items()) for told in _of_thruster(name, own, holds, alone=not vehicle)]
 
 
-def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str]) -> list[str]:
+def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], *, alone: bool) -> list[str]:
+    """`alone`: a thruster on a bench, of which nothing is known where it has no readings of its own."""
     told = []
     command = next(
         (s for kind, field in (("throttle_sent", "sent"), ("throttle", "commanded"), ("throttle", "sent"))
@@ -54,7 +56,7 @@ def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str]) 
                 continue
             measured += 1
             told += _of_signal(f"{name}/{kind}.{field}", field, *samples, command=command)
-    if not measured:
+    if not measured and alone:
         wanted = ", ".join(f"{kind}.{field}" for kind, fields in SIGNALS.items() for field in fields)
         told.append(f"{name}: nothing that a model predicts is measured: expected one of {wanted}")
     return told
