@@ -19,6 +19,7 @@ from gap_diagnosis.log_check import (
 from gap_diagnosis.recording import LogFindings, Recording, initial_state
 from thruster_model.identification.experiment import PARTS, Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
+from thruster_model.identification.speed_sign import held
 
 __all__ = ["DT", "held_on_grid", "line_on_grid", "recording_of", "with_log_findings"]
 
@@ -51,14 +52,6 @@ def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     # Where no sample falls inside a period the mean is the held value itself, without rounding.
     quiet = (place[1:] == place[:-1]) & (place[1:] >= 0)
     return np.asarray(np.where(quiet, values[inside[1:]], means))
-
-
-def _held_in_parts(time: Array, values: Array, dt: float, count: int) -> Array:
-    """Return what is held in the middle of each of `PARTS` parts of each period, (count, PARTS); 0 before the first."""
-    known = np.isfinite(values)
-    middles = dt / PARTS * (np.arange(count * PARTS) + 0.5)
-    place = np.searchsorted(time[known], middles, side="right")
-    return np.asarray(np.append(0.0, values[known])[place].reshape(count, PARTS))
 
 
 def line_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
@@ -128,7 +121,10 @@ def recording_of(
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
     on_grid = line_on_grid if hold == "linear" else held_on_grid
     commands = on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
-    parts = _held_in_parts(*throttle, step, commands.size) if within else None
+    parts = None
+    if within:
+        middles = np.asarray(step / PARTS * (np.arange(commands.size * PARTS) + 0.5), dtype=np.float64)
+        parts = held(*throttle, middles.reshape(-1, PARTS))
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():

@@ -8,7 +8,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
-from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis
+from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis, described
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.oddities import Logged
@@ -66,7 +66,7 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
     rows: list[dict[str, Any]] = []
     for claim in verdict.claims:
         h = claim.refined.hypothesis
-        rows.append({"block": h.described.block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
+        rows.append({"block": described(h.effect).block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
     rows += [
         {"block": stages.LIBRARY[each.effect].block, "thruster": each.thruster, "axis": None, "weight": 1.0}
         for each in verdict.logged

@@ -11,7 +11,12 @@ from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from thruster_model.effects import stages
 
-__all__ = ["HULL_REACH", "SENSORS_OF", "WIRING", "Hypothesis", "hypotheses"]
+__all__ = ["HULL_REACH", "SENSORS_OF", "WIRING", "Hypothesis", "described", "hypotheses"]
+
+
+def described(effect: str) -> Any:
+    """Return an effect as its library describes it, that of the vehicle or that of a thruster."""
+    return VEHICLE_LIBRARY.get(effect) or stages.LIBRARY[effect]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,14 +62,9 @@ class Hypothesis:
         return max(abs(self.lower[0]), abs(self.upper[0]))
 
     @property
-    def described(self) -> Any:
-        """The effect as its library describes it."""
-        return VEHICLE_LIBRARY.get(self.effect) or stages.LIBRARY[self.effect]
-
-    @property
     def units(self) -> dict[str, str]:
         """Unit of each parameter of the effect."""
-        return {p.name: p.unit for p in self.described.parameters}
+        return {p.name: p.unit for p in described(self.effect).parameters}
 
     @property
     def words(self) -> str:
@@ -73,7 +73,7 @@ class Hypothesis:
         where = ", ".join(str(p).replace("_", " ") for p in parts if p)
         thruster = "" if self.thruster is None else f" of thruster {self.thruster}"
         pair = "" if self.other is None else f" and {self.other}"
-        return f"{self.described.title}{thruster}{pair}{' (' + where + ')' if where else ''}"
+        return f"{described(self.effect).title}{thruster}{pair}{' (' + where + ')' if where else ''}"
 
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""
@@ -160,8 +160,7 @@ _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def _made(effect: str, entries: tuple[tuple[str, float, float], ...], **target: Any) -> Hypothesis:
-    library = VEHICLE_LIBRARY[effect] if effect in VEHICLE_LIBRARY else stages.LIBRARY[effect]
-    known = {p.name: p for p in library.parameters}
+    known = {p.name: p for p in described(effect).parameters}
     lower = []
     for name, _, _ in entries:
         p = known[name]

@@ -6,8 +6,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.blind_check.statistics import Share, calibration_error
-from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
-from thruster_model.effects import stages
+from gap_diagnosis.vehicle.hypotheses import described
 
 __all__ = ["TWINS", "differences", "scored", "table"]
 
@@ -22,10 +21,6 @@ TWINS: tuple[frozenset[str], ...] = (
 BLOCKS = {"lift": ("body",), "leak": ("body",), "breathing_thrust": ("body", "thrusters")}
 """Where what is hidden from outside the library acts."""
 ALWAYS = ("thruster_swap", "thruster_polarity", "thruster_failure")
-
-
-def _block(effect: str) -> str:
-    return str((VEHICLE_LIBRARY.get(effect) or stages.LIBRARY[effect]).block)
 
 
 def _same(hidden: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
@@ -69,7 +64,9 @@ def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[s
     marks["block"] = False
     if outside:
         marks["right"] = content["verdict"] == "unknown"
-        marks["block"] = marks["right"] or (bool(said) and all(_block(e["id"]) in BLOCKS[outside] for e in said))
+        marks["block"] = marks["right"] or (
+            bool(said) and all(described(e["id"]).block in BLOCKS[outside] for e in said)
+        )
     return marks
 
 
