@@ -25,6 +25,7 @@ setup(
             "steady_states = gap_diagnosis.cli_steady_states:main",
             "blind_check = gap_diagnosis.blind_check.cli_blind_check:main",
             "scoreboard = gap_diagnosis.scoreboard.cli_scoreboard:main",
+            "check_vehicle = gap_diagnosis.vehicle.cli_check_vehicle:main",
             "diagnose_vehicle = gap_diagnosis.vehicle.cli_diagnose_vehicle:main",
             "fit_vehicle = gap_diagnosis.vehicle.cli_fit_vehicle:main",
             "pulses = gap_diagnosis.vehicle.cli_pulses:main",

@@ -87,6 +87,31 @@ def test_the_page_of_an_own_csv_runs_as_printed_and_finds_what_its_logs_hide(tmp
     assert "./diagnosis/report.html" in overview and "./fit/report.html" in overview
 
 
+def test_the_page_of_an_own_dive_makes_runs_of_it_as_printed(tmp_path: Path) -> None:
+    page = ROOT / "docs/own_dive.md"
+    lines = [line for line in commands(page).splitlines()[1:] if not line.startswith(SLOW)]
+    ran("\n".join(lines), tmp_path)
+    proposed = (tmp_path / "dive/map.yaml").read_text("utf-8")
+    shown = re.search(r"^```yaml\n(.*?)^```", page.read_text("utf-8"), re.MULTILINE | re.DOTALL)
+    assert shown is not None
+    assert set(shown[1].splitlines()) < {line.partition("   #")[0] for line in proposed.splitlines()}
+    for number in (1, 2):
+        run = read_run(tmp_path / f"dive/runs/dive_{number}")
+        assert 2.0 < run["rov/depth.depth"].values[10] < 4.0
+        assert run["rov/imu.linear_acceleration.z"].values[1:50].mean() == pytest.approx(-9.8, abs=0.5)
+
+
+@pytest.mark.long
+def test_the_page_of_an_own_dive_runs_as_printed_and_finds_what_its_logs_hide(tmp_path: Path) -> None:
+    said = ran(commands(ROOT / "docs/own_dive.md").replace(". scripts/env.sh\n", ""), tmp_path)
+    assert "wiring: Commands move the vehicle as the set states." in said
+    found = json.loads((tmp_path / "dive/diagnosis/diagnosis.json").read_text("utf-8"))
+    (effect,) = found["effects"]
+    assert (found["verdict"], effect["id"], effect["thruster"]) == ("effect", "thrust_loss", 3)
+    share = effect["parameters"]["share"]
+    assert abs(share["value"] - 0.4) < 3.0 * share["std"]
+
+
 @pytest.mark.long
 def test_the_commands_of_the_readme_run_as_printed(tmp_path: Path) -> None:
     lines = commands(ROOT / "README.md").splitlines()

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gap_diagnosis.readiness import Finding, readiness
+from gap_diagnosis.findings import Finding
+from gap_diagnosis.readiness import readiness
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.stretches import stretches_of
 from run_bag import Run, read_run
@@ -18,7 +19,7 @@ from thruster_model.identification.foresight import foreseen
 from thruster_model.identification.identifiability import Determination
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["check"]
+__all__ = ["check", "topics_within"]
 
 
 def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0) -> list[Finding]:
@@ -74,19 +75,24 @@ def _holds(run: Run) -> Mapping[str, str]:
     return stated if isinstance(stated, Mapping) else {}
 
 
-def _advice(run: Run, thruster: int) -> list[Finding]:
-    """Return what the importers would warn of."""
+def topics_within(run: Run, prefix: str) -> list[Topic]:
+    """Return the topics of a run whose names begin so, as an import has them."""
     by_topic: dict[str, dict[str, str]] = {}
     for name in run:
         topic, _, field = name.partition(".")
-        if topic.startswith(f"thruster_{thruster}/"):
+        if topic.startswith(prefix):
             by_topic.setdefault(topic, {})[field] = name
-    topics = [
+    return [
         Topic(name=topic, type="", stamps=run[first].stamps, fields={f: run[c].values for f, c in fields.items()})
         for topic, fields in by_topic.items()
         for first in [next(iter(fields.values()))]
         if all(len(run[c]) == len(run[first]) for c in fields.values())
     ]
+
+
+def _advice(run: Run, thruster: int) -> list[Finding]:
+    """Return what the importers would warn of."""
+    topics = topics_within(run, f"thruster_{thruster}/")
     return [Finding(kind="note", about=run.name, sentence=sentence) for sentence in advice(topics, _holds(run))]
 
 

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.check_io import check
+from gap_diagnosis.findings import lines_of, usable
 from run_bag import RunError
 from run_bag.command_line import described, printable, user_arguments
 from thruster_model.errors import ThrusterModelError
@@ -14,7 +15,6 @@ from thruster_model.parameter_set_io import available_sets, load_parameter_set
 EXAMPLES = """
   %(prog)s runs/log --set mine.yaml
   %(prog)s runs/* --set hl && echo usable"""
-MARKS = {"good": "  ", "note": "? ", "refused": "! "}
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
@@ -31,13 +31,9 @@ def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
     except (RunError, ThrusterModelError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    for each in found:
-        print(printable(f"{MARKS[each.kind]}{each.about}: {each.sentence}"))
-    refused = sum(each.kind == "refused" for each in found)
-    notes = sum(each.kind == "note" for each in found)
-    about = f"{notes} notes (?)"
-    print(f"not usable as it is: {refused} refusals (!), {about}" if refused else f"usable: {about}")
-    return 1 if refused else 0
+    for line in lines_of(found):
+        print(printable(line))
+    return 0 if usable(found) else 1
 
 
 if __name__ == "__main__":

@@ -1,11 +1,10 @@
 """What recordings are good for, said before any diagnosis: excitation, units, and which effects would show in them."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
+from gap_diagnosis.findings import Finding
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
@@ -19,21 +18,11 @@ from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
 
-__all__ = ["Finding", "Kind", "excitation", "readiness"]
+__all__ = ["excitation", "readiness"]
 
-Kind = Literal["good", "note", "refused"]
 ORDINARY, ALIKE = 2.0, 0.7
 """Gain against the set, either way, and correlation with it, beyond which a channel is told of."""
 _STEPS = 4  # of a fit that only makes the parameters' share of a gap small
-
-
-@dataclass(frozen=True, kw_only=True)
-class Finding:
-    """One sentence about recordings: "good", a "note" of what is in the way, or why something is "refused"."""
-
-    kind: Kind
-    about: str
-    sentence: str
 
 
 def excitation(recording: Recording, parameter_set: ParameterSet) -> Finding:

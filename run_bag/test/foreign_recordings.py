@@ -62,19 +62,19 @@ def ros2_bag(path: Path, storage: StoragePlugin, mode: CompressionMode = Compres
     return path
 
 
-def _fmt(kind: int, length: int, name: str, form: str, columns: str) -> bytes:
+def message_format(kind: int, length: int, name: str, form: str, columns: str) -> bytes:
     body = struct.pack("<BB4s16s64s", kind, length, name.encode(), form.encode(), columns.encode())
     return b"\xa3\x95\x80" + body
 
 
 def autopilot_log(path: Path) -> Path:
     """A dataflash log: outputs, two ESCs with units, the battery."""
-    data = _fmt(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
-    data += _fmt(1, 3 + 8 + 1 + 64, "UNIT", "QbZ", "TimeUS,Id,Label")
-    data += _fmt(2, 3 + 8 + 1 + 16 + 16, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
-    data += _fmt(10, 3 + 8 + 4, "RCOU", "QHH", "TimeUS,C1,C2")
-    data += _fmt(11, 3 + 8 + 1 + 4 + 4, "ESC", "QBff", "TimeUS,Instance,RPM,Volt")
-    data += _fmt(12, 3 + 8 + 2, "BAT", "Qc", "TimeUS,Volt")
+    data = message_format(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    data += message_format(1, 3 + 8 + 1 + 64, "UNIT", "QbZ", "TimeUS,Id,Label")
+    data += message_format(2, 3 + 8 + 1 + 16 + 16, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
+    data += message_format(10, 3 + 8 + 4, "RCOU", "QHH", "TimeUS,C1,C2")
+    data += message_format(11, 3 + 8 + 1 + 4 + 4, "ESC", "QBff", "TimeUS,Instance,RPM,Volt")
+    data += message_format(12, 3 + 8 + 2, "BAT", "Qc", "TimeUS,Volt")
     for letter, label in (("s", "s"), ("#", "instance"), ("q", "rpm"), ("v", "V"), ("Y", "us")):
         data += b"\xa3\x95\x01" + struct.pack("<Qb64s", 0, ord(letter), label.encode())
     for kind, units in ((10, "sYY"), (11, "s#qv"), (12, "sv")):

@@ -28,7 +28,9 @@ def test_the_help_of_a_command_is_its_programs_with_options_and_an_example_under
     done = thruster(name, "--help")
     assert done.exit_code == 0
     assert done.stdout.startswith(f"usage: thruster {name} ")
-    purpose, _, examples = done.stdout.partition("examples:")
+    own, _, vehicle = done.stdout.partition("\nof a vehicle:")
+    assert bool(PROGRAMS[name].of_vehicle) == (f"thruster {name} --vehicle SET RUN..." in vehicle)
+    purpose, _, examples = own.partition("examples:")
     assert re.search(rf"^  thruster {name} \S", examples, re.MULTILINE)
     offered = set(re.findall(r"(?<![\w-])--?[a-z][\w-]*", purpose))
     used = set(re.findall(r"(?<=\s)--?[a-z][\w-]*", examples))

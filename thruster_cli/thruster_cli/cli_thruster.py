@@ -24,7 +24,11 @@ class Program(NamedTuple):
 PROGRAMS = {
     "import": Program("run_bag.importers.cli_recording", "Make a run of a recording: csv, bags, ArduPilot's logs."),
     "show": Program("run_bag.cli_show", "Draw the channels of a run in one HTML file."),
-    "check": Program("gap_diagnosis.cli_check", "Say what runs are good for, before any fit, in seconds."),
+    "check": Program(
+        "gap_diagnosis.cli_check",
+        "Say what runs are good for, a vehicle's with --vehicle.",
+        "gap_diagnosis.vehicle.cli_check_vehicle",
+    ),
     "fit": Program(
         "thruster_model.cli_fit",
         "Fit models to runs, a vehicle with --vehicle; write sets.",
@@ -62,7 +66,12 @@ def _call(name: str, arguments: list[str]) -> int:
     program = PROGRAMS[name]
     vehicle = program.of_vehicle and any(each.split("=")[0] == "--vehicle" for each in arguments)
     module = importlib.import_module(program.of_vehicle if vehicle else program.module)
-    return int(module.main(arguments, program=f"thruster {name}"))
+    try:
+        return int(module.main(arguments, program=f"thruster {name}"))
+    finally:
+        if program.of_vehicle and not vehicle and {"--help", "-h"} & set(arguments):
+            of_vehicle = f"thruster {name} --vehicle SET"
+            print(f"\nof a vehicle:\n  {of_vehicle} RUN...; options: {of_vehicle} --help")
 
 
 class _PassedOn(TyperCommand):

@@ -136,6 +136,8 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         force = log.told[:, 6:9] + 9.81 * down_of(log.attitude)
         y = np.concatenate((force, turning), axis=1)
         down = down_of(log.attitude)
+        if not np.isfinite(down).any():  # without an attitude the gyro alone tells, and what gravity turns is not known
+            down = np.zeros_like(down)
         slow = np.concatenate(
             (np.ones((len(u), 1)), down, rate, rate * np.abs(rate), np.cross(rate, rate[:, [1, 2, 0]])), axis=1
         )

@@ -1,6 +1,7 @@
 """Wiring from correlations: vehicles whose accelerations are made here, without any plant."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -79,3 +80,12 @@ def test_a_thruster_that_is_never_commanded_is_said_to_be_unknown() -> None:
     found = wiring_of([driven(VEHICLE.configuration, range(6), [1.0] * 6, unused=[3])], VEHICLE.configuration, MASS)
     assert 3 in found.silent
     assert any("never commanded" in s for s in found.sentences)
+
+
+def test_without_an_attitude_the_gyro_alone_tells_a_wrong_wire() -> None:
+    blind = replace(driven(VEHICLE.configuration, range(6), [1.0] * 6), attitude=np.full((1500, 4), np.nan))
+    found = wiring_of([blind], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.silent) == ("as_stated", ())
+    turned = replace(driven(VEHICLE.configuration, range(6), [1.0, -1.0] + [1.0] * 4), attitude=blind.attitude)
+    found = wiring_of([turned], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.signs) == ("wrong", (1, -1, 1, 1, 1, 1))

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..topic import Topic
+from .vehicle_advice import advice_on_vehicle
 
 Array = NDArray[np.float64]
 SIGNALS = {"state": ("n",), "flow": ("axial", "ambient"), "load": ("wrench.force.x", "wrench.torque.x")}
@@ -26,16 +27,17 @@ OPPOSITE = -0.5
 
 
 def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
-    """Return a sentence for each thing that stands in the way of a fit or a diagnosis of each thruster."""
+    """Return a sentence for each thing that stands in the way of a fit or a diagnosis of thrusters or the vehicle."""
     found: dict[str, dict[str, Topic]] = {}
     for topic in topics:
         thruster, _, kind = topic.name.strip("/").partition("/")
         if thruster.startswith("thruster_"):
             found.setdefault(thruster, {})[kind] = topic
+    vehicle = [topic for topic in topics if topic.name.strip("/").startswith("rov/")]
+    told = [each for name, own in sorted(found.items()) for each in _of_thruster(name, own, holds, alone=not vehicle)]
     if not found:
-        return ["no thruster_<i>/... topic is in it: `fit` and `diagnose` need thruster_<i>/throttle.commanded"]
-    vehicle = any(topic.name.strip("/").startswith("rov/") for topic in topics)
-    return [told for name, own in sorted(found.items()) for told in _of_thruster(name, own, holds, alone=not vehicle)]
+        told = ["no thruster_<i>/... topic is in it: `fit` and `diagnose` need thruster_<i>/throttle.commanded"]
+    return [*told, *advice_on_vehicle(vehicle)]
 
 
 def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], *, alone: bool) -> list[str]:
@@ -47,7 +49,7 @@ def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], 
     if command is None:
         told.append(f"{name}: no throttle: `fit` and `diagnose` refuse a run without {name}/throttle.commanded")
     else:
-        told += _of_throttle(f"{name}/throttle.commanded", *command, hold=holds.get("throttle", ""))
+        told += _of_throttle(f"{name}/throttle.commanded", *command, hold=holds.get("throttle", ""), alone=alone)
     measured = 0
     for kind, fields in SIGNALS.items():
         for field in fields:
@@ -71,12 +73,12 @@ def _samples(topic: Topic, field: str) -> tuple[Array, Array] | None:
     return (np.asarray(topic.stamps)[known] * 1e-9, values[known]) if known.any() else None
 
 
-def _of_throttle(name: str, time: Array, values: Array, *, hold: str) -> list[str]:
+def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: bool) -> list[str]:
     told = _common(name, "commanded", time, values)
     steps = np.diff(time)
     if np.ptp(values) == 0.0:
         told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
-    elif abs(values[0]) > 0.05 * np.max(np.abs(values)):
+    elif alone and abs(values[0]) > 0.05 * np.max(np.abs(values)):
         told.append(
             f"{name}: begins with {values[0]:.3g} V: expected a recording that starts at rest, the throttle at zero"
         )

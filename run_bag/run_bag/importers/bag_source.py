@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from ..definitions import full_name
 from ..errors import EmptyRunError, RecordingError
 from ..reader import read_recording, read_run
 from ..run import Channel
@@ -39,7 +40,9 @@ class BagSource:
     def __init__(self, path: Path, topics: set[str] | None = None) -> None:
         self.path = path
         self.channels: dict[str, Channel] = {}
-        present = {raw.topic.strip("/") for s in read_recording(path, set()).scans for raw in s.topics.values()}
+        raws = [raw for scan in read_recording(path, set()).scans for raw in scan.topics.values()]
+        self.types = {raw.topic.strip("/"): full_name(raw.schema.name) for raw in raws if raw.schema}
+        present = {raw.topic.strip("/") for raw in raws}
         self.listed = sorted(present)
         wanted = None if topics is None else topics & present
         self.warnings: tuple[str, ...] = ()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,67 +11,72 @@ import numpy as np
 from ..errors import RunError
 from ..known_topics import topic_type
 from ..units import unit_of
+from .axes import REP103, unit_in_map
+from .bag_source import BagSource
 from .conversions import COMMANDS, conversion
 from .csv_source import CsvSource
+from .guess_rules import LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, Rule
 from .guessed_units import guessed_time_unit, guessed_unit
 from .recording_map import Entry, Mapped
-from .sources import Source
+from .sources import Array, Source
 
-
-class _Rule(NamedTuple):
-    """A channel (with {i} for the thruster), the names that suggest it, the format's unit where none is stated."""
-
-    channel: str
-    names: str
-    unit: str
-
-
-_RULES = (
-    # ArduPilot's autopilot and MAVLink
-    _Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
-    _Rule("thruster_{i}/state.n", r"ESC\[(?P<zero>\d+)\]\.RPM|ESC_TELEMETRY_1_TO_4\.rpm\[(?P<zero2>\d+)\]", "rpm"),
-    _Rule("thruster_{i}/state.supply_voltage", r"ESC\[(?P<zero>\d+)\]\.Volt", "V"),
-    _Rule("thruster_{i}/state.current", r"ESC\[(?P<zero>\d+)\]\.Curr", "A"),
-    _Rule("rov/battery.voltage", r"BAT(\[0\])?\.Volt|SYS_STATUS\.voltage_battery", "V"),
-    _Rule("rov/imu.angular_velocity.{axis}", r"IMU(\[0\])?\.Gyr(?P<axis>[XYZ])", "rad/s"),
-    _Rule("rov/imu.linear_acceleration.{axis}", r"IMU(\[0\])?\.Acc(?P<axis>[XYZ])", "m/s^2"),
-    # tables and other bags: the whole name, or its last part
-    _Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?", ""),
-    _Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)", ""),
-    _Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?", ""),
-    _Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?", ""),
-    _Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?", ""),
-    _Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?", ""),
-    _Rule("thruster_{i}/state.supply_voltage", r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage", ""),
-    _Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?", ""),
-)  # fmt: skip
 _TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|(t_|time_?)(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
-_SUFFIX = re.compile(r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_s|rads|deg_s|hz|pct|percent)$", re.IGNORECASE)
+_SUFFIX = re.compile(
+    r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
+    re.IGNORECASE,
+)
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
+_UP = 0.5
+"""Share of the specific force along z, upwards, from which on z points up."""
 SHOWN = 60
+
+
+class _Found(NamedTuple):
+    """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign."""
+
+    channel: str
+    source: Source
+    name: str
+    usual: str = ""
+    sign: int = 1
+    stated: str = ""
+
+    @property
+    def topic(self) -> str:
+        return self.channel.partition(".")[0]
+
+    @property
+    def group(self) -> str:
+        """The field of whose parts one is, of a vehicle's sensor: their unit is one."""
+        return self.channel.rpartition(".")[0] if self.topic.startswith("rov/") else self.channel
 
 
 def guess(sources: Sequence[Source]) -> str:
     """Return a map as YAML text: what is likely as entries, everything else as comments."""
     clock, told = _clock(sources)
-    lines = ["# A proposal: read it, correct it, and import with --map.", *told]
-    taken: set[str] = set()
+    found: dict[str, _Found] = {}
+    of_topic: dict[str, str] = {}
     left: list[str] = []
+    vehicle = any(map(_of_vehicle, sources))
     for source in sources:
+        rules = _rules(source, vehicle=vehicle)
         for name in source.names():
             if isinstance(source, CsvSource) and (_is_time(name) or name == clock):
                 continue
-            proposed = _propose(source, name)
-            seen = _seen(source, name)
-            several = f", file: {source.path.name}" if len(sources) > 1 else ""
-            if proposed is None or proposed[0] in taken:
-                left.append(f"# {_quoted(name)}{seen}")
-                continue
-            channel, entry, why = proposed
-            taken.add(channel)
-            notes = ";".join(part for part in (seen, f" {why}" if why else "") if part)
-            lines.append(f"{channel}: {{{entry}{several}}}{'   #' + notes if notes else ''}")
+            each = _propose(source, name, rules)
+            topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
+            if (
+                each is None
+                or each.channel in found
+                or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
+            ):
+                left.append(f"# {_quoted(name)}{_seen(source, name)}")
+            else:
+                found[each.channel] = each
+    several = len(sources) > 1
+    lines = ["# A proposal: read it, correct it, and import with --map.", *told, *_axes(found.values())]
+    lines += [_line(each, [f for f in found.values() if f.group == each.group], several) for each in found.values()]
     lines += ["# Not recognised:", *left[:SHOWN]] if left else []
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     return "\n".join(lines) + "\n"
@@ -108,29 +113,54 @@ def _bare(name: str) -> str:
     return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().replace(" ", "_")
 
 
-def _propose(source: Source, name: str) -> tuple[str, str, str] | None:
-    """Return the channel that a name suggests, its entry's text, and what is to be known about its unit."""
-    place = "column" if isinstance(source, CsvSource) else "field"
-    if place == "field":
+def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
+    """Return the rules of names for a source."""
+    if not (vehicle and isinstance(source, CsvSource)):
+        return (*LOGS, *THRUSTER)
+    plain = set(_plain(source))
+    return (*LOGS, *(rule for rule in VEHICLE if set(rule.together) <= plain), *THRUSTER)
+
+
+def _of_vehicle(source: Source) -> bool:
+    """Tell whether a table has several thrusters, or a gyro."""
+    if not isinstance(source, CsvSource):
+        return False
+    plain, command = _plain(source), THRUSTER[0].names
+    several = {n for name in plain for stem, n in [_numbered(name, source)] if re.fullmatch(command, stem)}
+    gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
+    return len(several) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
+
+
+def _plain(source: Source) -> list[str]:
+    return [_SUFFIX.sub("", _bare(name)).lower() for name in source.names()]
+
+
+def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
+    """Return the channel that a name suggests."""
+    table = isinstance(source, CsvSource)
+    if not table:
         topic, _, path = name.partition(".")
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
-            return name, f"field: {_quoted(name)}, unit: {_quoted(unit)}", ""
-    bare = _bare(name) if place == "column" else name.strip().replace(" ", "_")
+            return _Found(name, source, name, stated=unit)
+        kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
+        if kind in OF_TYPE:
+            return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
+    bare = _bare(name) if table else name.strip().replace(" ", "_")
     tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
-    words = [word for word in tail.split("_") if len(word) > 1] if place == "column" else []
-    stem, number = _numbered(tail, source) if place == "column" else (tail, 0)
+    words = [word for word in tail.split("_") if len(word) > 1] if table else []
+    stem, number = _numbered(tail, source) if table else (tail, 0)
     # the whole name first; single words of it only where no rule knows that
     for candidates, thruster in (
         ((bare, tail, _SUFFIX.sub("", tail), *of_topic), 0),
         ((stem, _SUFFIX.sub("", stem)), number),
         (words, number),
     ):
-        for rule in _RULES:
+        for rule in rules:
             for candidate in candidates:
                 if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
-                    return _entry(rule, match, name, bare, place, source, thruster)
+                    return _Found(_channel(rule, match, thruster), source, name, rule.unit, rule.sign)
     return None
 
 
@@ -143,24 +173,54 @@ def _numbered(name: str, source: Source) -> tuple[str, int]:
     return match[1], max(int(match[2]) - (0 if first else 1), 0)
 
 
-def _entry(
-    rule: _Rule, match: re.Match[str], name: str, bare: str, place: str, source: Source, thruster: int
-) -> tuple[str, str, str]:
-    groups = {key.rstrip("2"): value for key, value in match.groupdict().items() if value is not None}
+def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
+    groups = {key.rstrip("2"): value.lower() for key, value in match.groupdict().items() if value is not None}
     number = int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", thruster))
-    channel = rule.channel.format(i=number, axis=groups.get("axis", "").lower())
-    topic, _, path = channel.partition(".")
-    ours = unit_of(str(topic_type(topic)), path, topic)
+    (last, *_) = [key for key in groups if key not in ("axis", "angle", "part")] or [""]  # (?P<x>surge): axis x
+    own = {key: groups.get(key, last) for key in ("axis", "angle", "part")}
+    return rule.channel.format(i=number, **own)
+
+
+def _axes(found: Iterable[_Found]) -> list[str]:
+    """Return the map's line about axes: that of topics whose accelerometer says that z points up, else a question."""
+    vectors = [each for each in found if each.topic in ("rov/imu", "rov/odometry", "rov/velocity")]
+    topics = {each.topic: REP103 for each in vectors if each.topic != "rov/odometry" or not each.usual}
+    if not topics:
+        return []
+    line = f"axes: {{{', '.join(f'{topic}: {axes}' for topic, axes in sorted(topics.items()))}}}"
+    force = {e.channel[-1]: _values(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
+    means = {axis: float(np.nanmean(values)) for axis, values in force.items() if values is not None}
+    size = float(np.linalg.norm(list(means.values())))
+    if set(means) == set("xyz") and abs(means["z"]) > _UP * size:
+        return [f"{line}   # at rest the IMU's z axis points up"] if means["z"] > 0.0 else []
+    return [f"# {line}   # where x is forward, y port, z up"]
+
+
+def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
+    """Return the entry of a channel; `group`: the parts of one field, whose unit is found from all their values."""
+    source, name = each.source, each.name
+    table, notes = isinstance(source, CsvSource), _seen(source, name)
+    place = "column" if table else "field"
+    file = f", file: {source.path.name}" if several else ""
+    if each.stated:
+        return f"{each.channel}: {{{place}: {_quoted(name)}, unit: {_quoted(each.stated)}{file}}}   #{notes}"
+    topic, _, path = each.channel.partition(".")
     command = path == "commanded"
-    unit, why = guessed_unit(ours, bare, source.unit(name), _values(source, name), usual=rule.unit, command=command)
+    parts = [values for part in group if (values := _values(part.source, part.name)) is not None]
+    unit, why = guessed_unit(
+        unit_in_map(str(topic_type(topic)), path, topic), _bare(name) if table else name, source.unit(name),
+        np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
+    )  # fmt: skip
     text = f"{place}: {_quoted(name)}, unit: {_quoted(unit)}"
     if command and unit in COMMANDS:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-    return channel, text + (", hold: previous" if command else ""), why
+    text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 else "")
+    notes = ";".join(part for part in (notes, f" {why}" if why else "") if part)
+    return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
 
 
-def _values(source: Source, name: str) -> np.ndarray | None:
+def _values(source: Source, name: str) -> Array | None:
     try:
         if isinstance(source, CsvSource):
             values = source.numbers(source.names().index(name))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .conversions import COMMANDS, CONVERSIONS, conversion, spelled
+from .conversions import COMMANDS, CONVERSIONS, conversion, is_unit, spelled
 from .recording_map import ASKED
 from .sources import Array
 
@@ -39,6 +39,12 @@ _BY_SIZE: dict[str, tuple[_Range, ...]] = {
     "V": (_Range(100.0, ("V",)), _Range(2000.0, ("V", "cV")), _Range(np.inf, ("mV",))),
     "A": (_Range(100.0, ("A",)), _Range(500.0, ("A", "mA")), _Range(np.inf, ("mA",))),
 }
+_OF_VEHICLE: dict[str, tuple[_Range, ...]] = {
+    "rad/s": (_Range(6.0, ("rad/s", "deg/s")), _Range(np.inf, ("deg/s",))),
+    "rad": (_Range(6.3, ("rad", "deg")), _Range(np.inf, ("deg",))),
+    "m/s^2": (_Range(4.0, ("g", "m/s^2")), _Range(100.0, ("m/s^2",)), _Range(np.inf, ("mg",))),
+}
+"""Of its gyro, attitude and accelerometer, whose largest component at rest is gravity."""
 _TIME_STEPS = (
     _Range(0.5, ("s",)), _Range(2.0, ("s", "ms")), _Range(300.0, ("ms",)), _Range(3e3, ("ms", "us")),
     _Range(3e5, ("us",)), _Range(3e6, ("us", "ns")), _Range(np.inf, ("ns",)),
@@ -62,7 +68,14 @@ _PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", (
 
 
 def guessed_unit(
-    ours: str, name: str, stated: str, values: Array | None, *, usual: str = "", command: bool = False
+    ours: str,
+    name: str,
+    stated: str,
+    values: Array | None,
+    *,
+    usual: str = "",
+    command: bool = False,
+    vehicle: bool = False,
 ) -> Guessed:
     """Return the unit of a column or field of a channel in `ours`.
 
@@ -73,16 +86,18 @@ def guessed_unit(
         values: those of the column or field, None where they are no numbers.
         usual: what the format says where the recording does not, as in a vehicle's log.
         command: it is a throttle, which need not be a voltage.
+        vehicle: it is one of a vehicle's inertial sensors; values are then those of all its axes.
     """
     largest = float(np.nanmax(np.abs(values))) if values is not None else np.nan
+    ranges = (_OF_VEHICLE if vehicle else _BY_SIZE).get(ours, ())
     if stated:
         unit = spelled(stated)
         if _fits(unit, ours, command):
-            odd = ours == "rad/s" and unit == ours and largest > _BY_SIZE[ours][0].most
+            odd = not vehicle and ours == "rad/s" and unit == ours and largest > ranges[0].most
             return Guessed(unit, f"{largest:.4g} rad/s is no thruster's: is it rpm?" if odd else "")
         if usual:
             return Guessed(usual, f"{stated!r} is not known: taken as {usual}")
-        return _asked(_candidates(ours, largest), f"{stated!r} is not known as a unit of it")
+        return _asked(_candidates(ours, ranges, largest), f"{stated!r} is not known as a unit of it")
     if usual:
         return Guessed(usual)
     named = [unit for unit in _named(name) if _fits(unit, ours, command)]
@@ -90,9 +105,9 @@ def guessed_unit(
         return Guessed(named[-1], "unit by its name")
     if command:
         return _command(values, largest)
-    if ours not in _BY_SIZE:
+    if not ranges:
         return Guessed(ours, "unit not stated")
-    units = _candidates(ours, largest)
+    units = _candidates(ours, ranges, largest)
     return Guessed(units[0], "unit by its values") if len(units) == 1 else _asked(units, "nothing says which")
 
 
@@ -124,10 +139,10 @@ def _fits(unit: str, ours: str, command: bool) -> bool:
     return conversion(unit, ours) is not None or (command and unit in COMMANDS)
 
 
-def _candidates(ours: str, largest: float) -> tuple[str, ...]:
-    if ours not in _BY_SIZE:
+def _candidates(ours: str, ranges: tuple[_Range, ...], largest: float) -> tuple[str, ...]:
+    if not ranges:
         return (ours, *list(CONVERSIONS.get(ours, {}))[:2])
-    return next((r.units for r in _BY_SIZE[ours] if not largest > r.most), _BY_SIZE[ours][-1].units)
+    return next((r.units for r in ranges if not largest > r.most), ranges[-1].units)
 
 
 def _tokens(name: str) -> list[str]:
@@ -148,7 +163,7 @@ def _named(name: str) -> list[str]:
         if k > 1 and pair:
             found.append(pair)
         elif len(word) > 1 or k > 0:
-            found.append(_WORDS.get(word, "%" if word == "%" else ""))
+            found += [word if word.isalpha() and is_unit(word) else "", _WORDS.get(word, "")]
     return [unit for unit in found if unit]
 
 

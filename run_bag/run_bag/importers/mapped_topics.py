@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from ..topic import Topic
+from .axes import PARTS, REP103, in_our_axes
 from .csv_source import MAX_SPAN_S, CsvSource
 from .decisions import Decisions
 from .recording_map import Constant, Mapped, RecordingMap
@@ -63,11 +64,24 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
             if isinstance(c, Constant) and c.topic == name:
                 fields[c.path] = np.full(len(stamps), c.value)
                 log.add(c.channel, c.value, c.unit, "the same in all messages, as the map says")
+        if name.startswith("rov/"):
+            fields = in_our_axes(fields, rep103=name in told.rep103)
+            _refuse_parted(name, fields)
+            if name in told.rep103:
+                log.add(f"axes of {name}", REP103, "", "brought to north, east, down and forward, starboard, down")
         kind = own[0].entry.type
         if kind == STATE and "n" in fields and "sign_source" not in fields:
             fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
     return made, warnings
+
+
+def _refuse_parted(topic: str, fields: Mapping[str, Array]) -> None:
+    """Refuse an attitude whose parts never stand in one row or message."""
+    for head in [path.removesuffix(".w") for path in fields if path.endswith("orientation.w")]:
+        if not np.isfinite(np.stack([fields[f"{head}.{part}"] for part in PARTS])).all(axis=0).any():
+            text = f"{topic}.{head}: expected all its parts measured at one time; found no row or message with all"
+            raise RecordingError(text, found=head)
 
 
 def _place(sources: Sequence[Source], entry: Mapped) -> Source:

@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from ..budget import Budget
 from ..errors import RecordingError, RunError
 from ..topic import Topic
+from .axes import PARTS, quaternion
 from .decisions import Decisions
 
 __all__ = ["read_arrays", "topics"]
@@ -85,7 +86,7 @@ def topics(arrays: Mapping[str, tuple[Array, Array]], log: Decisions, *, hold_la
     """Return the topics of one recording; `hold_last`: the last command holds until the recording ends."""
     times, states = arrays[STATES]
     at = _stamps(times)
-    orientation = dict(zip(("w", "x", "y", "z"), _quaternion(states[:, :3]), strict=True))
+    orientation = dict(zip(PARTS, quaternion(*states[:, :3].T), strict=True))
     fields: dict[str, Any] = {f"pose.pose.orientation.{name}": value for name, value in orientation.items()}
     fields |= {f"twist.twist.angular.{axis}": states[:, 3 + k] for k, axis in enumerate("xyz")}
     fields["child_frame_id"] = _BODY
@@ -107,17 +108,6 @@ def topics(arrays: Mapping[str, tuple[Array, Array]], log: Decisions, *, hold_la
 
 def _stamps(times: Array) -> NDArray[np.int64]:
     return np.round(times * 1e9).astype(np.int64)
-
-
-def _quaternion(angles: Array) -> tuple[Array, Array, Array, Array]:
-    """Return (w, x, y, z) of the turns yaw, pitch, roll [rad], in that order, from body to earth."""
-    (c1, c2, c3), (s1, s2, s3) = np.cos(0.5 * angles.T), np.sin(0.5 * angles.T)
-    return (
-        c1 * c2 * c3 + s1 * s2 * s3,
-        s1 * c2 * c3 - c1 * s2 * s3,
-        c1 * s2 * c3 + s1 * c2 * s3,
-        c1 * c2 * s3 - s1 * s2 * c3,
-    )
 
 
 def _imu(times: Array, values: Array) -> Topic:

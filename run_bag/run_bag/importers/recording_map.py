@@ -8,7 +8,10 @@
 `column` is a name of the header line or a number from 1, `field` a topic.field of a bag or a MESSAGE.field of a log.
 value = sign * (scale * cell + offset), in `unit`, which is then brought to the channel's own; a throttle in µs, % or
 1 is (value - stop) / per_volt volts. Cells equal to one of `nan`, empty ones and `nan` in any case are not measured.
-`hold` says what a signal does between its samples; it goes into the run's metadata.
+`hold` says what a signal does between its samples; it goes into the run's metadata. An attitude is a quaternion
+(`rov/imu.orientation.w`, x, y, z) or angles (`rov/imu.orientation.roll`, pitch, yaw).
+
+    axes: {rov/imu: rep103}                                            # topics in REP 103's axes: ENU, FLU
 """
 
 from __future__ import annotations
@@ -24,7 +27,7 @@ from safe_files.yaml_io import YamlLimits, yaml_mapping
 from ..definitions import definitions
 from ..errors import RecordingError
 from ..known_topics import known_topics, topic_type
-from ..units import unit_of
+from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .conversions import COMMANDS, Conversion, accepted, conversion, spelled
 
 HOLDS = ("previous", "linear")
@@ -36,7 +39,7 @@ KEYS = {
     "hold", "stop", "per_volt",
 }  # fmt: skip
 CONSTANT_KEYS = {"value", "unit"}
-TOP = {"time", "csv"}
+TOP = {"time", "csv", "axes"}
 SAME = Conversion(1.0)
 ASKED = "?"
 """The unit of a proposal where neither the name nor the values say it: to be written by a person."""
@@ -94,9 +97,14 @@ class Constant(Entry):
 
 @dataclass(frozen=True, kw_only=True)
 class RecordingMap:
-    """A whole map, checked: its entries, and what it says about tables of text ("" where it does not)."""
+    """A whole map, checked: its entries, and what it says about tables of text ("" where it does not).
+
+    Attributes:
+        rep103: topics that are recorded in REP 103's axes.
+    """
 
     entries: tuple[Mapped | Constant, ...]
+    rep103: frozenset[str] = frozenset()
     separator: str = ""
     decimal: str = ""
 
@@ -130,9 +138,10 @@ def read_map(path: Path) -> RecordingMap:
             if time_column is None:
                 problems.append(f"{e.channel}: key 'time_column' is missing, and there is no `time: {{column, unit}}`")
     problems += _crossing(entries)
+    rep103 = _axes(content.get("axes"), entries, problems)
     if problems:
         raise _refused(str(path), problems)
-    return RecordingMap(entries=tuple(entries), **text)
+    return RecordingMap(entries=tuple(entries), rep103=rep103, **text)
 
 
 def _refused(origin: str, problems: list[str]) -> RecordingError:
@@ -162,6 +171,35 @@ def _table(entry: Any, problems: list[str]) -> dict[str, str]:
     return {key: str(value) for key, value in entry.items()}
 
 
+def _axes(told: Any, entries: list[Mapped | Constant], problems: list[str]) -> frozenset[str]:
+    """Return the topics that are in REP 103's axes; attitudes whose parts are not all there are problems."""
+    there: dict[str, dict[str, set[str]]] = {}
+    for e in entries:
+        if e.topic.startswith("rov/"):
+            head, _, part = e.path.rpartition(".")
+            there.setdefault(e.topic, {}).setdefault(head, set()).add(part)
+    if told is not None and not isinstance(told, Mapping):
+        problems.append(f"axes: expected {{topic: {REP103}}}, found {told!r:.80}")
+        told = None
+    for topic, axes in (told or {}).items():
+        if axes != REP103:
+            problems.append(
+                f"axes: {topic}: expected {REP103} (east, north, up; forward, port, up), found {axes!r:.80}"
+            )
+        if topic not in there:
+            problems.append(f"axes: expected topics rov/... of this map, found {topic!r:.80}")
+    rep103 = frozenset(map(str, told or {}))
+    for topic, heads in there.items():
+        for head, parts in heads.items():
+            if not head.endswith("orientation"):
+                continue
+            wanted = set(ANGLES) if parts & set(ANGLES) else set(PARTS)
+            if parts != wanted:
+                which = "all of roll, pitch, yaw, or of w, x, y, z"
+                problems.append(f"{topic}.{head}: expected {which}, found {', '.join(sorted(parts))}")
+    return rep103
+
+
 def _seconds(name: str, unit: Any, problems: list[str]) -> float:
     if unit == ASKED:
         problems.append(f"{name}: {_still_asked('s')}")
@@ -184,7 +222,7 @@ def _entry(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | No
         problems.append(f"{name}: expected a mapping with column or field, and unit, or value, found {entry!r:.80}")
         return None
     definitions().require(kind)
-    unit = unit_of(kind, path, topic)
+    unit = unit_in_map(kind, path, topic)
     if not dot or not unit:
         problems.append(f"{name}: {kind} has no numeric field {path!r}")
     constant = "value" in entry

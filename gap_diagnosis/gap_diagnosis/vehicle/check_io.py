@@ -1,0 +1,146 @@
+"""Runs of a vehicle, as files, and what they are good for: sensors, excitation, wiring, and what could be told."""
+
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from gap_diagnosis.check_io import topics_within
+from gap_diagnosis.findings import Finding, Kind
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.fit_io import name_of
+from gap_diagnosis.vehicle.foresight import foreseen
+from gap_diagnosis.vehicle.hypotheses import SENSORS_OF
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.oddities import common_to
+from gap_diagnosis.vehicle.wiring import wiring_of
+from run_bag import Run, RunError, read_run
+from run_bag.importers.vehicle_advice import advice_on_vehicle
+
+__all__ = ["check_vehicle"]
+
+_SENSORS = {
+    "attitude": ("rov/imu.orientation.w", "rov/odometry.pose.pose.orientation.w"),
+    "gyro": ("rov/imu.angular_velocity.x", "rov/odometry.twist.twist.angular.x"),
+    "accelerometer": ("rov/imu.linear_acceleration.x",),
+    "velocity": ("rov/velocity.twist.twist.linear.x",),
+    "depth": ("rov/depth.depth",),
+    "battery": ("rov/battery.voltage", "rov/battery.current"),
+    "tachometer": ("thruster_0/state.n",),
+}
+"""A channel of each sensor, the first that is there."""
+_TOGETHER = 0.95
+"""Correlation of two throttles from which on they were hardly commanded apart."""
+
+
+def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
+    """Return what runs of a vehicle are good for, before any fit.
+
+    Raises:
+        RunError: one of them cannot be read at all.
+    """
+    runs = [read_run(path) for path in paths]
+    logs, found = [], []
+    for path, run in zip(paths, runs, strict=True):
+        try:
+            log = read_log(path, model.thrusters)
+        except RunError as error:
+            found.append(Finding(kind="refused", about=run.name, sentence=str(error)))
+            continue
+        logs.append(log)
+        found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
+    enough = [log for log in logs if log.duration >= rules.LEAST_TIME]
+    if logs and not enough:
+        told = f"expected a recording of {rules.LEAST_TIME:g} s or more; the longest has {logs[0].duration:.1f} s"
+        return [*found, Finding(kind="refused", about="length", sentence=told)]
+    if not logs:
+        return found
+    if max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION:
+        told = f"expected throttles that vary by {rules.LEAST_EXCITATION:g} V; found none"
+        return [*found, Finding(kind="refused", about="throttles", sentence=told)]
+    for each in common_to([log.oddities for log in logs]):
+        found.append(Finding(kind="note", about="log of a sensor", sentence=each.sentence))
+    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
+    kind: Kind = "good" if wiring.verdict == "as_stated" else "note"
+    says = " ".join(wiring.sentences) or "Commands move the vehicle as the set states."
+    return [*found, Finding(kind=kind, about="wiring", sentence=says), *_apart(logs), *_foreseen(model, logs)]
+
+
+def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:
+    """Yield a finding for each sensor that told anything, and one for those that did not."""
+    for sensor in (name for name, there in log.there.items() if there):
+        name = next((c for c in _SENSORS[sensor] if c in run and np.isfinite(run[c].values).any()), "")
+        if not name:  # a tachometer, of another thruster
+            continue
+        time = run.time(name)[np.isfinite(run[name].values)]
+        steps = np.diff(time)
+        rate = f", one every {np.median(steps):.3g} s, longest gap {np.max(steps):.2g} s" if steps.size else ""
+        yield Finding(kind="good", about=f"{run.name}: {sensor}", sentence=f"{time.size} readings{rate}")
+    missing = [sensor for sensor, there in log.there.items() if not there]
+    if missing:
+        yield Finding(kind="note", about=f"{run.name}: not measured", sentence=", ".join(missing))
+
+
+def _throttles(log: VehicleLog) -> Iterable[Finding]:
+    """Yield how thrusters were commanded, and which hardly were."""
+    largest, spread = np.abs(log.throttles).max(axis=0), log.throttles.std(axis=0)
+    told = f"up to {', '.join(f'{volts:.2g}' for volts in largest)} V over {log.duration:.1f} s"
+    yield Finding(kind="good", about=f"{log.name}: throttles", sentence=told)
+    idle = [str(i) for i in np.flatnonzero(spread < rules.LEAST_EXCITATION)]
+    if idle:
+        told = f"thruster {', '.join(idle)} hardly moved: expected commands that vary by {rules.LEAST_EXCITATION:g} V"
+        yield Finding(kind="note", about=f"{log.name}: throttles", sentence=told)
+
+
+def _notes(run: Run, log: VehicleLog) -> list[Finding]:
+    """Return what the reader decided, and what an import would warn of."""
+    return [
+        Finding(kind="note", about=run.name, sentence=s)
+        for s in (*log.notes, *advice_on_vehicle(topics_within(run, "rov/")))
+    ]
+
+
+def _apart(logs: Sequence[VehicleLog]) -> Iterable[Finding]:
+    """Yield the pairs of thrusters that were hardly commanded apart in any of the recordings."""
+    throttles = np.concatenate([log.throttles - log.throttles.mean(axis=0) for log in logs])
+    size = np.linalg.norm(throttles, axis=0)
+    likeness = np.abs(throttles.T @ throttles) / np.maximum(np.outer(size, size), 1e-12)
+    pairs = [f"{i} and {j}" for i, j in np.argwhere(np.triu(likeness, 1) > _TOGETHER)]
+    if pairs:
+        told = f"thrusters {'; '.join(pairs)} were hardly commanded apart: whose an effect is will be hard to tell"
+        yield Finding(kind="note", about="excitation", sentence=f"{told}; `pulses` commands each alone")
+
+
+def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
+    """Return which numbers and effects these recordings could tell at best."""
+    best = foreseen(model, logs)
+    shown = [h for h, _ in best.effects if h not in best.hidden]
+    there = {name for log in logs for name, is_there in log.there.items() if is_there}
+    blind = sorted(effect for effect, sensor in SENSORS_OF.items() if sensor not in there)
+    told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
+    found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
+    if best.hidden:
+        names = "; ".join(h.words for h in best.hidden)
+        found.append(Finding(kind="note", about="effects that would not show", sentence=names))
+    if blind:
+        found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=", ".join(blind)))
+    told = f"{len(best.told)} of {len(best.numbers)}, together with all others"
+    found.append(
+        Finding(kind="good" if best.told else "note", about="numbers that a fit would determine", sentence=told)
+    )
+    if best.untold:
+        names = _named(best.untold)
+        found.append(Finding(kind="note", about="numbers that a fit would leave as they are", sentence=names))
+    return found
+
+
+def _named(keys: Sequence[Key]) -> str:
+    """Return numbers in words, each thruster's own ones by what they are."""
+    own: dict[str, list[str]] = {}
+    for key in keys:
+        if key[0] == "own":
+            own.setdefault(key[1], []).append(str(key[2]))
+    others = [name_of(key) for key in keys if key[0] != "own"]
+    return ", ".join([*others, *(f"{name} of thruster {' '.join(thrusters)}" for name, thrusters in own.items())])

@@ -1,0 +1,96 @@
+"""What runs of a vehicle are good for, said before any fit."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.findings import Finding
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.check_io import check_vehicle
+from gap_diagnosis.vehicle.cli_check_vehicle import main
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from run_bag import Topic, write_run
+
+MODEL = load_model("ngs")
+
+
+def dive(folder: Path, change: Any = lambda topic: topic, **more: Any) -> Path:
+    draw = Draw(**{"seed": 3, "vehicle": "ngs", "kinds": ("pulses",), "duration": 20.0, **more})
+    (topics,) = recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)
+    return write_run(folder, [new for topic in topics if (new := change(topic)) is not None])
+
+
+def told(found: list[Finding], kind: str) -> dict[str, str]:
+    return {each.about: each.sentence for each in found if each.kind == kind}
+
+
+@pytest.fixture(scope="module")
+def sound(tmp_path_factory: pytest.TempPathFactory) -> list[Finding]:
+    return check_vehicle([dive(tmp_path_factory.mktemp("runs") / "dive")], MODEL)
+
+
+def test_sensors_wiring_and_what_could_be_told_are_named(sound: list[Finding]) -> None:
+    good = told(sound, "good")
+    assert {"dive: gyro", "dive: attitude", "dive: depth", "dive: velocity", "dive: tachometer"} <= set(good)
+    assert good["dive: gyro"].startswith("1999 readings, one every 0.01 s")
+    assert good["wiring"] == "Commands move the vehicle as the set states."
+    shown, of, all_of_them = good["effects that would show"].split(",")[0].split()
+    assert of == "of" and 0.8 * int(all_of_them) < int(shown) < int(all_of_them)
+    assert not told(sound, "refused")
+
+
+def test_short_dives_leave_numbers_and_effects_in_the_dark_and_name_them(sound: list[Finding]) -> None:
+    notes = told(sound, "note")
+    assert "flow_drag of all thrusters" in notes["numbers that a fit would leave as they are"]
+    assert "k_v of thruster 0 1 2 3 4 5" in notes["numbers that a fit would leave as they are"]
+    assert "linear drag of one axis (sway)" in notes["effects that would not show"]
+
+
+def test_without_a_sensor_its_effects_cannot_be_looked_for(tmp_path: Path) -> None:
+    found = check_vehicle([dive(tmp_path / "dive", missing=("velocity", "tachometer", "battery"))], MODEL)
+    assert told(found, "note")["dive: not measured"] == "velocity, tachometer, battery"
+    blind = told(found, "note")["effects that cannot be looked for"]
+    assert blind == "tach_lag, tach_scale, velocity_delay, velocity_misalignment, velocity_scale"
+
+
+def test_a_wrong_wire_and_an_imu_upside_down_are_notes(tmp_path: Path) -> None:
+    def turned(topic: Topic) -> Topic:
+        if topic.name != "rov/imu":
+            return topic
+        fields = {p: -np.asarray(v) if p.startswith("linear") and p[-1] in "yz" else v for p, v in topic.fields.items()}
+        return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields=fields)
+
+    wrong: Any = (("thruster_polarity", {"thruster": 4}, {}),)
+    found = check_vehicle([dive(tmp_path / "dive", effects=wrong)], MODEL)
+    assert told(found, "note")["wiring"] == "The command of thruster 4 drives it the other way round."
+    found = check_vehicle([dive(tmp_path / "askew", turned)], MODEL)
+    assert "its z axis points up" in told(found, "note")["askew"]
+
+
+def test_thrusters_that_are_commanded_alike_are_named(tmp_path: Path) -> None:
+    first: dict[str, Any] = {}
+
+    def alike(topic: Topic) -> Topic:
+        if topic.name == "thruster_0/throttle":
+            first.update(topic.fields)
+        if topic.name != "thruster_1/throttle":
+            return topic
+        return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields=dict(first))
+
+    found = check_vehicle([dive(tmp_path / "dive", alike)], MODEL)
+    assert told(found, "note")["excitation"].startswith("thrusters 0 and 1 were hardly commanded apart")
+
+
+def test_what_a_diagnosis_would_refuse_is_a_refusal_and_the_status_says_so(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    blind = dive(tmp_path / "blind", lambda topic: None if topic.name == "rov/imu" else topic)
+    assert main([str(blind), "--vehicle", "ngs"]) == 1
+    printed = capsys.readouterr().out
+    assert "! blind: blind: expected rov/imu or rov/odometry with attitude or rates" in printed
+    assert printed.endswith("not usable as it is: 1 refusals (!), 0 notes (?)\n")
+    assert main([str(tmp_path / "none"), "--vehicle", "ngs"]) == 1
+    assert "none" in capsys.readouterr().err

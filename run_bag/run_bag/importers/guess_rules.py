@@ -1,0 +1,93 @@
+"""Names that suggest channels: of ArduPilot's and MAVLink's logs, of tables and bags of a thruster, of a vehicle."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+__all__ = ["LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "Rule"]
+
+
+class Rule(NamedTuple):
+    """A channel, the names that suggest it, the format's unit where none is stated, and its sign there.
+
+    {i} is the thruster's number from 0, of groups `one` or `zero` or of the name's end; {axis} that of a group `axis`,
+    or the name of the group that matched. `together`: names that must all be there for the rule to hold.
+    """
+
+    channel: str
+    names: str
+    unit: str = ""
+    sign: int = 1
+    together: str = ""
+
+
+_AXIS = r"(?P<axis>[xyz])"
+_ANGLE = r"((?P<roll>roll|phi)|(?P<pitch>pitch|theta)|(?P<yaw>yaw|heading|psi))"
+_TURN = r"((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw|heading))_?(rate|speed|velocity|vel)"
+_GYRO = rf"(imu_?)?(gyro?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_AXIS}"
+_FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
+_LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
+_NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
+_SUPPLY = r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage"
+_CURRENT = r"(battery_?|supply_?)?(current|amps?)(_a)?"
+
+LOGS = (
+    Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
+    Rule("thruster_{i}/state.n", r"ESC\[(?P<zero>\d+)\]\.RPM|ESC_TELEMETRY_1_TO_4\.rpm\[(?P<zero2>\d+)\]", "rpm"),
+    Rule("thruster_{i}/state.supply_voltage", r"ESC\[(?P<zero>\d+)\]\.Volt", "V"),
+    Rule("thruster_{i}/state.current", r"ESC\[(?P<zero>\d+)\]\.Curr", "A"),
+    Rule("rov/battery.voltage", r"BAT(\[0\])?\.Volt|SYS_STATUS\.voltage_battery", "V"),
+    Rule("rov/battery.current", r"BAT(\[0\])?\.Curr|SYS_STATUS\.current_battery", "A", -1),
+    Rule("rov/imu.angular_velocity.{axis}", r"IMU(\[0\])?\.Gyr(?P<axis>[XYZ])", "rad/s"),
+    Rule("rov/imu.angular_velocity.{axis}", r"(SCALED_IMU2|RAW_IMU)\.(?P<axis>[xyz])gyro", "mrad/s"),
+    Rule("rov/imu.linear_acceleration.{axis}", r"IMU(\[0\])?\.Acc(?P<axis>[XYZ])", "m/s^2"),
+    Rule("rov/imu.linear_acceleration.{axis}", r"(SCALED_IMU2|RAW_IMU)\.(?P<axis>[xyz])acc", "mg"),
+    Rule("rov/odometry.pose.pose.orientation.{angle}", r"ATT\.(?P<angle>Roll|Pitch|Yaw)", "deg"),
+    Rule("rov/odometry.pose.pose.orientation.{angle}", r"ATTITUDE\.(?P<angle>roll|pitch|yaw)", "rad"),
+    Rule("rov/odometry.twist.twist.angular.{axis}", r"ATTITUDE\.((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw))speed", "rad/s"),
+    Rule("rov/depth.depth", r"CTUN\.Alt|VFR_HUD\.alt", "m", -1),
+)  # fmt: skip
+"""Fields of ArduPilot's autopilot and of MAVLink, whose altitudes are positive up and whose currents are positive while
+they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
+
+THRUSTER = (
+    Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
+    Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
+    Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
+    Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
+    Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?"),
+    Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
+    Rule("thruster_{i}/state.supply_voltage", _SUPPLY),
+    Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?"),
+)
+"""Of tables and other bags: the whole name, or its last part."""
+
+VEHICLE = (
+    Rule("rov/imu.orientation.{part}", r"(att(itude)?_?)?(q|quat(ernion)?|orientation)_?(?P<part>[wxyz])", "1"),
+    Rule("rov/imu.orientation.{angle}", rf"(att(itude)?_?|euler_?)?{_ANGLE}(_angle)?"),
+    Rule("rov/imu.angular_velocity.{axis}", _GYRO),
+    Rule("rov/imu.angular_velocity.{axis}", _TURN),
+    Rule("rov/imu.angular_velocity.{axis}", r"(?P<x>p)|(?P<y>q)|(?P<z>r)", together="pqr"),
+    Rule("rov/imu.linear_acceleration.{axis}", _FORCE),
+    Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
+    Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
+    Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together="uvw"),
+    Rule("rov/depth.depth", r"depth(_sensor)?"),
+    Rule("rov/battery.voltage", _SUPPLY),
+    Rule("rov/battery.current", _CURRENT, "", -1),
+)  # fmt: skip
+"""Of tables of a vehicle: those with several thrusters, or with a gyro."""
+
+OF_TYPE = {
+    "sensor_msgs/msg/Imu": "rov/imu",
+    "nav_msgs/msg/Odometry": "rov/odometry",
+    "geometry_msgs/msg/TwistWithCovarianceStamped": "rov/velocity",
+    "sensor_msgs/msg/BatteryState": "rov/battery",
+    "thruster_msgs/msg/Depth": "rov/depth",
+}
+"""Types of messages in a bag of a vehicle -> the topic of ours that holds the same."""
+READ = (
+    r"((pose\.pose\.)?orientation\.[wxyz]|(angular_velocity|linear_acceleration)\.[xyz]|pose\.pose\.position\.[xyz]|"
+    r"twist\.twist\.(linear|angular)\.[xyz]|voltage|current|depth)"
+)
+"""Fields of these that are read."""

@@ -1,0 +1,206 @@
+"""A vehicle's recording: channels by name, angles as quaternions, REP 103's axes in ours, what gravity forbids."""
+
+import struct
+
+import numpy as np
+import pytest
+from foreign_recordings import COUNT, message_format, stamps
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
+
+from run_bag import read_run
+from run_bag.importers.cli_recording import main
+
+TIME = 0.04 * np.arange(COUNT)
+ANGLES = np.column_stack((0.2 * np.sin(TIME), 0.1 * np.cos(TIME), 3.0 + 0.5 * TIME))  # roll, pitch, yaw [rad]
+BODY = Rotation.from_euler("ZYX", ANGLES[:, ::-1])  # body (FRD) to earth (NED)
+FORCE = BODY.inv().apply([0.0, 0.0, -9.81])
+RATES = np.column_stack((np.sin(3 * TIME), np.cos(2 * TIME), 0.5 + 0 * TIME))
+PULSES = 1500 + np.round(100 * np.sin(TIME))
+TO_NED, TO_FLU = np.array([[0, 1, 0], [1, 0, 0], [0, 0, -1]]), np.diag([1, -1, -1])
+"""The rotations between the axes of REP 103 and ours, each its own inverse."""
+
+
+def write_table(path, columns):
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(path, rows, delimiter=",", header=",".join(columns), comments="", fmt="%.9f")
+    return path
+
+
+def columns(**more):
+    degrees = np.degrees(ANGLES)
+    yaw = (degrees[:, 2] + 180.0) % 360.0 - 180.0
+    return {
+        "time_s": TIME, "pwm_1": PULSES, "pwm_2": 3000 - PULSES,
+        **{f"gyro_{a}_dps": np.degrees(RATES[:, k]) for k, a in enumerate("xyz")},
+        **{f"accel_{a}_g": FORCE[:, k] / 9.80665 for k, a in enumerate("xyz")},
+        "roll": degrees[:, 0], "pitch": degrees[:, 1], "heading": yaw, "depth": 2.0 + 0 * TIME,
+        "battery_V": 15.0 + 0 * TIME, "battery_current": 3.0 + 0 * TIME,
+        "u": 0.1 + 0 * TIME, "v": 0.2 + 0 * TIME, "w": 0.3 + 0 * TIME, **more,
+    }  # fmt: skip
+
+
+def guessed(capsys, *files):
+    assert main([*map(str, files), "--guess"]) == 0
+    return capsys.readouterr().out
+
+
+def imported(tmp_path, text, *files):
+    (tmp_path / "map.yaml").write_text(text)
+    assert main([*map(str, files), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    return read_run(tmp_path / "run")
+
+
+def attitude(run, topic="rov/imu.orientation"):
+    return Rotation.from_quat(np.column_stack([run[f"{topic}.{a}"].values for a in "xyzw"]))
+
+
+def vectors(run, topic):
+    return np.column_stack([run[f"{topic}.{a}"].values for a in "xyz"])
+
+
+def test_a_vehicle_s_table_is_guessed_and_its_angles_become_a_quaternion(tmp_path, capsys):
+    file = write_table(tmp_path / "dive.csv", columns())
+    text = guessed(capsys, file)
+    assert "Not recognised" not in text
+    assert "axes" not in text  # gravity says that z points down
+    run = imported(tmp_path, text, file)
+    assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
+    np.testing.assert_allclose(vectors(run, "rov/imu.angular_velocity"), RATES, atol=1e-8)
+    np.testing.assert_allclose(vectors(run, "rov/imu.linear_acceleration"), FORCE, atol=1e-6)
+    np.testing.assert_allclose(vectors(run, "rov/velocity.twist.twist.linear")[0], [0.1, 0.2, 0.3])
+    np.testing.assert_allclose(run["thruster_1/throttle.commanded"].values, (1500 - PULSES) / 80.0)
+    assert run["rov/battery.current"].values[0] == -3.0
+    assert run["rov/depth.depth"].values[0] == 2.0
+    assert capsys.readouterr().err == ""
+
+
+def test_files_of_a_vehicle_s_sensors_are_guessed_as_one_vehicle(tmp_path, capsys):
+    whole = columns()
+    own = {"time_s", "depth", "battery_V", "u", "v", "w"}
+    inner = write_table(tmp_path / "a.csv", {k: c for k, c in whole.items() if k == "time_s" or k not in own})
+    outer = write_table(tmp_path / "b.csv", {k: c for k, c in whole.items() if k in own})
+    text = guessed(capsys, inner, outer)
+    assert "rov/depth.depth: {column: depth, unit: m, file: b.csv}" in text
+    assert "rov/velocity.twist.twist.linear.z: {column: w, unit: m/s, file: b.csv}" in text
+    assert "rov/battery.voltage: {column: battery_V, unit: V, file: b.csv}" in text
+
+
+def test_what_a_gyro_s_unit_may_be_is_asked_and_gravity_tells_an_accelerometer_s(tmp_path, capsys):
+    units = {f"gyro_{a}": RATES[:, k] for k, a in enumerate("xyz")}
+    units |= {f"acc_{a}": FORCE[:, k] for k, a in enumerate("xyz")}
+    text = guessed(capsys, write_table(tmp_path / "a.csv", {"t": TIME, **units}))
+    assert text.count("unit: '?'") == 3
+    assert "write the unit: rad/s or deg/s?" in text
+    assert text.count("unit: m/s^2") == 3  # small along x and y, gravity along z
+
+
+def bag(path):
+    """Write a bag in REP 103's axes, under names of others."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    types = store.types
+    q = Rotation.from_matrix(TO_NED @ BODY.as_matrix() @ TO_FLU).as_quat()
+    header = types["std_msgs/msg/Header"]
+    vector, quaternion = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Quaternion"]
+    none = np.zeros(9)
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        imu = writer.add_connection("/mavros/imu/data", "sensor_msgs/msg/Imu", typestore=store)
+        dvl = writer.add_connection("/dvl/twist", "geometry_msgs/msg/TwistWithCovarianceStamped", typestore=store)
+        for k, at in enumerate(stamps()):
+            top = header(types["builtin_interfaces/msg/Time"](int(at // 10**9), int(at % 10**9)), "base_link")
+            turned, pushed = TO_FLU @ RATES[k], TO_FLU @ FORCE[k]
+            message = types[imu.msgtype](top, quaternion(*q[k]), none, vector(*turned), none, vector(*pushed), none)
+            writer.write(imu, at, store.serialize_cdr(message, imu.msgtype))
+            twist = types["geometry_msgs/msg/Twist"](vector(0.1, -0.2, -0.3), vector(0.0, 0.0, 0.0))
+            message = types[dvl.msgtype](top, types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)))
+            writer.write(dvl, at, store.serialize_cdr(message, dvl.msgtype))
+    return path
+
+
+def test_a_bag_in_rep_103_s_axes_comes_out_in_ours(tmp_path, capsys):
+    file = bag(tmp_path / "bag")
+    text = guessed(capsys, file)
+    assert "axes: {rov/imu: rep103, rov/velocity: rep103}   # at rest the IMU's z axis points up" in text
+    run = imported(tmp_path, text, file)
+    assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
+    np.testing.assert_allclose(vectors(run, "rov/imu.angular_velocity"), RATES, atol=1e-12)
+    np.testing.assert_allclose(vectors(run, "rov/imu.linear_acceleration"), FORCE, atol=1e-12)
+    np.testing.assert_allclose(vectors(run, "rov/velocity.twist.twist.linear")[0], [0.1, 0.2, 0.3])
+
+
+def test_without_the_axes_the_import_says_that_z_points_up(tmp_path, capsys):
+    file = bag(tmp_path / "bag")
+    text = "".join(line + "\n" for line in guessed(capsys, file).splitlines() if not line.startswith("axes"))
+    imported(tmp_path, text, file)
+    assert "rov/imu: its z axis points up: expected axes forward, starboard, down" in capsys.readouterr().err
+
+
+def test_an_autopilot_s_attitude_depth_and_battery_are_guessed(tmp_path, capsys):
+    data = message_format(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    data += message_format(10, 3 + 8 + 4, "RCOU", "QHH", "TimeUS,C1,C2")
+    data += message_format(11, 3 + 8 + 24, "IMU", "Qffffff", "TimeUS,GyrX,GyrY,GyrZ,AccX,AccY,AccZ")
+    data += message_format(12, 3 + 8 + 6, "ATT", "QccC", "TimeUS,Roll,Pitch,Yaw")
+    data += message_format(13, 3 + 8 + 4, "CTUN", "Qf", "TimeUS,Alt")
+    data += message_format(14, 3 + 8 + 8, "BAT", "Qff", "TimeUS,Volt,Curr")
+    for k in range(COUNT):
+        at = 5_000_000 + k * 40_000
+        hundredths = np.round(np.degrees(ANGLES[k]) * 100).astype(int)
+        data += b"\xa3\x95\x0a" + struct.pack("<QHH", at, int(PULSES[k]), 1500)
+        data += b"\xa3\x95\x0b" + struct.pack("<Qffffff", at, *RATES[k], *FORCE[k])
+        data += b"\xa3\x95\x0c" + struct.pack("<QhhH", at + 7000, *hundredths)
+        data += b"\xa3\x95\x0d" + struct.pack("<Qf", at, -2.0)
+        data += b"\xa3\x95\x0e" + struct.pack("<Qff", at, 15.5, 4.0)
+    (tmp_path / "x.BIN").write_bytes(data)
+    run = imported(tmp_path, guessed(capsys, tmp_path / "x.BIN"), tmp_path / "x.BIN")
+    assert np.max((attitude(run, "rov/odometry.pose.pose.orientation") * BODY.inv()).magnitude()) < 2e-4
+    np.testing.assert_allclose(vectors(run, "rov/imu.linear_acceleration"), FORCE, atol=1e-5)
+    assert (run["rov/depth.depth"].values[0], run["rov/battery.current"].values[0]) == (2.0, -4.0)
+
+
+CLOCK = "time: {column: time_s}\n"
+ROLL = "rov/imu.orientation.roll: {column: roll, unit: deg}\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        (ROLL, "rov/imu.orientation: expected all of roll, pitch, yaw, or of w, x, y, z, found roll"),
+        (ROLL + "rov/imu.orientation.w: {column: pitch, unit: '1'}", "or of w, x, y, z, found roll, w"),
+        ("axes: rep103\n" + ROLL, "axes: expected {topic: rep103}, found 'rep103'"),
+        ("axes: {rov/depth: enu}\nrov/depth.depth: {column: depth, unit: m}", "axes: rov/depth: expected rep103"),
+        ("axes: {rov/imu: rep103}\nrov/depth.depth: {column: depth, unit: m}", "expected topics rov/... of this map"),
+        ("rov/depth.roll: {column: depth, unit: m}", "has no numeric field 'roll'"),
+    ],
+)
+def test_an_attitude_in_parts_or_unknown_axes_are_refused(tmp_path, capsys, text, sentence):
+    file = write_table(tmp_path / "dive.csv", columns())
+    (tmp_path / "map.yaml").write_text(CLOCK + text)
+    assert main([str(file), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
+    assert sentence in capsys.readouterr().err
+
+
+def test_an_attitude_whose_angles_never_come_together_is_refused(tmp_path, capsys):
+    apart = columns()
+    for k, name in enumerate(("roll", "pitch", "heading")):
+        apart[name] = np.where(np.arange(COUNT) % 3 == k, apart[name], np.nan)
+    file = write_table(tmp_path / "dive.csv", apart)
+    text = guessed(capsys, file)
+    (tmp_path / "map.yaml").write_text(text)
+    assert main([str(file), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
+    assert "rov/imu.orientation: expected all its parts measured at one time" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        ({"roll": np.degrees(ANGLES[:, 0]) + 90.0}, "force disagree about where down is, by 90 degrees"),
+        ({"depth": -2.0 + 0 * TIME}, "rov/depth.depth: -2 m as a rule: expected depths, positive down; say `sign: -1`"),
+        ({f"accel_{a}_g": 0.1 * RATES[:, k] for k, a in enumerate("xyz")}, "is gravity taken away?"),
+    ],
+)
+def test_what_gravity_and_water_do_not_allow_is_said_at_once(tmp_path, capsys, change, sentence):
+    usual = write_table(tmp_path / "usual.csv", columns())
+    text = guessed(capsys, usual)
+    imported(tmp_path, text, write_table(tmp_path / "dive.csv", columns(**change)))
+    assert sentence in capsys.readouterr().err
