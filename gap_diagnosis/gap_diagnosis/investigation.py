@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import logsumexp
+from scipy.special import logsumexp, softmax
 
 from gap_diagnosis.discrepancy import Discrepancy, discrepancy
 from gap_diagnosis.offers import offers_of
@@ -150,7 +150,7 @@ class Investigation:
     def probabilities(self) -> dict[tuple[str, ...], float]:
         """Of all sets, by their keys; they sum to one."""
         scores = np.array([self.search.score(each) for each in self.ranked]) / RULES.tempered
-        weights = np.exp(scores - logsumexp(scores))
+        weights = softmax(scores)
         return {each.keys: float(p) for each, p in zip(self.ranked, weights, strict=True)}
 
     @property
@@ -165,7 +165,7 @@ class Investigation:
         found: dict[str, float] = {}
         for keys, probability in self.probabilities.items():
             for key in keys:
-                found[key] = found.get(key, 0.0) + probability
+                found[key] = min(found.get(key, 0.0) + probability, 1.0)
         return found
 
     @property

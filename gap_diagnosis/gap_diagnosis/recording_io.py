@@ -198,7 +198,7 @@ def _finite(name: str, run: Run, warnings: list[str]) -> Samples:
         warnings.append(f"{name}: expected numbers, found {infinite} infinite ones; left out")
     missing = int(np.sum(np.isnan(values)))
     if missing and "throttle" in name:
-        warnings.append(f"{name}: {missing} of {values.size} stamps come without a command; the one before is held")
+        warnings.append(f"{name}: {missing} of {values.size} stamps hold no command; the one before is held")
     return time[known], values[known]
 
 

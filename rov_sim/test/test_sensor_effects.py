@@ -23,6 +23,7 @@ EFFECTS = {
     "velocity_misalignment": (("velocity",), {"angle": 0.1}, {"axis": "z"}),
     "sensor_lever_arm": (("depth",), {"offset": 0.2}, {"sensor": "depth", "axis": "x"}),
     "depth_bias": (("depth",), {"offset": 0.4}, {}),
+    "depth_scale": (("depth",), {"share": 0.05}, {}),
     "magnetic_disturbance": (("imu",), {"angle": 0.2}, {}),
 }
 """Sensors that are concerned, sizes, and what the effect acts on."""
@@ -144,6 +145,11 @@ def test_a_sensor_elsewhere_feels_other_motion(sensor: str, columns: list[int]) 
 def test_a_depth_off_its_zero_is_deeper_all_the_time() -> None:
     difference = read(exact(), of("depth_bias"))["depth", -1].values - read(exact())["depth", -1].values
     np.testing.assert_allclose(difference, 0.4, atol=1e-14)
+
+
+def test_a_wrong_scale_of_the_depth_grows_with_the_depth() -> None:
+    before, after = read(exact())["depth", -1].values, read(exact(), of("depth_scale"))["depth", -1].values
+    np.testing.assert_allclose(after, 1.05 * before, rtol=1e-14)
 
 
 def test_the_thrusters_current_turns_the_heading_and_nothing_else() -> None:

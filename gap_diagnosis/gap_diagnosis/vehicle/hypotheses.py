@@ -132,6 +132,7 @@ _BODY: dict[str, tuple[tuple[str, float, float], ...]] = {
     "velocity_delay": (("time", 0.3, 0.05),),
     "velocity_misalignment": (("angle", 0.1, 0.01),),
     "velocity_scale": (("share", 0.1, 0.02),),
+    "depth_scale": (("share", 0.05, 0.01),),
     "sensor_lever_arm": (("offset", 0.2, 0.03),),
     "magnetic_disturbance": (("angle", 0.2, 0.02),),
     "hull_interaction": (("share", 0.3, 0.05),),
@@ -148,8 +149,8 @@ _CARRIERS = {"payload": "mass", "tether_drag": "length"}
 _FIXED = {"cavitation": {"onset": 100.0}, "thermal_fade": {"time_constant": 30.0}}
 SENSORS_OF = {
     "velocity_delay": "velocity", "velocity_misalignment": "velocity", "velocity_scale": "velocity",
-    "gyro_scale": "gyro", "imu_delay": "gyro", "magnetic_disturbance": "attitude", "tach_scale": "tachometer",
-    "tach_lag": "tachometer",
+    "gyro_scale": "gyro", "imu_delay": "gyro", "magnetic_disturbance": "attitude", "depth_scale": "depth",
+    "tach_scale": "tachometer", "tach_lag": "tachometer",
 }  # fmt: skip
 """What an effect of a sensor cannot be shown without."""
 HULL_REACH = 0.3
@@ -233,7 +234,7 @@ def _all(model: Model) -> Iterator[Hypothesis]:
             yield _made(effect, _BODY[effect], axis=axis)
     for effect in (
         "buoyancy_offset", "cg_shift", "payload", "tether_drag", "water_current", "water_density", "supply_sag",
-        "imu_delay", "velocity_delay", "magnetic_disturbance",
+        "imu_delay", "velocity_delay", "magnetic_disturbance", "depth_scale",
     ):  # fmt: skip
         yield _made(effect, _BODY[effect])
     # commands that are stamped too early act late, which is their delay

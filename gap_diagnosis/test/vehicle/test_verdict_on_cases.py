@@ -126,3 +126,20 @@ def test_a_weight_at_a_place_is_no_shift_of_the_centre_of_mass(tmp_path: Path) -
     assert [e["id"] for e in found["effects"]] == [effect] == ["payload"]
     sizes = found["effects"][0]["parameters"]
     assert all(abs(sizes[name]["value"] - size) < 4.0 * sizes[name]["std"] for name, size in hidden.items())
+
+
+def test_a_depth_of_a_wrong_scale_is_not_blamed_on_the_velocity_log(tmp_path: Path) -> None:
+    draw = Draw(seed=12, vehicle="ngs", deviations=0.7, kinds=("steps",), duration=30.0)
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    deeper = [
+        replace(t, fields={"depth": 1.08 * np.asarray(t.fields["depth"])}) if t.name == "rov/depth" else t
+        for t in topics
+    ]
+    log = read_log(write_run(tmp_path / "run", deeper), model.thrusters)
+    tried = ("depth_scale", "velocity_scale", "velocity_misalignment")
+    found = diagnosed(model, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False).content
+    (claimed,) = found["effects"]
+    size = claimed["parameters"]["share"]
+    assert (claimed["id"], claimed["sensor"]) == ("depth_scale", "depth")
+    assert abs(size["value"] - 0.08) < 3.0 * size["std"]

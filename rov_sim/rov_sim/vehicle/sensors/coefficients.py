@@ -26,7 +26,7 @@ class SensorCoefficients(NamedTuple):
         magnetic_yaw: error of the yaw at all thrusters' full current [rad].
         velocity_position, velocity_rotation: of the velocity log, as for the IMU.
         velocity_scale: velocities times this [1], in its axes; velocity_late: by which its stamps are late [s].
-        depth_position: of the depth sensor [m]; depth_bias: added to the depth [m].
+        depth_position: of the depth sensor [m]; depths times depth_scale [1], and depth_bias added [m].
         signed: 1 where tachometers tell the direction, else 0.
         nominal_voltage [V], current_at_full [A], idle_current [A]: of the battery.
     """
@@ -44,6 +44,7 @@ class SensorCoefficients(NamedTuple):
     velocity_scale: Vector
     velocity_late: float
     depth_position: Vector
+    depth_scale: float
     depth_bias: float
     signed: int
     nominal_voltage: float
@@ -68,6 +69,7 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         velocity_scale=whole,
         velocity_late=0.0,
         depth_position=sensors.depth.position,
+        depth_scale=1.0,
         depth_bias=0.0,
         signed=int(sensors.signed),
         nominal_voltage=sensors.nominal_voltage,

@@ -7,7 +7,7 @@ angular velocity  c.gyro_scale R_s^T omega + c.gyro_bias + e                    
 specific force    R_s^T (a - R^T g) + c.force_bias + e                                             [m/s^2]
                   a = dnu_1/dt + omega x nu_1 + domega/dt x r + omega x (omega x r)
 velocity          c.velocity_scale R_s^T (nu_1 + omega x r) + e                       over ground  [m/s]
-depth             z + (R r)_z + c.depth_bias + e                                                   [m]
+depth             c.depth_scale (z + (R r)_z) + c.depth_bias + e                                   [m]
 rotor speed       n + e, or |n + e|                                                                [rad/s]
 battery           V_0 V/V_0 + e [V],    I_0 + I_full i + e [A]
 
@@ -116,7 +116,7 @@ def velocity_measured(velocity, c, e):  # type: ignore[no-untyped-def]
 def depth_measured(position, attitude, c, e):  # type: ignore[no-untyped-def]
     """Return the depth [m] told at the body's position (3,) [m] and attitude q (4,) with errors e (1,) [m]."""
     lever = rotated((attitude[0], attitude[1], attitude[2], attitude[3]), c.depth_position)
-    return position[2] + lever[2] + c.depth_bias + e[0]
+    return c.depth_scale * (position[2] + lever[2]) + c.depth_bias + e[0]
 
 
 @equation
