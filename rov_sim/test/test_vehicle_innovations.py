@@ -1,5 +1,6 @@
 """The plant corrected by its sensors: without gains it is the plant, with them it follows what is measured."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,9 +28,14 @@ def throttles() -> Array:
 
 
 def run(
-    settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0
-) -> tuple[Array, Array]:
-    """Return innovations (K, 13) and states (K, ...) for attitudes told, nothing else; late: the IMU [s]."""
+    settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0,
+    voltages: Array | None = None, charge: Array | None = None,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return innovations (K, 13) and states (K, ...) for attitudes and voltages told, nothing else; late: the IMU [s];
+    charge: as of `innovations`, by default not followed."""
+    battery = np.full((K, 2), np.nan)
+    if voltages is not None:
+        battery[:, 0] = voltages
     N, steps = settings.count, settings.steps_in(PERIOD)
     told = np.full((K, CHANNELS), np.nan)
     out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, states_width(N)))]
@@ -38,7 +44,7 @@ def run(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan),
-        np.full((K, 2), np.nan), np.zeros(K), gains, np.zeros((K, N)), *out,
+        battery, np.zeros(K), gains, np.zeros((K, N)), np.array([1.0, 0.0]) if charge is None else charge, *out,
     )  # fmt: skip
     assert done == K
     return out[0], out[3]
@@ -75,3 +81,28 @@ def test_with_gains_it_follows_the_attitude_that_is_told(settings: VehicleSettin
     assert e[0, 2] == pytest.approx(0.2)
     assert e[:4, 2] == pytest.approx(0.2 * 0.5 ** np.arange(4), rel=0.02)
     assert abs(e[20, 2]) < 1e-3
+
+
+NOMINAL = sensor_coefficients(load_sensors()).nominal_voltage
+
+
+def test_a_battery_that_is_told_to_be_low_feeds_its_thrusters_less(settings: VehicleSettings, throttles: Array) -> None:
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    weak = replace(settings, coefficients=settings.coefficients._replace(supply=0.9))
+    _, expected = run(weak, throttles, level, none)
+    charge = np.array([np.nan, 0.002])
+    _, found = run(settings, throttles, level, none, voltages=np.full(K, 0.9 * NOMINAL), charge=charge)
+    assert found[:, :13] == pytest.approx(expected[:, :13], rel=0.0, abs=1e-9)
+    assert charge[0] == pytest.approx(0.9)
+    _, full = run(settings, throttles, level, none)
+    assert np.abs(full[:, 7:13] - expected[:, 7:13]).max() > 0.01
+
+
+def test_a_charge_is_followed_slowly_and_what_falls_at_once_is_left(
+    settings: VehicleSettings, throttles: Array
+) -> None:
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    voltages = np.where(np.arange(K) < K // 2, NOMINAL, 0.9 * NOMINAL)
+    charge = np.array([np.nan, 0.02])
+    run(settings, throttles, level, none, voltages=voltages, charge=charge)
+    assert charge[0] == pytest.approx(0.9 + 0.1 * 0.98 ** (K // 2), abs=1e-6)

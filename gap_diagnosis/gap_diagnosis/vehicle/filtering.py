@@ -20,7 +20,7 @@ from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "foreseen", "foreseen_deviations",
+    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen", "foreseen_deviations",
     "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
@@ -95,7 +95,7 @@ def filtered(
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
     log = _shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
-    return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra)
+    return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
 
 
 def _shifted(
@@ -121,7 +121,12 @@ def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
     return replace(log, throttles=(1.0 - share[:, None]) * here + share[:, None] * before)
 
 
-def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untyped-def]
+def followed(log: VehicleLog) -> Array:
+    """Return how a battery's charge is followed from a log's first reading of its voltage on, see `innovations`."""
+    return np.array([np.nan, 1.0 - np.exp(-log.period / rules.CHARGE_TIME)])
+
+
+def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[no-untyped-def]
     K, N = log.count, log.thrusters
     out = (
         np.full((K, 13), np.nan),
@@ -135,7 +140,7 @@ def _run(log, built, gains, speed_gains, time, extra):  # type: ignore[no-untype
         sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
         built.sensors, built.tach, log.attitude, log.told, log.speeds, log.battery, log.lateness, gains, speed_gains,
-        *out,
+        charge, *out,
     )  # fmt: skip
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
 
@@ -159,7 +164,15 @@ def foreseen(
     )  # fmt: skip
     built = model.built(values, effects, run=-1, signed=like.signed, initial=initial_state(blank))
     # without gains the innovations are what is expected, with the other sign
-    ran = _run(_shifted(blank, values, effects), built, np.zeros((K, 16, 13)), np.zeros((K, N)), 1.0, None)
+    ran = _run(
+        _shifted(blank, values, effects),
+        built,
+        np.zeros((K, 16, 13)),
+        np.zeros((K, N)),
+        1.0,
+        None,
+        np.array([1.0, 0.0]),
+    )
     told, attitude = -ran.body, states_of(ran.states).attitude.copy()
     told[~np.isfinite(like.told[row])] = np.nan
     attitude[~np.isfinite(like.attitude[row])] = np.nan
@@ -282,7 +295,7 @@ def prepared_with(
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
-    base = _run(log, built, gains.gains, speed_gains, noises.time, None)
+    base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log))
     return Prepared(
         log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
     )  # fmt: skip

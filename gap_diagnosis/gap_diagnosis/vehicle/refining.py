@@ -16,6 +16,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
@@ -33,6 +34,8 @@ _ENOUGH = 0.1
 _NEAR = 1.0
 """Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
 _ROWS = 4096
+_COARSELY = {"xatol": 0.02, "maxiter": 12}
+"""How well a share is found that only begins a fit."""
 _LEAST = 1e-9
 _Point = tuple[float, Array, list[Array]]
 
@@ -186,6 +189,19 @@ class Problem:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
         x = self._held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
         return tuple(self._columns(x, self._scored(x)[0], ()))
+
+    def resized(
+        self, moved: Array, sizes: Sequence[tuple[float, ...]]
+    ) -> tuple[Array, list[tuple[float, ...]]]:  # fmt: skip
+        """Return the point with that share of the last effect's sizes, up to twice them, that is most likely."""
+
+        def at(share: float) -> list[tuple[float, ...]]:
+            return [*sizes[:-1], tuple(share * s for s in sizes[-1])]
+
+        best = minimize_scalar(
+            lambda share: -self.score(moved, at(share)), bounds=(0.0, 2.0), method="bounded", options=_COARSELY
+        )
+        return moved, at(float(best.x))
 
     def grid_start(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
         """Return where the last effect's size begins that has no finite neutral value; the others' sizes are given."""

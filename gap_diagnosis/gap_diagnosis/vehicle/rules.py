@@ -107,3 +107,6 @@ TIMING = 0.003
 sample. Shifts in time came out as much as 5 ms off, with deviations of 0.1 to 1 ms from the readings alone."""
 TOLD_APART = 5.0
 """Deviations by which a next recording must tell two effects apart; beyond it more is no better."""
+CHARGE_TIME = 20.0
+"""[s] In which a battery's charge is followed: it falls in minutes, while currents and what sags with them change in
+seconds. Set by reason; no seeds were run for it."""

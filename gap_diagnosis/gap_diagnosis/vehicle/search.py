@@ -208,10 +208,8 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         at = [j for j, name in enumerate(names) if isinstance(name, tuple) and name[0] == h]
         x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
         starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
-        # what a thruster's numbers took over before the effect was there, they give back at once
-        own = np.array([key[0] == "own" and key[2] in (h.thruster, h.other) for key in free])
-        starts += [(np.where(own, 0.0, moved), sizes) for moved, sizes in starts if own.any()]
         starts = [max(starts, key=lambda there: problem.score(*there))]
+        starts += _given_back(stage, h, problem, free, x)
         if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
             starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
         found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
@@ -228,6 +226,29 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         gain, prior = fit.log_evidence - nothing, log_prior(fit.effects[-1].hypothesis, tried)
         found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + prior, fit))
     return sorted(found, key=lambda each: -each[0])
+
+
+def _given_back(
+    stage: Stage, h: Hypothesis, problem: Problem, free: dict[Key, float], x: Array
+) -> list[tuple[Array, list[tuple[float, ...]]]]:  # fmt: skip
+    """Return where to fit from if a thruster's numbers give back what they took over before the effect was there.
+
+    They are those which move by a deviation or more to first order, x in deviations; the effect takes as much as that
+    is. Number and effect are multiplied: no step along columns that were made where one had it all leads there.
+    """
+    m, count = len(stage.moved), len(h.scale)
+    own = np.array([key[0] == "own" and key[2] in (h.thruster, h.other) for key in free])
+    back = own & (np.abs(x[:m]) > 1.0) & (x[:m] * stage.moved < 0.0)
+    if not back.any():
+        return []
+    on = [a.sizes for a in stage.fit.effects]
+    moved = np.where(back, 0.0, stage.moved)
+    if h.switch:
+        return [(moved, [*on, ()])]
+    if h.grid or not np.any(x[-count:]):
+        return []
+    expected = x[-count:] / np.max(np.abs(x[-count:])) * np.array(h.scale)
+    return [problem.resized(moved, [*on, tuple(map(float, expected))])]
 
 
 def _beside(stage: Stage, known: Sequence[int], at: Sequence[int], size: float) -> Array:

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import at_rest, initial_state, rotor_decay, starting
+from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
 from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -70,7 +70,7 @@ class _Branch:
         self.body = built.settings.coefficients
         self._sheet, self._tables, self._sensing = sheet_of(built.settings), built.settings.tables, built[1:]
         self._steps = built.settings.steps_in(log.period)
-        self._wrench = np.zeros(6)
+        self._wrench, self._charge = np.zeros(6), followed(log)
 
     def follow(self, other: "_Branch") -> None:
         """Take the state of another branch of this bank."""
@@ -84,7 +84,7 @@ class _Branch:
         done = kernel(
             self._sheet, np.ascontiguousarray(log.throttles), self._steps, log.period / self._steps, carried,
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
-            log.lateness, gains, speed_gains, *out,
+            log.lateness, gains, speed_gains, self._charge, *out,
         )  # fmt: skip
         self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
         return bool(done == log.count)

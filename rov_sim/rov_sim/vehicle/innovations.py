@@ -7,6 +7,8 @@ State of the filter: the plant's own, and a wrench w [N, N m] on the body that w
 with e of 13 channels: attitude (a turn of the body) 0-2 [rad], gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9
 [m], velocity 10-12 [m/s]; x (+) dx with dx of 16 entries: turn 0-2, nu 3-8, w 9-14, depth 15. Rotor speeds have a gain
 of their own each. The equations are the plant's and its sensors', so that every effect of the library acts here too.
+A battery's charge
+is followed slowly beside: what is left of the voltage that the plant expects feeds its thrusters.
 Gains do not depend on the state: what another coefficient changes in e is a difference of two runs of this kernel.
 """
 
@@ -17,7 +19,7 @@ from numpy.typing import NDArray
 
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
-from rov_sim.vehicle.tables import BODY, STATE
+from rov_sim.vehicle.tables import BODY, STATE, Body
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
@@ -59,7 +61,7 @@ def states_of(rows: NDArray[np.float64]) -> States:
 @compiled
 def innovations(  # type: ignore[no-untyped-def]
     sheet, commands, steps, step, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery, lateness,
-    gains, speed_gains, out, out_n, out_b, states,
+    gains, speed_gains, charge, out, out_n, out_b, states,
 ):  # fmt: skip
     """Run the filter over K periods; return how many were done, fewer than K where the state is no longer finite.
 
@@ -72,6 +74,8 @@ def innovations(  # type: ignore[no-untyped-def]
         lateness: (K,), by which the velocity in row k was measured before instant k, in periods. Of an IMU that is late
             by c.imu_late a row is taken as many whole periods later, and expected as it was the rest of one before.
         gains: (K, 16, 13); speed_gains: (K, N).
+        charge: (2,), of the battery: its voltage at rest over the nominal one, NaN: that of the first reading; and the
+            share of what a reading of the voltage differs by which it follows. It is left as it is at the end.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
@@ -91,7 +95,8 @@ def innovations(  # type: ignore[no-untyped-def]
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
-        measured(sheet, gate, wrench, body, layout, p, e, row)
+        fed = _charged(body, 1.0 if np.isnan(charge[0]) else charge[0])
+        measured(sheet, gate, wrench, fed, layout, p, e, row)
         imu = imu_measured(row[3:7], row[7:13], row[13:19], row[20], c, _NO_IMU)
         log = velocity_measured(row[7:13], c, _NO_VELOCITY)
         for j in range(_LOG):
@@ -111,6 +116,12 @@ def innovations(  # type: ignore[no-untyped-def]
             out[k, 10 + j] = told[k, 10 + j] - then[_LOG + j]
         power = battery_measured(row[19], row[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
+        if charge[1] > 0.0 and np.isfinite(out_b[k, 0]):
+            if np.isnan(charge[0]):
+                charge[0], out_b[k, 0] = battery[k, 0] / power.voltage, 0.0
+            else:
+                charge[0] += charge[1] * out_b[k, 0] / c.nominal_voltage
+            fed = _charged(body, charge[0])
         for j in range(CHANNELS):
             error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
         dx = gains[k] @ error
@@ -143,12 +154,21 @@ def innovations(  # type: ignore[no-untyped-def]
             states[k, j] = sheet[STATE, j]
         for j in range(6):
             states[k, 13 + j] = w[j]
-        advance_together(sheet, commands[k], steps, step, gate, wrench, body, layout, p, e)
+        advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
         for j in range(6):
             w[j] *= keep
         if not np.all(np.isfinite(sheet[STATE])):
             return k
     return K
+
+
+@inlined
+def _charged(body, charge):  # type: ignore[no-untyped-def]
+    """Return the numbers of a body whose battery has so much of its nominal voltage at rest."""
+    return Body(
+        body.M, body.M_inverse, body.D_L, body.D_Q, body.weight, body.buoyancy, body.r_G, body.r_B, body.current,
+        body.tether, body.supply * charge, body.sag, body.stir, body.interacts, body.reacts, body.tethered, body.sags,
+    )  # fmt: skip
 
 
 @inlined
