@@ -96,6 +96,20 @@ def test_what_a_gyro_s_unit_may_be_is_asked_and_gravity_tells_an_accelerometer_s
     assert text.count("unit: m/s^2") == 3  # small along x and y, gravity along z
 
 
+def test_an_attitude_in_parts_or_twice_is_not_proposed(tmp_path, capsys):
+    parted = columns()
+    del parted["heading"]
+    text = guessed(capsys, write_table(tmp_path / "a.csv", parted))
+    assert "orientation" not in text
+    assert "# roll " in text
+    x, y, z, w = BODY.as_quat().T
+    twice = columns(q_w=w, q_x=x, q_y=y, q_z=z)
+    text = guessed(capsys, write_table(tmp_path / "b.csv", twice))
+    assert text.count("rov/imu.orientation.") == 4
+    run = imported(tmp_path, text, tmp_path / "b.csv")
+    assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
+
+
 def bag(path):
     """Write a bag in REP 103's axes, under names of others."""
     store = get_typestore(Stores.ROS2_JAZZY)

@@ -11,7 +11,7 @@ import numpy as np
 from ..errors import RunError
 from ..known_topics import topic_type
 from ..units import unit_of
-from .axes import REP103, unit_in_map
+from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .bag_source import BagSource
 from .conversions import COMMANDS, conversion
 from .csv_source import CsvSource
@@ -74,12 +74,31 @@ def guess(sources: Sequence[Source]) -> str:
                 left.append(f"# {_quoted(name)}{_seen(source, name)}")
             else:
                 found[each.channel] = each
+    for each in _parted(found.values()):
+        del found[each.channel]
+        left.append(f"# {_quoted(each.name)}{_seen(each.source, each.name)}")
     several = len(sources) > 1
     lines = ["# A proposal: read it, correct it, and import with --map.", *told, *_axes(found.values())]
     lines += [_line(each, [f for f in found.values() if f.group == each.group], several) for each in found.values()]
     lines += ["# Not recognised:", *left[:SHOWN]] if left else []
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     return "\n".join(lines) + "\n"
+
+
+def _parted(found: Iterable[_Found]) -> list[_Found]:
+    """Return parts of attitudes that make none: without the others, or angles beside a quaternion."""
+    parts: dict[str, dict[str, _Found]] = {}
+    for each in found:
+        head, _, part = each.channel.rpartition(".")
+        if head.endswith("orientation"):
+            parts.setdefault(head, {})[part] = each
+    return [
+        each
+        for own in parts.values()
+        for kept in [next((names for names in (PARTS, ANGLES) if set(names) <= set(own)), ())]
+        for part, each in own.items()
+        if part not in kept
+    ]
 
 
 def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
