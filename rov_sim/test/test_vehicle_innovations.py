@@ -44,7 +44,7 @@ def run(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan),
-        battery, np.zeros(K), gains, np.zeros((K, N)), np.array([1.0, 0.0]) if charge is None else charge, *out,
+        battery, np.zeros(K), gains, np.zeros((K, N)), np.array([1.0, np.inf, 0.0]) if charge is None else charge, *out,
     )  # fmt: skip
     assert done == K
     return out[0], out[3]
@@ -90,7 +90,7 @@ def test_a_battery_that_is_told_to_be_low_feeds_its_thrusters_less(settings: Veh
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
     weak = replace(settings, coefficients=settings.coefficients._replace(supply=0.9))
     _, expected = run(weak, throttles, level, none)
-    charge = np.array([np.nan, 0.002])
+    charge = np.array([1.0, 500.0, 0.0])
     _, found = run(settings, throttles, level, none, voltages=np.full(K, 0.9 * NOMINAL), charge=charge)
     assert found[:, :13] == pytest.approx(expected[:, :13], rel=0.0, abs=1e-9)
     assert charge[0] == pytest.approx(0.9)
@@ -103,6 +103,6 @@ def test_a_charge_is_followed_slowly_and_what_falls_at_once_is_left(
 ) -> None:
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
     voltages = np.where(np.arange(K) < K // 2, NOMINAL, 0.9 * NOMINAL)
-    charge = np.array([np.nan, 0.02])
+    charge = np.array([1.0, 25.0, 0.0])
     run(settings, throttles, level, none, voltages=voltages, charge=charge)
-    assert charge[0] == pytest.approx(0.9 + 0.1 * 0.98 ** (K // 2), abs=1e-6)
+    assert charge[0] == pytest.approx(0.9 + 0.1 * np.exp(-(K // 2) / 25.0), abs=1e-6)

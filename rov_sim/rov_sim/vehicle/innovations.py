@@ -74,8 +74,8 @@ def innovations(  # type: ignore[no-untyped-def]
         lateness: (K,), by which the velocity in row k was measured before instant k, in periods. Of an IMU that is late
             by c.imu_late a row is taken as many whole periods later, and expected as it was the rest of one before.
         gains: (K, 16, 13); speed_gains: (K, N).
-        charge: (2,), of the battery: its voltage at rest over the nominal one, NaN: that of the first reading; and the
-            share of what a reading of the voltage differs by which it follows. It is left as it is at the end.
+        charge: (3,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
+            periods, infinite: never; readings of it so far, whose mean it is until then. Left as it is at the end.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
@@ -90,12 +90,12 @@ def innovations(  # type: ignore[no-untyped-def]
         lagging[i] = sheet[STATE, BODY + i]
     history, then = np.zeros((K, _BOTH)), np.zeros(_BOTH)
     error = np.zeros(CHANNELS)
-    old = c.imu_late / (steps * step)
+    old, since = c.imu_late / (steps * step), 0
     whole = int(old)
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
-        fed = _charged(body, 1.0 if np.isnan(charge[0]) else charge[0])
+        fed = _charged(body, charge[0])
         measured(sheet, gate, wrench, fed, layout, p, e, row)
         imu = imu_measured(row[3:7], row[7:13], row[13:19], row[20], c, _NO_IMU)
         log = velocity_measured(row[7:13], c, _NO_VELOCITY)
@@ -116,12 +116,11 @@ def innovations(  # type: ignore[no-untyped-def]
             out[k, 10 + j] = told[k, 10 + j] - then[_LOG + j]
         power = battery_measured(row[19], row[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
-        if charge[1] > 0.0 and np.isfinite(out_b[k, 0]):
-            if np.isnan(charge[0]):
-                charge[0], out_b[k, 0] = battery[k, 0] / power.voltage, 0.0
-            else:
-                charge[0] += charge[1] * out_b[k, 0] / c.nominal_voltage
-            fed = _charged(body, charge[0])
+        since += 1
+        if np.isfinite(out_b[k, 0]) and charge[1] < np.inf:
+            charge[2] += 1.0
+            charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-since / charge[1])) * out_b[k, 0] / c.nominal_voltage
+            since, fed = 0, _charged(body, charge[0])
         for j in range(CHANNELS):
             error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
         dx = gains[k] @ error
