@@ -2,11 +2,11 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from gap_diagnosis.check_io import check
-from gap_diagnosis.findings import lines_of, usable
+from gap_diagnosis.findings import Finding, lines_of, usable
 from run_bag import RunError
 from run_bag.command_line import described, printable, user_arguments
 from thruster_model.errors import ThrusterModelError
@@ -26,8 +26,13 @@ def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
     parser.add_argument("--set", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
     given = parser.parse_args(user_arguments(arguments))
+    return printed(lambda: check(given.runs, load_parameter_set(given.set), given.thruster))
+
+
+def printed(work: Callable[[], Sequence[Finding]]) -> int:
+    """Print what a check finds; return 0 where runs are usable, 1 where something is refused or cannot be read."""
     try:
-        found = check(given.runs, load_parameter_set(given.set), given.thruster)
+        found = work()
     except (RunError, ThrusterModelError, OSError) as error:
         print(error, file=sys.stderr)
         return 1

@@ -11,8 +11,8 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.fit_io import name_of
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import SENSORS_OF
-from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
+from gap_diagnosis.vehicle.log_io import log_of
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.oddities import common_to
 from gap_diagnosis.vehicle.wiring import wiring_of
@@ -41,25 +41,19 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     Raises:
         RunError: one of them cannot be read at all.
     """
-    runs = [read_run(path) for path in paths]
     logs, found = [], []
-    for path, run in zip(paths, runs, strict=True):
+    for run in map(read_run, paths):
         try:
-            log = read_log(path, model.thrusters)
+            log = log_of(run, model.thrusters)
         except RunError as error:
             found.append(Finding(kind="refused", about=run.name, sentence=str(error)))
             continue
         logs.append(log)
         found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
-    enough = [log for log in logs if log.duration >= rules.LEAST_TIME]
-    if logs and not enough:
-        told = f"expected a recording of {rules.LEAST_TIME:g} s or more; the longest has {logs[0].duration:.1f} s"
-        return [*found, Finding(kind="refused", about="length", sentence=told)]
     if not logs:
         return found
-    if max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION:
-        told = f"expected throttles that vary by {rules.LEAST_EXCITATION:g} V; found none"
-        return [*found, Finding(kind="refused", about="throttles", sentence=told)]
+    if lacking := wanting(logs):
+        return [*found, Finding(kind="refused", about="fit would refuse", sentence=lacking)]
     for each in common_to([log.oddities for log in logs]):
         found.append(Finding(kind="note", about="log of a sensor", sentence=each.sentence))
     wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
@@ -117,8 +111,8 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     """Return which numbers and effects these recordings could tell at best."""
     best = foreseen(model, logs)
     shown = [h for h, _ in best.effects if h not in best.hidden]
-    there = {name for log in logs for name, is_there in log.there.items() if is_there}
-    blind = sorted(effect for effect, sensor in SENSORS_OF.items() if sensor not in there)
+    there = told_in(logs)
+    blind = sorted(effect for effect, sensor in SENSORS_OF.items() if not there[sensor])
     told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
     found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
     if best.hidden:

@@ -5,13 +5,11 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.findings import lines_of, usable
+from gap_diagnosis.cli_check import printed
 from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.check_io import check_vehicle
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from run_bag import RunError
-from run_bag.command_line import described, printable, user_arguments
-from thruster_model.errors import ThrusterModelError
+from run_bag.command_line import described, user_arguments
 
 __all__ = ["main"]
 EXAMPLES = """
@@ -25,14 +23,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "check_vehicle")
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     add_sets(parser)
     given = parser.parse_args(user_arguments(arguments))
-    try:
-        found = check_vehicle(given.runs, load_model(given.vehicle, given.set, given.sensors))
-    except (RunError, ThrusterModelError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    for line in lines_of(found):
-        print(printable(line))
-    return 0 if usable(found) else 1
+    return printed(lambda: check_vehicle(given.runs, load_model(given.vehicle, given.set, given.sensors)))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ import numpy as np
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
 from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis, described
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.search import Found
@@ -123,7 +123,7 @@ def content_of(
         },
         "hidden": [{**place_of(h), "least": size, "unit": h.units[h.parameters[0]]} for h, size in _hidden(verdict)],
         "wiring": None if wiring is None else wiring.content(),
-        "sensors": {name: bool(any(log.there[name] for log in logs)) for name in logs[0].there},
+        "sensors": told_in(logs),
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
         "next_experiment": _next(verdict, wiring) if proposed is None else _proposed(proposed),
         "provenance": provenance,

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
 from gap_diagnosis.vehicle.learning import prepared
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.screening import Screen
@@ -79,11 +79,8 @@ def fitted_vehicle(
     Raises:
         ValueError: recordings that are too short or in which no thruster is driven.
     """
-    if all(log.duration < rules.LEAST_TIME for log in logs):
-        longest = max(log.duration for log in logs)
-        raise ValueError(f"recordings: expected one of {rules.LEAST_TIME:g} s or more; the longest has {longest:.1f} s")
-    if max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION:
-        raise ValueError(f"recordings: expected throttles that vary by {rules.LEAST_EXCITATION:g} V; found none")
+    if lacking := wanting(logs):
+        raise ValueError(lacking)
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})

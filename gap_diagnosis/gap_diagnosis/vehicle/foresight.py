@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gram import gathered
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import prepared
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.screening import Screen
@@ -48,7 +48,7 @@ class Foreseen:
 
 def foreseen(model: Model, logs: Sequence[VehicleLog]) -> Foreseen:
     """Return what these recordings could tell at best of effects on one part of the vehicle, and of its numbers."""
-    there = {name: any(log.there[name] for log in logs) for name in logs[0].there}
+    there = told_in(logs)
     tried = [h for h in hypotheses(model, there) if len(h.parameters) == 1 and h.other is None]
     free = nuisances(model, logs)
     runs = prepared(model, logs, {}, start=None, rounds=0)

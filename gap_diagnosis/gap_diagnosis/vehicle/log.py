@@ -1,13 +1,15 @@
 """A vehicle's recording on one grid of instants: what was commanded and what each sensor told."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.oddities import Oddity
+from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, LEAST_TIME
 
-__all__ = ["VehicleLog"]
+__all__ = ["VehicleLog", "told_in", "wanting"]
 
 Array = NDArray[np.float64]
 
@@ -88,3 +90,18 @@ class VehicleLog:
         """Return instants first to before last."""
         cut = ("throttles", "attitude", "told", "speeds", "battery", "lateness")
         return replace(self, **{name: getattr(self, name)[first:last] for name in cut})  # type: ignore[arg-type]
+
+
+def told_in(logs: Sequence[VehicleLog]) -> dict[str, bool]:
+    """Return which sensors told anything in any of these recordings."""
+    return {name: any(log.there[name] for log in logs) for name in logs[0].there}
+
+
+def wanting(logs: Sequence[VehicleLog]) -> str:
+    """Return what recordings lack to tell anything, "" where it is nothing."""
+    longest = max(log.duration for log in logs)
+    if longest < LEAST_TIME:
+        return f"recordings: expected one of {LEAST_TIME:g} s or more; the longest has {longest:.1f} s"
+    if max(float(log.throttles.std(axis=0).max()) for log in logs) < LEAST_EXCITATION:
+        return f"recordings: expected throttles that vary by {LEAST_EXCITATION:g} V; found none"
+    return ""

@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, prepared
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
@@ -63,7 +63,7 @@ def search(
         told: is told of the progress.
         only: which hypotheses are tried.
     """
-    there = {name: any(log.there[name] for log in logs) for name in logs[0].there}
+    there = told_in(logs)
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")

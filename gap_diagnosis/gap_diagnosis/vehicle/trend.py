@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import prepared
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
@@ -92,7 +92,7 @@ def followed(
     Raises:
         ValueError: no such effect there, one without a size, or one that these sensors cannot show.
     """
-    there = {name: any(log.there[name] for log in logs) for name in logs[0].there}
+    there = told_in(logs)
     known = hypotheses(model, there)
     named = [h for h in known if h.effect == effect]
     if not named:

@@ -10,7 +10,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.refining import Refined
@@ -83,10 +83,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     if rough or hidden:
         p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
     shifted, logged = _shifted(found), common_to([log.oddities for log in logs])
-    if (
-        all(log.duration < rules.LEAST_TIME for log in logs)
-        or max(float(log.throttles.std(axis=0).max()) for log in logs) < rules.LEAST_EXCITATION
-    ):
+    if wanting(logs):
         name, claims = "not_enough_data", ()
     elif rough or (claims and _nameless_is_better(found)):
         name = "unknown"
