@@ -44,7 +44,8 @@ def run(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan),
-        battery, np.zeros(K), gains, np.zeros((K, N)), np.array([1.0, np.inf, 0.0]) if charge is None else charge, *out,
+        battery, np.zeros(K), gains, np.zeros((K, N)),
+        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge, *out,
     )  # fmt: skip
     assert done == K
     return out[0], out[3]
@@ -90,7 +91,7 @@ def test_a_battery_that_is_told_to_be_low_feeds_its_thrusters_less(settings: Veh
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
     weak = replace(settings, coefficients=settings.coefficients._replace(supply=0.9))
     _, expected = run(weak, throttles, level, none)
-    charge = np.array([1.0, 500.0, 0.0])
+    charge = np.array([1.0, 500.0, 0.0, 0.0])
     _, found = run(settings, throttles, level, none, voltages=np.full(K, 0.9 * NOMINAL), charge=charge)
     assert found[:, :13] == pytest.approx(expected[:, :13], rel=0.0, abs=1e-9)
     assert charge[0] == pytest.approx(0.9)
@@ -103,6 +104,19 @@ def test_a_charge_is_followed_slowly_and_what_falls_at_once_is_left(
 ) -> None:
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
     voltages = np.where(np.arange(K) < K // 2, NOMINAL, 0.9 * NOMINAL)
-    charge = np.array([1.0, 25.0, 0.0])
+    charge = np.array([1.0, 25.0, 0.0, 0.0])
     run(settings, throttles, level, none, voltages=voltages, charge=charge)
     assert charge[0] == pytest.approx(0.9 + 0.1 * np.exp(-(K // 2) / 25.0), abs=1e-6)
+
+
+def test_a_charge_is_followed_alike_in_one_piece_and_in_two(settings: VehicleSettings, throttles: Array) -> None:
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    told = np.where(np.arange(2 * K) % 30 == 0, NOMINAL * (1.0 - 5e-4 * np.arange(2 * K)), np.nan)  # over the seam
+    charge = np.array([1.0, 40.0, 0.0, 0.0])
+    for piece in (told[:K], told[K:]):
+        run(settings, throttles, level, none, voltages=piece, charge=charge)
+    expected, last = 1.0, -1
+    for count, k in enumerate(np.flatnonzero(np.isfinite(told)), 1):
+        share = max(1.0 / count, 1.0 - np.exp(-(k - last) / 40.0))
+        expected, last = expected + share * (told[k] / NOMINAL - expected), k
+    assert charge[0] == pytest.approx(expected, abs=1e-12)

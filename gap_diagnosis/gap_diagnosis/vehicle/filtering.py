@@ -123,7 +123,7 @@ def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
 
 def followed(log: VehicleLog) -> Array:
     """Return how a battery's charge is followed from a log's first reading of its voltage on, see `innovations`."""
-    return np.array([1.0, rules.CHARGE_TIME / log.period, 0.0])
+    return np.array([1.0, rules.CHARGE_TIME / log.period, 0.0, 0.0])
 
 
 def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[no-untyped-def]
@@ -171,7 +171,7 @@ def foreseen(
         np.zeros((K, N)),
         1.0,
         None,
-        np.array([1.0, np.inf, 0.0]),
+        np.array([1.0, np.inf, 0.0, 0.0]),
     )
     told, attitude = -ran.body, states_of(ran.states).attitude.copy()
     told[~np.isfinite(like.told[row])] = np.nan

@@ -75,7 +75,7 @@ class _Branch:
     def follow(self, other: "_Branch") -> None:
         """Take the state of another branch of this bank."""
         self._sheet[STATE] = other._sheet[STATE]
-        self._wrench = other._wrench
+        self._wrench, self._charge = other._wrench, other._charge.copy()
 
     def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: Array, out: tuple[Array, ...]) -> bool:
         """Fill out as `innovations` does and return whether the state stayed finite; keep: (K,), of the wrench."""

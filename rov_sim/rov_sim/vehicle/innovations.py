@@ -74,8 +74,9 @@ def innovations(  # type: ignore[no-untyped-def]
         lateness: (K,), by which the velocity in row k was measured before instant k, in periods. Of an IMU that is late
             by c.imu_late a row is taken as many whole periods later, and expected as it was the rest of one before.
         gains: (K, 16, 13); speed_gains: (K, N).
-        charge: (3,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
-            periods, infinite: never; readings of it so far, whose mean it is until then. Left as it is at the end.
+        charge: (4,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
+            periods, infinite: never; readings of it so far, whose mean it is until then; periods since the last one.
+            Left as it is at the end, for what follows.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
@@ -90,7 +91,7 @@ def innovations(  # type: ignore[no-untyped-def]
         lagging[i] = sheet[STATE, BODY + i]
     history, then = np.zeros((K, _BOTH)), np.zeros(_BOTH)
     error = np.zeros(CHANNELS)
-    old, since = c.imu_late / (steps * step), 0
+    old = c.imu_late / (steps * step)
     whole = int(old)
     for k in range(K):
         for j in range(6):
@@ -116,11 +117,11 @@ def innovations(  # type: ignore[no-untyped-def]
             out[k, 10 + j] = told[k, 10 + j] - then[_LOG + j]
         power = battery_measured(row[19], row[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
-        since += 1
+        charge[3] += 1.0
         if np.isfinite(out_b[k, 0]) and charge[1] < np.inf:
             charge[2] += 1.0
-            charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-since / charge[1])) * out_b[k, 0] / c.nominal_voltage
-            since, fed = 0, _charged(body, charge[0])
+            charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-charge[3] / charge[1])) * out_b[k, 0] / c.nominal_voltage
+            charge[3], fed = 0.0, _charged(body, charge[0])
         for j in range(CHANNELS):
             error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
         dx = gains[k] @ error
