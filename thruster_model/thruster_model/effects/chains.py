@@ -12,7 +12,7 @@ of floats, all zero at the beginning; with `NO_EFFECTS` it needs none, and nothi
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple
 
-from thruster_model.compilation import equation
+from thruster_model.compilation import equation, inlined
 from thruster_model.effects.effect import ON_COMMAND, ON_SENSOR, Effect
 from thruster_model.effects.stages import LIBRARY, defined, is_on, stage, switched
 
@@ -66,18 +66,28 @@ def _chain(name: str, arguments: tuple[str, ...], first: str, effects: Iterable[
         call = calls.format(id=effect.id)
         lines += [f"if {is_on(effect)}:", f"    size = {size}", "    own = memory[at : at + size]", f"    {call}"]
         lines += ["    at = at + size"]
-    chosen = equation(defined("chosen", arguments, lines, first, names))
+    chosen = inlined(defined("chosen", arguments, lines, first, names))
     return switched(name, arguments, first, chosen, chosen)
 
 
 def _sizes(name: str, effects: Iterable[Effect], more: int) -> Callable[..., int]:
-    """Return the function of (step, e) that tells how many floats the effects that are on remember."""
-    effects = [effect for effect in effects if effect.floats is not None]
-    names = {f"floats_{effect.id}": effect.floats for effect in effects}
-    lines = [f"size = {more}"]
-    lines += [f"if {is_on(effect)}: size = size + floats_{effect.id}(step, e)" for effect in effects]
+    """Return the function of (step, e) that tells how many floats a chain remembers: none where all effects are off.
+
+    `more`: floats that the chain wants beside those of its effects.
+    """
+    effects = list(effects)
+    names = {f"floats_{effect.id}": effect.floats for effect in effects if effect.floats is not None}
+    lines = [f"size = {more} if {_any_on(effects)} else 0"]
+    for effect in effects:
+        if effect.floats is not None:
+            lines.append(f"if {is_on(effect)}: size = size + floats_{effect.id}(step, e)")
     chosen = equation(defined("chosen", ("step", "e"), lines, "size", names))
     return switched(name, ("step", "e"), "0", chosen, chosen)  # type: ignore[no-any-return]
+
+
+def _any_on(effects: Iterable[Effect]) -> str:
+    """Return the expression that tells in a kernel whether any of the effects is on."""
+    return " | ".join(map(is_on, effects)) or "False"
 
 
 @equation
@@ -98,15 +108,14 @@ _late = stage("late")
 command_memory = _sizes("command_memory", _of("command"), 1)
 
 
-@equation
+@inlined
 def command_split(memory, u, step, e):  # type: ignore[no-untyped-def]
     """Return (throttle [V], for how long from the beginning of the step [s], throttle then) that reaches the plant."""
-    late = _late(0.0, step, e)
     if memory.size == 0:
         return u, 0.0, u
     before = memory[0]
     memory[0] = _wired(memory[1:], u, step, e)
-    return before, late, memory[0]
+    return before, _late(0.0, step, e), memory[0]
 
 
 @equation
@@ -126,8 +135,7 @@ def _sensor(signal: str) -> Any:
 
 def _alters(signal: str) -> Any:
     """Return the function of `e` that tells whether an effect of a sensor's chain is on."""
-    on = " or ".join(is_on(effect) for effect in _of("sensor", signal)) or "False"
-    chosen = equation(defined("chosen", ("e",), [], on, {}))
+    chosen = equation(defined("chosen", ("e",), [], _any_on(_of("sensor", signal)), {}))
     return switched(f"{signal}_alters", ("e",), "False", chosen, chosen)
 
 
