@@ -46,8 +46,8 @@ _DIVERGED = 1e6
 
 
 class Slot(NamedTuple):
-    """One nuisance: kind "start", "clock", "offset" (of one recording) or "convention" (of all, `recording` None), of
-    what, and its standard deviation.
+    """One nuisance: kind "start", "clock", "offset" (of one recording) or "convention" (of one or, `recording` None, of
+    all), of what, and its standard deviation.
     """
 
     recording: int | None
@@ -110,6 +110,8 @@ class Problem:
         topics = dict.fromkeys(LOG_CHANNELS[each.signal] for each in self.series)
         slots = [Slot(None, "convention", of, CONVENTION) for of in ("throttle", *topics)]
         for index, recording in enumerate(self.recordings):
+            if len(self.recordings) > 1:
+                slots += [Slot(index, "convention", of, CONVENTION) for of in ("throttle", *topics)]
             slots += [Slot(index, "start", of, std) for of, std in recording.start_std.items()]
             if recording.experiment.throttle_shift_std > 0.0:
                 slots.append(Slot(index, "clock", "throttle", recording.experiment.throttle_shift_std))
@@ -120,6 +122,12 @@ class Problem:
                 if 0.0 < measurement.offset_std < np.inf:
                     slots.append(Slot(index, "offset", name, measurement.offset_std))
         return slots
+
+    @cached_property
+    def conventions(self) -> NDArray[np.bool_]:
+        """Which nuisances are conventions that differ from run to run, shape (nuisances,)."""
+        own = [slot.kind == "convention" and slot.recording is not None for slot in self.situations]
+        return np.array([*[False] * len(self.names), *own])
 
     @property
     def nuisances(self) -> int:

@@ -7,10 +7,13 @@ import pytest
 from generated import campaign, noise_of
 from scipy.optimize import least_squares
 
-from gap_diagnosis.problem import FARTHEST, Problem, deviations_of
+from gap_diagnosis.prediction import LOG_CHANNELS
+from gap_diagnosis.problem import CONVENTION, FARTHEST, Problem, deviations_of
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
 from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
+from system_identification.hypothesis import weighed
+from system_identification.noise import whitener
 
 
 def problem_of(effects, **options):
@@ -126,3 +129,26 @@ def test_a_sample_that_passes_a_threshold_does_not_swamp_a_slope(reversal):
 def test_at_the_end_of_its_range_a_size_that_makes_readings_jump_still_has_a_slope(reversal, size):
     at = reversal.start([size / 0.9])
     assert np.nanmax(np.abs(sensitivities_of(reversal, at, [reversal.nuisances]))) > 0.0
+
+
+CLOCKS = np.array([[0.4, -1.5, 0.8], [1.3, 0.2, -0.9], [-1.1, 0.9, 0.3], [-0.6, 0.4, -0.2]])
+
+
+@pytest.mark.parametrize(("scatter", "least", "most"), [(0.0, 0.0, 0.5), (4e-3, 1.4, 4.0)])
+def test_clocks_that_differ_from_run_to_run_are_found_and_how_widely_they_do(scatter, least, most):
+    stated, recordings = campaign({}, seed=14, runs=4)
+    late = [dict(zip(("speed", "flow", "load"), each, strict=True)) for each in scatter * CLOCKS]
+
+    def shifted(recording, own):
+        signals = recording.experiment.measurements
+        moved = {name: replace(each, time=each.time + own[LOG_CHANNELS[name]]) for name, each in signals.items()}
+        return replace(recording, experiment=replace(recording.experiment, measurements=moved))
+
+    runs = tuple(shifted(each, own) for each, own in zip(recordings, late, strict=True))
+    problem = Problem(recordings=runs, parameter_set=stated, deviations=deviations_of(stated))
+    found = weighed(problem, (), problem.start(), whitener(problem, problem.start()))
+    assert least <= found.loose.conventions <= most
+    for signal in ("speed", "thrust"):
+        shifts = [problem.situation(found.fitted.x, run).shifts for run in range(4)]
+        off = [s.throttle + s.signals[signal] - own[LOG_CHANNELS[signal]] for s, own in zip(shifts, late, strict=True)]
+        assert np.median(np.abs(off)) < 5e-4  # a slow run tells less

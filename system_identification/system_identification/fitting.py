@@ -40,7 +40,8 @@ class Fitted:
         sensitivities: d predicted / d unknowns in the signals' units, 0 where nothing counts, shape (R, K).
         jacobian: the same whitened, shape (R, K).
         prior: inverse variances of the nuisances, shape (nuisances,).
-        anchor: unknowns at which the sensitivities were last found, rather than corrected, shape (K,).
+        anchor: unknowns at which the sensitivities were last found, rather than corrected, shape (K,); NaN: those to
+            the nuisances are another set's.
         cost: sum of squares of `white` and of the nuisances over their deviations.
         evidence: logarithm of the probability of the data, less what all hypotheses share.
     """
@@ -268,12 +269,16 @@ def _own(problem: System, x: Array, columns: Sequence[int] | None = None) -> Arr
 
 
 def _borrowed(problem: System, x: Array, near: Fitted) -> tuple[Array, Array]:
-    """Return sensitivities (R, K), those to the nuisances as they are nearby, and where these were found, (K,)."""
-    if near.x.size == x.size:
+    """Return sensitivities (R, K), those to the nuisances as they are nearby, and where these were found, (K,).
+
+    Beside other effects they were found nowhere: a reversed thruster turns every one of them round.
+    """
+    if near.problem.slots == problem.slots:
         return near.sensitivities, near.anchor
-    rest = range(problem.nuisances, x.size)
-    found = np.hstack((near.sensitivities[:, : problem.nuisances], _own(problem, x, rest)))
-    return np.asfortranarray(found), np.concatenate((near.anchor[: problem.nuisances], x[problem.nuisances :]))
+    found, rest = near.sensitivities[:, : problem.nuisances], range(problem.nuisances, x.size)
+    if rest:
+        found = np.hstack((found, _own(problem, x, rest)))
+    return np.asfortranarray(found), np.full(x.size, np.nan)
 
 
 def _close(problem: System, x: Array, anchor: Array) -> bool:

@@ -18,7 +18,7 @@ from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.loose import rests_of
 from system_identification.noise import Whitener, white_noise
-from system_identification.system import System, shared_by_runs
+from system_identification.system import System
 
 __all__ = ["FEWEST_RUNS", "LeftOut", "fit_to_free_runs", "folds_of", "foreseen", "foretold", "helps_by", "left_out"]
 
@@ -59,7 +59,8 @@ def fit_to_free_runs(fitted: Fitted, noise: Whitener) -> tuple[Fitted, Whitener]
         for signal in own:
             rows = np.concatenate([fitted.residuals[s.rows] for s in system.series if s.signal == signal])
             own[signal] = max(system.levels[signal], float(np.sqrt(np.nanmean(rows**2))))
-        noise = white_noise(system, own).scattering(noise.levels.parameters).tamed(fitted.residuals)
+        noise = white_noise(system, own).scattering(noise.levels.parameters, noise.levels.conventions)
+        noise = noise.tamed(fitted.residuals)
         fitted = near = fit(system, noise, fitted.x, iterations=_STEPS, near=near, polish=False)
     return fitted, noise
 
@@ -98,8 +99,8 @@ def foretold(found: Hypothesis) -> Array:
     """Return the logarithm of the probability of each run or part by what the others tell, nats up to a constant, (F,).
 
     Under the set's own noise, and to first order about the fit to all rows, for a linear system exactly: unknowns
-    have the distribution that the other runs leave them, and parameters, conventions and rest values differ from run to
-    run as they do. What the others leave open counts as open; a single refit would guess it, and be wrong by hundreds
+    have the distribution that the other runs leave them, and parameters and rest values differ from run to run as they
+    do. What the others leave open counts as open; a single refit would guess it, and be wrong by hundreds
     of nats where pushes hide it.
     """
     fitted, system, levels = found.fitted, found.fitted.problem, found.loose.levels
@@ -112,7 +113,6 @@ def foretold(found: Hypothesis) -> Array:
     mean = np.append(fitted.x[:nuisances], np.zeros(width - nuisances))
     differs = np.zeros(width)
     if len({each.recording for each in system.series}) >= FEWEST_RUNS:
-        differs[: shared_by_runs(system)] = levels.get("conventions", 0.0) ** 2
         differs[: system.parameters] = levels.get("parameters", 0.0) ** 2
         differs[unknowns:] = levels.get("rest", 0.0) ** 2
     runs = [np.flatnonzero(folds == k) for k in range(int(folds.max()) + 1)]

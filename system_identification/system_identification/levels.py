@@ -31,6 +31,7 @@ class Levels:
         pushes: level of each disturbance.
         memory: of the disturbances [s].
         parameters: how many times wider than stated the parameters scatter.
+        conventions: how many times wider than stated those do that differ from run to run.
     """
 
     sensors: Mapping[str, float]
@@ -39,6 +40,7 @@ class Levels:
     pushes: tuple[float, ...]
     memory: float = 1.5
     parameters: float = 1.0
+    conventions: float = 1.0
 
     @property
     def log_prior(self) -> float:
@@ -62,6 +64,7 @@ class Levels:
             pushes=tuple(between(a, b) for a, b in zip(self.pushes, other.pushes, strict=True)),
             memory=between(self.memory, other.memory),
             parameters=other.parameters,
+            conventions=other.conventions,
         )
 
 

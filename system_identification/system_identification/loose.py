@@ -1,8 +1,9 @@
 r"""What moves at random from run to run, and by how much effects may differ from their equations.
 
 Groups of columns, each with a level learned from the rows: rows move along column k by tau_g u_k, u_k ~ N(0, 1). As
-parameters and clocks differ a little in each run, sensors rest elsewhere, and an effect's equation is an idealisation,
-what these could do is no evidence for anything else.
+parameters differ a little in each run, sensors rest elsewhere, and an effect's equation is an idealisation, what these
+could do is no evidence for anything else. Clocks, which move what is steep by much, are unknowns of each run instead,
+and how widely they scatter is learned beside.
 """
 
 from collections.abc import Mapping
@@ -16,28 +17,33 @@ from scipy.linalg import solve_triangular
 from system_identification.fitting import Fitted, reweighed
 from system_identification.moves import Moves, TakenOff, rows_of_runs
 from system_identification.noise import Whitener
-from system_identification.system import System, shared_by_runs
+from system_identification.system import System
 
 __all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "rests_of", "unsteady"]
 
 Array = NDArray[np.float64]
-CAPS = {"parameters": 0.4, "conventions": 4.0, "rest": 1.0, "shape": 0.1}
-"""Largest level by group: of parameters, and of conventions as those of clocks, from run to run in their stated
-deviations, of rest values in deviations of the sensor's noise, of an effect's trace in shares of it."""
+CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
+"""Largest level by group: of parameters from run to run in their stated deviations, of rest values in deviations of the
+sensor's noise, of an effect's trace in shares of it."""
 _STEPS = 7
 _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """By how much parameters may scatter more widely than stated: a stated deviation is often a guess."""
 _LEAST = 0.02
+_CONVENTIONS = (0.1, 0.25, 0.5, 1.0, 1.4, 2.0, 2.8, 4.0)
+"""By how much conventions may scatter from run to run more widely than stated."""
 _FAR = (0.35, 0.6, 1.0)
 """Shares by which an effect's size may vary that is not one size."""
 
 
 class Loose(NamedTuple):
-    """Levels by group, what the columns most probably do to the rows (R,), and how widely parameters scatter."""
+    """Levels by group, what the columns most probably do to the rows (R,), and how widely parameters and conventions
+    scatter.
+    """
 
     levels: Mapping[str, float]
     explained: Array
     wider: float = 1.0
+    conventions: float = 1.0
 
 
 class Groups(NamedTuple):
@@ -52,11 +58,11 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
     """Return what may move the rows, by group.
 
     `traces`: what each effect does to the rows (R,), by any name; `apart`: each effect is a group by that name.
-    The first columns are the sensitivities to what all runs share.
+    The first columns are the sensitivities to the parameters.
     """
     system = fitted.problem
     runs = rows_of_runs(system)
-    count, parameters, shared = len(runs), system.parameters, shared_by_runs(system)
+    count, shared = len(runs), system.parameters
     columns = [fitted.sensitivities[:, :shared]]
     mixed: list[Array] = []
     of: list[str] = []
@@ -74,9 +80,7 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
         return np.einsum("rs,bc->rbsc", np.eye(count), np.eye(width)).reshape(count, width, count * width)
 
     if count > 1:
-        each = each_run(shared)
-        move("parameters", each[:, :, np.tile(np.arange(shared) < parameters, count)])
-        move("conventions", each[:, :, np.tile(np.arange(shared) >= parameters, count)])
+        move("parameters", each_run(shared))
         rest = rests_of(system)
         there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
         numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
@@ -139,7 +143,7 @@ class _Beside:
         system, (_, moves, self.of) = fitted.problem, groups
         bare = replace(noise, loose=None)
         self.jacobian = bare.filtered(fitted.sensitivities)
-        shared = shared_by_runs(system)
+        shared = system.parameters
         rest = bare.filtered(moves.columns[:, shared:])
         self.moves = moves._replace(columns=np.asfortranarray(np.hstack((self.jacobian[:, :shared], rest))))
         # Unknowns are moves too, alike in every run.
@@ -153,16 +157,18 @@ class _Beside:
         self.gram = everything.gram
         self.slope = everything.onto(bare.whiten(fitted.residuals)[:, None])[:, 0]
         self.unknowns, self.parameters, self.levels = unknowns, system.parameters, noise.levels
+        self.conventions = system.conventions
         self.nuisances = fitted.x[: system.nuisances]
 
-    def score(self, levels: Array, wider: float) -> tuple[float, Array]:
+    def score(self, levels: Array, wider: float, conventions: float) -> tuple[float, Array]:
         """Return the logarithm of the rows' probability at levels, up to a constant, and how far columns are moved.
 
-        `wider`: how many times wider than stated the parameters scatter.
+        `wider`, `conventions`: how many times wider than stated the parameters, and conventions, scatter.
         """
         weights = np.concatenate((np.ones(self.unknowns), levels[self.of]))
         precision = np.ones(self.nuisances.size)
         precision[: self.parameters] /= wider**2
+        precision[self.conventions] /= conventions**2
         prior = np.concatenate((precision, np.zeros(self.unknowns - precision.size), np.ones(self.of.size)))
         pull = weights * self.slope
         pull[: precision.size] -= precision * self.nuisances
@@ -190,16 +196,21 @@ def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loo
     count = len(groups.names)
     beside = _Beside(fitted, noise, groups)
     levels = np.array([0.1 * CAPS[name] for name in groups.names])
-    wider = noise.levels.parameters
+    wider, conventions = noise.levels.parameters, noise.levels.conventions
     for _ in range(2):
-        wider = max(_WIDER, key=lambda factor: beside.score(levels, factor)[0])
+        wider = max(_WIDER, key=lambda factor: beside.score(levels, factor, conventions)[0])
+        if np.any(beside.conventions):
+            conventions = max(_CONVENTIONS, key=lambda factor: beside.score(levels, wider, factor)[0])
         for g, name in enumerate(groups.names):
             tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
-            found = [beside.score(np.where(np.arange(count) == g, level, levels), wider)[0] for level in tried]
+            found = [
+                beside.score(np.where(np.arange(count) == g, level, levels), wider, conventions)[0] for level in tried
+            ]
             levels[g] = tried[int(np.argmax(found))]
-    moved = beside.score(levels, wider)[1]
-    whole = replace(noise.scattering(wider), loose=beside.taken_off(levels))
-    loose = Loose(dict(zip(groups.names, levels.tolist(), strict=True)), groups.moves.along(moved), wider)
+    moved = beside.score(levels, wider, conventions)[1]
+    whole = replace(noise.scattering(wider, conventions), loose=beside.taken_off(levels))
+    by_group = dict(zip(groups.names, levels.tolist(), strict=True))
+    loose = Loose(by_group, groups.moves.along(moved), wider, conventions)
     return loose, reweighed(fitted, whole, beside.jacobian), whole
 
 
@@ -218,7 +229,7 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str,
     for key in traces:
         own = np.array([name == key for name in groups.names])
         near, far = (
-            max(beside.score(np.where(own, level, usual), loose.wider)[0] for level in levels)
+            max(beside.score(np.where(own, level, usual), loose.wider, loose.conventions)[0] for level in levels)
             for levels in (np.linspace(0.0, CAPS["shape"], 4), _FAR)
         )
         found[key] = far - near

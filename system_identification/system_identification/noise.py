@@ -101,6 +101,7 @@ class Whitener:
         """Return the inverse variances of a system's nuisances, (nuisances,)."""
         prior = np.ones(system.nuisances)
         prior[: system.parameters] /= self.levels.parameters**2
+        prior[system.conventions] /= self.levels.conventions**2
         return prior
 
     @cached_property
@@ -144,9 +145,10 @@ class Whitener:
             each.gains, each.deviation, run.rows, columns, most, out,
         )  # fmt: skip
 
-    def scattering(self, parameters: float) -> "Whitener":
-        """Return the map beside parameters that scatter so many times more widely than stated."""
-        return replace(self, levels=replace(self.levels, parameters=parameters))
+    def scattering(self, parameters: float, conventions: float | None = None) -> "Whitener":
+        """Return the map beside parameters, and conventions, that scatter so many times more widely than stated."""
+        kept = self.levels.conventions if conventions is None else conventions
+        return replace(self, levels=replace(self.levels, parameters=parameters, conventions=kept))
 
     def tamed(self, residuals: Array) -> "Whitener":
         """Return the map in which lone rows that stand out of it by more than four deviations count by what they tell.

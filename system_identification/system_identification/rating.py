@@ -129,7 +129,7 @@ def standing_in(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> lis
         if not trial.suspect.scalable:
             continue
         grid = trial.suspect.grid
-        least = int(np.argmin(np.abs(grid[:, 0])))
+        least = int(np.argmin(np.where(grid[:, 0] == 0.0, np.inf, np.abs(grid[:, 0]))))
         trace = noise.whiten(trial.changes[least].astype(np.float64))
         shift = np.linalg.solve(information, jacobian.T @ trace)
         left = trace - jacobian @ shift

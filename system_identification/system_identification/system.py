@@ -11,7 +11,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Linear", "Series", "SizeSlot", "System", "shared_by_runs"]
+__all__ = ["Linear", "Series", "SizeSlot", "System"]
 
 Array = NDArray[np.float64]
 
@@ -87,6 +87,10 @@ class System(Protocol):
         """Which unknowns are particular to a single run, shape (K,)."""
 
     @property
+    def conventions(self) -> NDArray[np.bool_]:
+        """Which nuisances are conventions, as of clocks, that differ from run to run, shape (nuisances,)."""
+
+    @property
     def signal_names(self) -> tuple[str, ...]:
         """Of the signals."""
 
@@ -149,8 +153,3 @@ class System(Protocol):
 
     def tried(self, x: Array, suspect: Any) -> Array:
         """Return the predictions (G, R) with a suspect at each size of its grid beside the effects at x."""
-
-
-def shared_by_runs(system: System) -> int:
-    """Return how many of the nuisances, the first ones, all runs share: parameters, then conventions as of clocks."""
-    return int(np.argmax(np.append(system.local[: system.nuisances], True)))

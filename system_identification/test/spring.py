@@ -66,6 +66,10 @@ class Spring:
         return np.zeros(self.nuisances + len(self.slots), dtype=bool)
 
     @property
+    def conventions(self):
+        return np.zeros(self.nuisances, dtype=bool)
+
+    @property
     def series(self):
         sizes = np.cumsum([0, *(r.size for r in self.readings)])
         return [Series(i, "position", a, b) for i, (a, b) in enumerate(pairwise(sizes))]
