@@ -8,7 +8,7 @@ from generated import campaign, noise_of
 from scipy.optimize import least_squares
 
 from gap_diagnosis.prediction import LOG_CHANNELS
-from gap_diagnosis.problem import CONVENTION, FARTHEST, Problem, deviations_of
+from gap_diagnosis.problem import FARTHEST, Problem, deviations_of
 from gap_diagnosis.sensitivities import sensitivities_of
 from gap_diagnosis.suspects import suspects
 from system_identification.fitting import across_jumps, fit, fit_past_jumps, outlying
