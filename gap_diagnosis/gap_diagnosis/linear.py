@@ -24,7 +24,12 @@ __all__ = ["PUSHED", "Slopes", "linear_run", "linearised"]
 Array = NDArray[np.float64]
 _PERIOD = 0.02
 """Of the linearised model [s]; disturbances last much longer."""
-_STEPS = (1e-2, 1e-4, 1e-4)  # of n [rad/s], v and U [m/s] in differences
+_SPREAD = 1.5
+"""Noises of a single reading by which a state may lie to either side of its path: slopes are means over that."""
+_UNREAD, _MOST = 0.005, 0.02
+"""The same over a state's largest value: where it is not read, and at most."""
+_LEAST = (1e-2, 1e-4, 1e-4)
+"""In n [rad/s], v and U [m/s], however quiet a sensor is."""
 _SMALL = 1e-3
 _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
@@ -70,6 +75,20 @@ def _as_read(
     return {name: np.ascontiguousarray(slopes[:, k].T) for k, name in enumerate(_READINGS)}
 
 
+def _steps(problem: "Problem", most: Sequence[float]) -> list[float]:
+    """Return how far n [rad/s], v and U [m/s] may lie to either side of their paths; `most`: their largest values."""
+    read = [problem.single.get(signal) for signal in ("speed", "axial", "ambient")]
+    spread = [
+        _UNREAD * m if noise is None else min(_SPREAD * noise, _MOST * m) for noise, m in zip(read, most, strict=True)
+    ]
+    return [max(step, least) for step, least in zip(spread, _LEAST, strict=True)]
+
+
+def _rates(columns: Sequence[Sequence[Array]]) -> Array:
+    """Return d rates / d states, (N, 3, 3), of slopes by state."""
+    return np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
+
+
 def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apart: Array | None = None) -> Linear:
     """Return a recording linearised for disturbances of rotor and water; `apart`: see `linearised`."""
     recording = problem.recordings[index]
@@ -103,6 +122,9 @@ def linearised(
 ) -> Slopes:
     """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s].
 
+    Statistically: slopes are means over as far as pushes may have moved a state. Where friction turns round or a dead
+    zone ends, the slope at a point is that of either side.
+
     `apart`: along states (n, v, U) that differ by so much from those, (N, 3); by no more than the run itself goes, as
     what no sensor reads a filter may see anywhere.
     """
@@ -113,8 +135,8 @@ def linearised(
     u = happened.throttle[::every]
     outputs = happened.outputs
     state = [outputs[name][::every] for name in ("speed", "axial", "ambient")]
+    most = [float(np.max(np.abs(each))) for each in state]
     if apart is not None:
-        most = [np.max(np.abs(each)) for each in state]
         state = [s + np.clip(np.nan_to_num(a), -m, m) for s, a, m in zip(state, apart.T, most, strict=True)]
 
     def at(states: Sequence[Array], throttle: Array) -> list[Array]:
@@ -122,19 +144,27 @@ def linearised(
         found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, 1.0, p, e)
         return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
 
-    columns = []
-    for k, step in enumerate(_STEPS):
-        above = [each + step * (j == k) for j, each in enumerate(state)]
-        below = [each - step * (j == k) for j, each in enumerate(state)]
-        columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
+    def slopes_over(steps: Sequence[float]) -> list[list[Array]]:
+        """Return slopes by each state, means over a step to either side."""
+        columns = []
+        for k, step in enumerate(steps):
+            above = [each + step * (j == k) for j, each in enumerate(state)]
+            below = [each - step * (j == k) for j, each in enumerate(state)]
+            columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
+        return columns
+
+    columns = slopes_over(_steps(problem, most))
     by_throttle = [
         [(a - b) / (2.0 * step) for a, b in zip(at(state, u + step), at(state, u - step), strict=True)]
         for step in _THROTTLE_STEPS
     ]
-    rates = np.array([[columns[k][row] for k in range(3)] for row in range(3)]).transpose(2, 0, 1)
-    # Each state by itself dies away; where a jump between two steps looks like growth, at rest say, none goes on.
-    own = np.arange(3)
-    rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
+    rates, own = _rates(columns), np.arange(3)
+    growing = np.any(rates[:, own, own] > 0.0, axis=1)
+    if np.any(growing):
+        # Each state by itself dies away: a rotor that a larger push would start rests under smaller ones, by the slopes
+        # at the point itself. Where a jump between two steps looks like growth even there, none goes on.
+        rates[growing] = _rates(slopes_over(_LEAST))[growing]
+        rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
     square = step @ step
     eye = np.eye(3)

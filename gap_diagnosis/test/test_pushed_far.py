@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap_diagnosis import linear
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.scoreboard.generators import GENERATORS
@@ -14,21 +15,28 @@ from system_identification.noise import Whitener, whitener
 from thruster_model.parameter_set_io import load_parameter_set
 
 
-@pytest.fixture(scope="module")
-def pushed(tmp_path_factory) -> Problem:
-    """Two recordings by another simulator with these parameters, the rotor pushed by some rad/s, torque well read."""
+def problem_of(folder, effects, torque=1e-4) -> Problem:
+    """Return two recordings by another simulator with these parameters, the rotor pushed by some rad/s.
+
+    `torque`: to which it is read [N m].
+    """
     lab = GENERATORS["lab"]
     drawn = lab.draw("none", 7, True)
     conditions = drawn.drawn._replace(
         runs=2, linear=False, told=True, tails=False, moving=False, outliers=0.0, varying=0.0, memory=3.0,
         push=(80.0, 0.0), rates=dict.fromkeys(drawn.drawn.rates, 50.0), phases=dict.fromkeys(drawn.drawn.phases, 0.0),
-        noise={"speed": 1.0, "ambient": 0.005, "thrust": 0.3, "torque": 1e-4},
+        noise={"speed": 1.0, "ambient": 0.005, "thrust": 0.3, "torque": torque},
     )  # fmt: skip
-    truth = replace(drawn, model="hl", factors=dict.fromkeys(drawn.factors, 1.0), drawn=conditions)
-    folder = tmp_path_factory.mktemp("pushed")
+    same = dict.fromkeys(drawn.factors, 1.0)
+    truth = replace(drawn, model="hl", factors=same, effects=effects, drawn=conditions)
     recordings = read_recordings([write_synthetic_run(run, folder) for run in lab.record(truth)])
     stated = load_parameter_set("hl")
-    return Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    return Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated), fixed=effects)
+
+
+@pytest.fixture(scope="module")
+def pushed(tmp_path_factory) -> Problem:
+    return problem_of(tmp_path_factory.mktemp("pushed"), {})
 
 
 def learned_about(problem: Problem, base: Whitener) -> Whitener:
@@ -56,3 +64,16 @@ def test_where_a_rotor_rests_between_two_thresholds_no_push_grows(pushed):
     for run in held.linear(held.start()):
         assert np.all(np.diagonal(run.transition, axis1=1, axis2=2) < 1.0 + 1e-9)
     assert whitener(held, held.start()).units == pytest.approx(whitener(pushed, pushed.start()).units, rel=0.5)
+
+
+def test_where_pushes_reach_over_a_kink_its_mean_slope_is_likelier_than_that_of_either_side(tmp_path, monkeypatch):
+    braked = problem_of(tmp_path, {"brake_asymmetry": {"share": -0.4, "onset": 0.2}}, torque=5e-4)
+
+    def likelihood():
+        found = learned_about(braked, whitener(braked, braked.start()))
+        white = found.whiten(braked.residuals(braked.start()))
+        return -0.5 * (float(white @ white) + found.log_det)
+
+    mean = likelihood()
+    monkeypatch.setattr(linear, "_SPREAD", 0.0)
+    assert mean > likelihood() + 10.0
