@@ -381,11 +381,28 @@ class _Searching:
             self.weighed(current, tries)
         while True:
             best = self.settled(max(self.found.values(), key=self.score))
+            if self.stand_in(best):
+                continue
             subsets = [self.without(best, suspect) for suspect in best.suspects]
             leaner = max(subsets, key=self.score, default=best)
             if leaner is best or self.score(best) > self.score(leaner) + _WORTH:
                 return best
             del self.found[frozenset(best.keys)]  # one of its effects is not worth it
+
+    def stand_in(self, best: Hypothesis) -> bool:
+        """Weigh sets in which one effect stands for another of the best one's; tell whether one comes out likelier.
+
+        Sets with both tell, where these were weighed: beside the new one the old one may as well be nothing.
+        """
+        keys, least = frozenset(best.keys), self.score(best) - _NEAR
+        for more, both in list(self.found.items()):
+            if keys < more and len(more) == len(keys) + 1 and self.score(both) > least:
+                variances = np.diag(both.fitted.covariance)
+                for each in both.suspects:
+                    own = both.sizes_of(each)[0]
+                    if each.key in keys and both.fitted.x[own] ** 2 < 2.0 * _NEAR * variances[own]:
+                        self.without(both, each)
+        return max(self.found.values(), key=self.score) is not best
 
     def without(self, current: Hypothesis, suspect: Suspect, *, anew: bool = False) -> Hypothesis:
         """Return the set without one of its suspects, fitted from where it is; `anew`: even if it was fitted before."""
