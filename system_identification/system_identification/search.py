@@ -134,12 +134,6 @@ def _posed(system: Any, suspects: Sequence[Suspect]) -> Any:
     return system.with_effects(tuple(slot for each in suspects for slot in each.slots), gates)
 
 
-def _pulled_off(system: Any, x: Array) -> bool:
-    """Tell whether nuisances are so far off that a missing effect may have pulled them; a run's own clocks may be."""
-    nuisances = x[: system.nuisances]
-    return bool(np.max(np.abs(nuisances[~system.conventions]), initial=0.0) > _FAR)
-
-
 class _Searching:
     def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
         self.system, self.offer, self.caps, self.progress = system, offer, caps, progress
@@ -214,7 +208,7 @@ class _Searching:
         for looks in others:
             keys = {each.suspect.key for each in picked}
             picked += [each for each in looks[:_PLAIN] if each.promise > 3.0 and each.suspect.key not in keys]
-        if _pulled_off(current.system, current.fitted.x):
+        if np.max(np.abs(current.fitted.x[: current.system.nuisances])) > _FAR:
             # What has no size is right or wrong as a whole: no first order about a fit that is far off tells.
             keys = {each.suspect.key for each in picked}
             picked += [each for each in ranked if each.suspect.exact and each.suspect.key not in keys]
@@ -294,7 +288,7 @@ class _Searching:
             fitted = fit_past_jumps(posed, current.noise, start, across=False)
         else:
             fitted = fit(posed, current.noise, start, iterations=6, near=self.bare(current), polish=False)
-        if _pulled_off(current.system, start):
+        if np.max(np.abs(start[:nuisances])) > _FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             there = np.concatenate((self.stated.x, start[nuisances:]))
             noise = current.noise.scattering(1.0)
