@@ -29,7 +29,7 @@ _STEPS = 7
 _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """By how much parameters may scatter more widely than stated: a stated deviation is often a guess."""
 _LEAST = 0.02
-_CONVENTIONS = (0.1, 0.25, 0.5, 1.0, 1.4, 2.0, 2.8, 4.0)
+_CONVENTIONS = (0.1, 0.25, 0.5, 1.0, 1.4, 2.0, 2.8)
 """By how much conventions may scatter from run to run more widely than stated."""
 _FAR = (0.35, 0.6, 1.0)
 """Shares by which an effect's size may vary that is not one size."""
