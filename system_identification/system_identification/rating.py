@@ -126,9 +126,9 @@ def standing_in(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> lis
     information += 1e-9 * np.eye(information.shape[0])
     found = []
     for trial in trials:
-        if not trial.suspect.scalable:
-            continue
         grid = trial.suspect.grid
+        if not trial.suspect.scalable or not np.any(grid[:, 0]):
+            continue
         least = int(np.argmin(np.where(grid[:, 0] == 0.0, np.inf, np.abs(grid[:, 0]))))
         trace = noise.whiten(trial.changes[least].astype(np.float64))
         shift = np.linalg.solve(information, jacobian.T @ trace)
