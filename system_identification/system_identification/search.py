@@ -140,6 +140,7 @@ class _Searching:
         self.found: dict[frozenset[str], Hypothesis] = {}
         self.first: list[Rated] = []
         self.seen = set[frozenset[str]]()
+        self.needless = set[frozenset[str]]()
         self.offered = 1
         self.sizes: dict[str, Array] = {}
         self.trials: dict[frozenset[str], list[Trial]] = {}
@@ -387,6 +388,7 @@ class _Searching:
             leaner = max(subsets, key=self.score, default=best)
             if leaner is best or self.score(best) > self.score(leaner) + _WORTH:
                 return best
+            self.needless.add(frozenset(best.keys))
             del self.found[frozenset(best.keys)]  # one of its effects is not worth it
 
     def stand_in(self, best: Hypothesis) -> bool:
@@ -400,7 +402,8 @@ class _Searching:
                 variances = np.diag(both.fitted.covariance)
                 for each in both.suspects:
                     own = both.sizes_of(each)[0]
-                    if each.key in keys and both.fitted.x[own] ** 2 < 2.0 * _NEAR * variances[own]:
+                    trades = each.key in keys and both.fitted.x[own] ** 2 < 2.0 * _NEAR * variances[own]
+                    if trades and more - {each.key} not in self.needless:
                         self.without(both, each)
         return max(self.found.values(), key=self.score) is not best
 
