@@ -66,7 +66,7 @@ def _parameters_in_words(diagnosis: Diagnosis) -> str:
 
 def _how_far_off(diagnosis: Diagnosis) -> str:
     found = diagnosis.investigation
-    wider = 1.0 if found is None else found.none.loose.wider
+    wider = 1.0 if found is None else found.none.noise.levels.parameters
     if wider == 1.0:
         return "within their stated deviations"
     return f"if they scatter {wider:.2g} times as widely as stated,"

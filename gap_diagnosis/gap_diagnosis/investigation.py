@@ -78,7 +78,7 @@ class Investigation:
         All sets have parameters that scatter as the best one's do: what they could do beyond is no rival of an effect.
         """
         if found.keys not in self._held:
-            noise = found.noise.scattering(self.best.loose.wider, self.best.loose.conventions)
+            noise = found.noise.scattering_as(self.best.noise.levels)
             self._held[found.keys] = left_out(*fit_to_free_runs(found.fitted, noise))
         return self._held[found.keys]
 
@@ -312,9 +312,9 @@ def _healthy(found: Hypothesis) -> Whitener:
 
 def _left(found: Hypothesis, healthy: Whitener) -> Left:
     system = found.system
-    noise = whitener(system, found.fitted.x, healthy.levels).scattering(found.loose.wider, found.loose.conventions)
+    noise = whitener(system, found.fitted.x, healthy.levels).scattering_as(found.noise.levels)
     noise = noise.tamed(found.fitted.residuals - found.loose.explained)
     groups = groups_of(found.fitted, traces_of(found.fitted, found.suspects))
-    noise = learned_levels(found.fitted, noise, groups)[2].scattering(found.loose.wider, found.loose.conventions)
+    noise = learned_levels(found.fitted, noise, groups)[2].scattering_as(found.noise.levels)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
     return Left(fitted=fitted, noise=noise)

@@ -147,7 +147,7 @@ def test_clocks_that_differ_from_run_to_run_are_found_and_how_widely_they_do(sca
     runs = tuple(shifted(each, own) for each, own in zip(recordings, late, strict=True))
     problem = Problem(recordings=runs, parameter_set=stated, deviations=deviations_of(stated))
     found = weighed(problem, (), problem.start(), whitener(problem, problem.start()))
-    assert least <= found.loose.conventions <= most
+    assert least <= found.noise.levels.conventions <= most
     for signal in ("speed", "thrust"):
         shifts = [problem.situation(found.fitted.x, run).shifts for run in range(4)]
         off = [s.throttle + s.signals[signal] - own[LOG_CHANNELS[signal]] for s, own in zip(shifts, late, strict=True)]

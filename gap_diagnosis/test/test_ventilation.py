@@ -18,7 +18,7 @@ def beside(problem):
     noise = noise_of(problem)
     fitted = fit(problem, noise, problem.start())
     none = np.zeros(problem.known.size)
-    return Hypothesis(suspects=(), fitted=fitted, noise=noise, loose=Loose({}, none[:, None][:, :0], none))
+    return Hypothesis(suspects=(), fitted=fitted, noise=noise, loose=Loose({}, none))
 
 
 def found(effects, outside, seed):

@@ -67,7 +67,7 @@ def test_the_class_of_an_effect_is_what_parameters_free_of_their_deviations_can_
     noise = noise_of(posed)
     fitted = fit(posed, noise, posed.start(np.array([size]) / suspect.slots[0].width))
     none = np.zeros(problem.known.size)
-    loose = Loose({}, none[:, None][:, :0], none)
+    loose = Loose({}, none)
     found = Hypothesis(suspects=(suspect,), fitted=fitted, noise=noise, loose=loose)
     assert class_of(*imitated_by_parameters(found, suspect)) == kind
 

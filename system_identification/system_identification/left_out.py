@@ -59,7 +59,7 @@ def fit_to_free_runs(fitted: Fitted, noise: Whitener) -> tuple[Fitted, Whitener]
         for signal in own:
             rows = np.concatenate([fitted.residuals[s.rows] for s in system.series if s.signal == signal])
             own[signal] = max(system.levels[signal], float(np.sqrt(np.nanmean(rows**2))))
-        noise = white_noise(system, own).scattering(noise.levels.parameters, noise.levels.conventions)
+        noise = white_noise(system, own).scattering_as(noise.levels)
         noise = noise.tamed(fitted.residuals)
         fitted = near = fit(system, noise, fitted.x, iterations=_STEPS, near=near, polish=False)
     return fitted, noise

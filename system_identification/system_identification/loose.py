@@ -36,14 +36,10 @@ _FAR = (0.35, 0.6, 1.0)
 
 
 class Loose(NamedTuple):
-    """Levels by group, what the columns most probably do to the rows (R,), and how widely parameters and conventions
-    scatter.
-    """
+    """Levels by group, and what the columns most probably do to the rows, (R,)."""
 
     levels: Mapping[str, float]
     explained: Array
-    wider: float = 1.0
-    conventions: float = 1.0
 
 
 class Groups(NamedTuple):
@@ -191,7 +187,8 @@ class _Beside:
 def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loose, Fitted, Whitener]:
     """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them.
 
-    And the fit as it is, with its evidence, under the noise that has them; and that noise.
+    And the fit as it is, with its evidence, under the noise that has them; and that noise, whose levels say how widely
+    parameters and conventions scatter.
     """
     count = len(groups.names)
     beside = _Beside(fitted, noise, groups)
@@ -208,9 +205,9 @@ def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loo
             ]
             levels[g] = tried[int(np.argmax(found))]
     moved = beside.score(levels, wider, conventions)[1]
-    whole = replace(noise.scattering(wider, conventions), loose=beside.taken_off(levels))
-    by_group = dict(zip(groups.names, levels.tolist(), strict=True))
-    loose = Loose(by_group, groups.moves.along(moved), wider, conventions)
+    scatter = replace(noise.levels, parameters=wider, conventions=conventions)
+    whole = replace(noise, levels=scatter, loose=beside.taken_off(levels))
+    loose = Loose(dict(zip(groups.names, levels.tolist(), strict=True)), groups.moves.along(moved))
     return loose, reweighed(fitted, whole, beside.jacobian), whole
 
 
@@ -225,11 +222,14 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str,
     groups = groups_of(fitted, traces, apart=True)
     beside = _Beside(fitted, noise, groups)
     usual = np.array([loose.levels.get(name, loose.levels.get("shape", 0.0)) for name in groups.names])
-    found = {}
+    found, scatter = {}, noise.levels
     for key in traces:
         own = np.array([name == key for name in groups.names])
         near, far = (
-            max(beside.score(np.where(own, level, usual), loose.wider, loose.conventions)[0] for level in levels)
+            max(
+                beside.score(np.where(own, level, usual), scatter.parameters, scatter.conventions)[0]
+                for level in levels
+            )
             for levels in (np.linspace(0.0, CAPS["shape"], 4), _FAR)
         )
         found[key] = far - near

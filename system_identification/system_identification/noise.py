@@ -145,10 +145,13 @@ class Whitener:
             each.gains, each.deviation, run.rows, columns, most, out,
         )  # fmt: skip
 
-    def scattering(self, parameters: float, conventions: float | None = None) -> "Whitener":
-        """Return the map beside parameters, and conventions, that scatter so many times more widely than stated."""
-        kept = self.levels.conventions if conventions is None else conventions
-        return replace(self, levels=replace(self.levels, parameters=parameters, conventions=kept))
+    def scattering(self, parameters: float) -> "Whitener":
+        """Return the map beside parameters that scatter so many times more widely than stated."""
+        return replace(self, levels=replace(self.levels, parameters=parameters))
+
+    def scattering_as(self, levels: Levels) -> "Whitener":
+        """Return the map beside parameters and conventions that scatter as widely as these levels say."""
+        return replace(self, levels=replace(self.levels, parameters=levels.parameters, conventions=levels.conventions))
 
     def tamed(self, residuals: Array) -> "Whitener":
         """Return the map in which lone rows that stand out of it by more than four deviations count by what they tell.

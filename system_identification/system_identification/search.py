@@ -203,7 +203,7 @@ class _Searching:
             self.sizes = _worth_trying((*ranked, *plain))
         picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
         others = [plain]
-        if current.loose.wider > 1.0:
+        if current.noise.levels.parameters > 1.0:
             # What parameters do by scattering widely an effect may do beside parameters as stated.
             others.append(standing_in(current.fitted, current.noise.scattering(1.0), trials))
         for looks in others:
