@@ -333,5 +333,7 @@ def projector(jacobian: Array, prior: Array) -> Array:
     own = np.zeros((prior.size, jacobian.shape[1]))
     own[np.arange(prior.size), np.arange(prior.size)] = np.sqrt(prior)
     stacked = np.vstack((jacobian, own))
+    lengths = np.linalg.norm(stacked, axis=0)
+    stacked = stacked / np.where(lengths > 0.0, lengths, 1.0)  # of two that do the same one is left
     factor = np.linalg.cholesky(stacked.T @ stacked + 1e-9 * np.eye(stacked.shape[1]))
     return np.asarray(solve_triangular(factor, stacked.T, lower=True).T)

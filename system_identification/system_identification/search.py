@@ -384,26 +384,30 @@ class _Searching:
             best = self.settled(max(self.found.values(), key=self.score))
             if self.stand_in(best):
                 continue
-            subsets = [self.without(best, suspect) for suspect in best.suspects]
-            leaner = max(subsets, key=self.score, default=best)
+            for suspect in best.suspects:
+                self.without(best, suspect)
+            fewer = [each for each in self.found.values() if len(each.suspects) < len(best.suspects)]
+            leaner = max(fewer, key=self.score, default=best)
             if leaner is best or self.score(best) > self.score(leaner) + _WORTH:
                 return best
             self.needless.add(frozenset(best.keys))
             del self.found[frozenset(best.keys)]  # one of its effects is not worth it
 
     def stand_in(self, best: Hypothesis) -> bool:
-        """Weigh sets in which one effect stands for another of the best one's; tell whether one comes out likelier.
+        """Weigh sets in which one effect stands for others; tell whether one comes out likelier than the best one.
 
-        Sets with both tell, where these were weighed: beside the new one the old one may as well be nothing.
+        Sets with both tell, where these were weighed: beside the new one the old one may as well be nothing, or is held
+        at an end of its range, where no variance tells.
         """
-        keys, least = frozenset(best.keys), self.score(best) - _NEAR
-        for more, both in list(self.found.items()):
-            if keys < more and len(more) == len(keys) + 1 and self.score(both) > least:
-                variances = np.diag(both.fitted.covariance)
+        least = self.score(best) - _NEAR
+        for keys, both in list(self.found.items()):
+            if len(keys) > 1 and self.score(both) > least:
+                x, variances = both.fitted.x, np.diag(both.fitted.covariance)
+                held = np.abs(both.system.bounded(1.01 * x) - x) < 0.005 * np.abs(x)
                 for each in both.suspects:
                     own = both.sizes_of(each)[0]
-                    trades = each.key in keys and both.fitted.x[own] ** 2 < 2.0 * _NEAR * variances[own]
-                    if trades and more - {each.key} not in self.needless:
+                    trades = held[own] or x[own] ** 2 < 2.0 * _NEAR * variances[own]
+                    if trades and keys - {each.key} not in self.needless:
                         self.without(both, each)
         return max(self.found.values(), key=self.score) is not best
 
