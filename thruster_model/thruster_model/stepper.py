@@ -193,7 +193,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
     step = dt / substeps
     rate, lag = ramp_limit(p.u_dot_max, e), lag_time(0.0, e)
     water = memory.water
-    remembered, wired = water.size > 2, memory.command.size > 0
+    remembered = water.size > 2
     past = 0.0
     N, parts = commands.shape
     part = dt / parts
@@ -209,9 +209,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
             break
         done, room = 0.0, 0.0  # of the period; of the step
         for j in range(parts):
-            before, late, after = commands[k, j], 0.0, commands[k, j]
-            if wired:
-                before, late, after = command_split(memory.command, commands[k, j], part, e)
+            before, late, after = command_split(memory.command, commands[k, j], part, e)
             cut = j * part + late if before != after else 0.0
             until = dt if j == parts - 1 else (j + 1) * part
             if parts > 1 and cut <= done and j < parts - 1 and commands[k, j + 1] == commands[k, j]:
