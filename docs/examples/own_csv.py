@@ -16,6 +16,7 @@ from run_bag import read_run
 
 THRUSTER = ["--set", "simplified", "--spread", "0.05", "--seed", "4", "--effect", "coulomb_friction.deceleration=150"]
 PERIOD, SENT = 0.01, 0.05  # s, of the log and of the commands
+AT_REST = 1.15  # rad/s that the tachometer reads of a rotor at rest, which this logger takes off
 
 
 def throttle(rng):
@@ -27,22 +28,23 @@ def throttle(rng):
     return time, np.select([time < 2.0, time < 20.0, time < 38.0], [0.0, steps, ramps], 0.0)
 
 
-def simulated(seed, folder):
-    """Return a run of the thruster with a programme of its own."""
+def simulated(thruster, seed, folder):
+    """Return a run of a thruster, with a programme and noise of its own, and the file with the thruster's numbers."""
     programme = folder / "programme.csv"
     with programme.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file)
         rows.writerow(["time_s", "throttle_V"])
         rows.writerows(zip(*throttle(np.random.default_rng(seed)), strict=True))
-    command = ["thruster", "simulate", *THRUSTER, "--programme", str(programme), "--out", str(folder / "runs")]
+    command = ["thruster", "simulate", *thruster, "--programme", str(programme), "--out", str(folder / "runs")]
     subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
-    return read_run(folder / "runs/programme_ambient")
+    return read_run(folder / "runs/programme_ambient"), folder / "runs/truth.yaml"
 
 
 def write_log(run, path):
     """Write what was read last at each instant of the logger."""
     time = np.arange(0.1, run.duration - 0.1, PERIOD)
     u, n = run.align(["thruster_0/throttle.commanded", "thruster_0/state.n"], time, "previous").values()
+    n = n - AT_REST * np.sign(n)
     with path.open("w", newline="", encoding="utf-8") as file:
         rows = csv.writer(file, delimiter=";")
         rows.writerow(["t_ms", "esc", "tacho", "temp"])
@@ -53,7 +55,9 @@ def write_log(run, path):
 if __name__ == "__main__":
     out = Path(sys.argv[1])
     out.mkdir(parents=True)
-    for number in (1, 2):
-        with tempfile.TemporaryDirectory() as beside:
-            write_log(simulated(number, Path(beside)), out / f"log_{number}.csv")
+    with tempfile.TemporaryDirectory() as first, tempfile.TemporaryDirectory() as second:
+        run, numbers = simulated(THRUSTER, 1, Path(first))
+        write_log(run, out / "log_1.csv")
+        run, _ = simulated(["--set", str(numbers), "--spread", "0", "--seed", "5"], 2, Path(second))
+        write_log(run, out / "log_2.csv")
     sys.stdout.write(f"{out}: log_1.csv, log_2.csv\n")

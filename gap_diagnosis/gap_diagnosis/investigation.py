@@ -15,7 +15,7 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
 from system_identification.earning import Earned, earned
 from system_identification.fitting import Fitted, fit
-from system_identification.hypothesis import Hypothesis, traces_of
+from system_identification.hypothesis import Hypothesis
 from system_identification.learning import Caps, learned
 from system_identification.left_out import (
     FEWEST_RUNS,
@@ -33,6 +33,7 @@ from system_identification.noise import Whitener, whitener
 from system_identification.rating import Rated
 from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
+from system_identification.traces import traces_of
 
 __all__ = ["Investigation", "imitated_by_parameters", "investigate", "weighed_up"]
 
@@ -219,7 +220,7 @@ class Investigation:
     def unsteady(self) -> dict[str, float]:
         """Evidence, nats, that the size of an effect of the best set is not one size."""
         best = self.best
-        return unsteady(best.fitted, best.noise, best.loose, traces_of(best.fitted, best.suspects))
+        return unsteady(best.fitted, best.noise, best.loose, best.suspects)
 
     @cached_property
     def resembling(self) -> dict[str, float]:
@@ -314,7 +315,7 @@ def _left(found: Hypothesis, healthy: Whitener) -> Left:
     system = found.system
     noise = whitener(system, found.fitted.x, healthy.levels).scattering_as(found.noise.levels)
     noise = noise.tamed(found.fitted.residuals - found.loose.explained)
-    groups = groups_of(found.fitted, traces_of(found.fitted, found.suspects))
+    groups = groups_of(found.fitted, found.suspects)
     noise = learned_levels(found.fitted, noise, groups)[2].scattering_as(found.noise.levels)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
     return Left(fitted=fitted, noise=noise)

@@ -13,9 +13,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from system_identification.hypothesis import Hypothesis, traces_of
+from system_identification.hypothesis import Hypothesis
 from system_identification.rating import DIVERGED, Trial
 from system_identification.suspects import Suspect
+from system_identification.traces import traces_of
 
 __all__ = ["Proposal", "exchanges"]
 

@@ -12,7 +12,7 @@ from system_identification.loose import Loose, groups_of, learned_levels
 from system_identification.noise import Whitener, whitener
 from system_identification.suspects import Suspect
 
-__all__ = ["Hypothesis", "traces_of", "weighed"]
+__all__ = ["Hypothesis", "weighed"]
 
 Array = NDArray[np.float64]
 _SHARES = (1.0, 0.4)
@@ -56,21 +56,6 @@ class Hypothesis:
         return np.array([self.system.nuisances + slots.index(slot) for slot in suspect.slots])
 
 
-def traces_of(fitted: Fitted, suspects: tuple[Suspect, ...]) -> dict[str, Array]:
-    """Return what each suspect does to the rows (R,) beside the others."""
-    system = fitted.problem
-    if not suspects:
-        return {}
-    here = system.predicted(fitted.x)
-    found = {}
-    for suspect in suspects:
-        kept = [k for k, slot in enumerate(system.slots) if slot not in suspect.slots]
-        x = fitted.x[[*range(system.nuisances), *(system.nuisances + k for k in kept)]]
-        without = system.with_effects(tuple(system.slots[k] for k in kept))
-        found[suspect.key] = here - without.predicted(x)
-    return found
-
-
 def weighed(
     system: Any,
     suspects: tuple[Suspect, ...],
@@ -98,7 +83,7 @@ def weighed(
     """
     caps = caps or Caps()
     first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
-    groups = groups_of(first, traces_of(first, suspects))
+    groups = groups_of(first, suspects)
 
     def beside(bare: Whitener) -> Hypothesis:
         """Return the hypothesis as it is fitted, with what is loose beside a noise."""

@@ -6,7 +6,7 @@ could do is no evidence for anything else. Clocks, which move what is steep by m
 and how widely they scatter is learned beside.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,7 +17,9 @@ from scipy.linalg import solve_triangular
 from system_identification.fitting import Fitted, reweighed
 from system_identification.moves import Moves, TakenOff, rows_of_runs
 from system_identification.noise import Whitener
+from system_identification.suspects import Suspect
 from system_identification.system import System
+from system_identification.traces import traces_of
 
 __all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "rests_of", "unsteady"]
 
@@ -50,11 +52,11 @@ class Groups(NamedTuple):
     of: NDArray[np.int64]
 
 
-def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = False) -> Groups:
+def groups_of(fitted: Fitted, suspects: Sequence[Suspect], *, apart: bool = False) -> Groups:
     """Return what may move the rows, by group.
 
-    `traces`: what each effect does to the rows (R,), by any name; `apart`: each effect is a group by that name.
-    The first columns are the sensitivities to the parameters.
+    `suspects`: all of the fit; `apart`: each is a group by its key. The first columns are the sensitivities to the
+    parameters.
     """
     system = fitted.problem
     runs = rows_of_runs(system)
@@ -85,14 +87,14 @@ def groups_of(fitted: Fitted, traces: Mapping[str, Array], *, apart: bool = Fals
         columns.append(rest)
         every += rest.shape[1]
         move("rest", each_run(rest.shape[1])[:, :, there.ravel()])
-    for key, trace in traces.items():
-        modulated = _modulated(fitted, trace)
-        columns.append(modulated)
-        every += modulated.shape[1]
-        alike = np.tile(np.eye(modulated.shape[1])[:, 1:], (count, 1, 1))
-        by_run = np.zeros((count, modulated.shape[1], count if count > 1 else 0))
+    for suspect, trace in zip(suspects, traces_of(fitted, suspects).values(), strict=True):
+        shapes = np.column_stack((_as_large(fitted, suspect, trace), _modulated(fitted, trace)))
+        columns.append(shapes)
+        every += shapes.shape[1]
+        alike = np.tile(np.eye(shapes.shape[1])[:, 1:], (count, 1, 1))
+        by_run = np.zeros((count, shapes.shape[1], count if count > 1 else 0))
         by_run[:, :1] = each_run(1)[:, :, : by_run.shape[2]]
-        move(key if apart else "shape", np.concatenate((by_run, alike), axis=2))
+        move(suspect.key if apart else "shape", np.concatenate((by_run, alike), axis=2))
     names = tuple(dict.fromkeys(of))
     whole = [np.pad(each, ((0, 0), (0, every - each.shape[1]), (0, 0))) for each in mixed]
     return Groups(
@@ -110,9 +112,18 @@ def rests_of(system: System) -> Array:
     return rest
 
 
+def _as_large(fitted: Fitted, suspect: Suspect, trace: Array) -> Array:
+    """Return what a suspect does to the rows (R,) by as much of its size as all of it; its trace, where it has none.
+
+    A rotor that dry friction holds does not feel a little more of it: such a trace does not grow with the size.
+    """
+    at = fitted.problem.nuisances + list(fitted.problem.slots).index(suspect.slots[0])
+    return np.asarray(fitted.sensitivities[:, at] * fitted.x[at] if suspect.scalable else trace)
+
+
 def _modulated(fitted: Fitted, trace: Array) -> Array:
-    """Return a trace, and what it were if its size changed with time, sign or strength, or if it came late, (R, 8)."""
-    columns = [trace]
+    """Return what a trace were if its size changed with time, sign or strength, or if it came late, (R, 7)."""
+    columns = []
     for part in range(3):
         columns.append(np.zeros(trace.size))
         for each in fitted.problem.series:
@@ -211,19 +222,19 @@ def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loo
     return loose, reweighed(fitted, whole, beside.jacobian), whole
 
 
-def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, traces: Mapping[str, Array]) -> dict[str, float]:
+def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, suspects: Sequence[Suspect]) -> dict[str, float]:
     """Return by effect the evidence, nats, that its size is not one size: that it changes with run, time or state.
 
     By more than an equation may be off, up to as much as the effect itself: then another one is at work, which this one
     resembles.
     """
-    if not traces:
+    if not suspects:
         return {}
-    groups = groups_of(fitted, traces, apart=True)
+    groups = groups_of(fitted, suspects, apart=True)
     beside = _Beside(fitted, noise, groups)
     usual = np.array([loose.levels.get(name, loose.levels.get("shape", 0.0)) for name in groups.names])
     found, scatter = {}, noise.levels
-    for key in traces:
+    for key in (each.key for each in suspects):
         own = np.array([name == key for name in groups.names])
         near, far = (
             max(

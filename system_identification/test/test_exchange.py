@@ -7,9 +7,10 @@ import pytest
 from spring import SLOTS, recorded, suspects
 
 from system_identification.exchange import exchanges
-from system_identification.hypothesis import traces_of, weighed
+from system_identification.hypothesis import weighed
 from system_identification.noise import whitener
 from system_identification.rating import tried
+from system_identification.traces import traces_of
 
 
 def _beside(names, system):
