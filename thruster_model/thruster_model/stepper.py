@@ -237,6 +237,7 @@ def sense(true, first, last, dt, e, sensors, read):  # type: ignore[no-untyped-d
 
     Each column is to be read once, in their order; `sensors`: `Sensors`.
     """
+    true, sensors, read = borrowed((true, sensors, read))
     read[:, first:last] = true[:5, first:last]
     # One after the other: most sensors are plain, and cost nothing.
     if speed_alters(e):
