@@ -11,7 +11,7 @@ uphill, and the next one, with columns made there, falls back into it far ahead.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -37,6 +37,9 @@ _ROWS = 4096
 _COARSELY = {"xatol": 0.02, "maxiter": 12}
 """How well a share is found that only begins a fit."""
 _LEAST = 1e-9
+_KEPT_POINTS, _KEPT_COLUMNS = 32, 4
+"""Points of a problem whose innovations are kept, and those whose columns are: a fit that goes back where it was, and
+one that begins where the last one ended, ask for them again. Columns of all unknowns take some 20 MB."""
 _Point = tuple[float, Array, list[Array]]
 
 
@@ -90,6 +93,8 @@ class Problem:
     screen: Screen
     nuisances: Mapping[Key, float]
     effects: tuple[Hypothesis, ...]
+    _points: dict[bytes, tuple[list[Array], float]] = field(default_factory=dict)
+    _made: dict[bytes, list[NDArray[np.float32]]] = field(default_factory=dict)
 
     def fit(
         self, moved: Array, sizes: Sequence[tuple[float, ...]], columns: Sequence[NDArray[np.float32]] = (),
@@ -253,11 +258,25 @@ class Problem:
         return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
 
     def _scored(self, x: Array) -> tuple[list[Array], float]:
-        r = [self._residual(k, x) for k in range(len(self.screen.runs))]
-        return r, -0.5 * sum(float(each @ each) for each in r) - 0.5 * float(self._weight @ x**2)
+        at = x.tobytes()
+        if at not in self._points:
+            r = side_by_side(lambda k: self._residual(k, x), range(len(self.screen.runs)))
+            score = -0.5 * sum(float(each @ each) for each in r) - 0.5 * float(self._weight @ x**2)
+            _keep(self._points, at, (r, score), _KEPT_POINTS)
+        return self._points[at]
 
     def _columns(self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]) -> list[NDArray[np.float32]]:
         """Return the columns of all unknowns at a point; `known`: those of the first ones, taken as they are."""
+        if known:
+            return self._new_columns(x, r, known)
+        at = x.tobytes()
+        if at not in self._made:
+            _keep(self._made, at, self._new_columns(x, r, ()), _KEPT_COLUMNS)
+        return self._made[at]
+
+    def _new_columns(
+        self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]
+    ) -> list[NDArray[np.float32]]:  # fmt: skip
         steps = np.concatenate(
             (
                 np.full(len(self.nuisances), 0.2),
@@ -343,6 +362,13 @@ def _corrected(
     along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
     short = step.astype(np.float32)
     return [each + np.outer(d.astype(np.float32) - each @ short, along) for each, d in zip(J, change, strict=True)]
+
+
+def _keep(kept: dict[bytes, Any], at: bytes, value: Any, most: int) -> None:
+    """Add what was found at a point to what is kept; the oldest goes."""
+    kept[at] = value
+    if len(kept) > most:
+        del kept[next(iter(kept))]
 
 
 def _flat(sizes: Sequence[tuple[float, ...]]) -> list[float]:

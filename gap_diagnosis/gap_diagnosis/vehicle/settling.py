@@ -28,8 +28,12 @@ def settled(
     effects = tuple(a.hypothesis for a in accepted)
     moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
     sizes = [a.sizes for a in accepted]
+
+    def asked(runs: list[Prepared]) -> Problem:
+        return Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
+
+    problem = asked(runs)
     for turn in range(rules.TURNS):
-        problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
         before = problem.score(moved, sizes)
         fit = problem.fit(moved, sizes)
         after = problem.score(fit.moved, [e.sizes for e in fit.effects])
@@ -41,10 +45,9 @@ def settled(
         runs = prepared(
             model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
         )
+        problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
-    return runs, Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects).fit(
-        moved, sizes, exact=True
-    )
+    return runs, problem.fit(moved, sizes, exact=True)
 
 
 def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
