@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelih
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 
@@ -83,7 +84,10 @@ def _all_prepared(
     model: Model, logs: Sequence[VehicleLog], noises: Noises, values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect], states: Sequence[Array | None],
 ) -> list[Prepared]:  # fmt: skip
-    return [prepared_with(model, log, k, noises, values, effects, states[k]) for k, log in enumerate(logs)]
+    def one(k: int) -> Prepared:
+        return prepared_with(model, logs[k], k, noises, values, effects, states[k])
+
+    return side_by_side(one, range(len(logs)))
 
 
 def _looser(noises: Noises) -> Noises:

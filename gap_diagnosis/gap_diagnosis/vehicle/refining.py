@@ -110,8 +110,35 @@ class Problem:
             product: of these columns, J^T J over all runs, where it is known.
             exact: make the columns of the fit where it ends, whether or not those that led there would do.
         """
-        x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
-        x = self._held(x)
+        x = self._at(moved, sizes)
+        (score, x, r), J, fresh, made = self._descended(x, columns, product)
+        H, _ = self._normal(J, r, x, product)
+        if exact or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
+            J = fresh if np.array_equal(x, made) else self._columns(x, r, columns)
+            H, _ = self._normal(J, r, x, product)
+        H += np.eye(len(x))
+        _, log_det = np.linalg.slogdet(H)
+        spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
+        return Fit(
+            effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
+            log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
+        )  # fmt: skip
+
+    def most_likely(
+        self, moved: Array, sizes: Sequence[tuple[float, ...]]
+    ) -> tuple[Array, list[tuple[float, ...]]]:  # fmt: skip
+        """Return (nuisances, sizes) where the fit from a point ends, without how sure they are."""
+        (_, x, _), *_ = self._descended(self._at(moved, sizes), (), None)
+        return x[: len(moved)].copy(), self._sizes(x)
+
+    def _at(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> Array:
+        """Return the unknowns of a point in their deviations, within their ranges."""
+        return self._held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
+
+    def _descended(
+        self, x: Array, columns: Sequence[NDArray[np.float32]], product: Array | None
+    ) -> tuple[_Point, list[NDArray[np.float32]], list[NDArray[np.float32]], Array]:
+        """Return the most likely point from x on, the columns that led there, those last made, and where."""
         r, score = self._scored(x)
         best, uphill = (score, x, r), False
         here: Array = np.zeros(len(x))
@@ -145,18 +172,7 @@ class Problem:
                     break
             if best[0] - before[0] < _ENOUGH:
                 break
-        score, x, r = best
-        H, _ = self._normal(J, r, x, product)
-        if exact or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
-            J = fresh if np.array_equal(x, made) else self._columns(x, r, columns)
-            H, _ = self._normal(J, r, x, product)
-        H += np.eye(len(x))
-        _, log_det = np.linalg.slogdet(H)
-        spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
-        return Fit(
-            effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
-            log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
-        )  # fmt: skip
+        return best, J, fresh, made
 
     def _along(
         self, J: list[NDArray[np.float32]], start: _Point, columns: Sequence[Any], product: Array | None
@@ -187,12 +203,11 @@ class Problem:
 
     def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
         """Return the log likelihood at a point, priors included."""
-        x = np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)]))
-        return self._scored(self._held(x))[1]
+        return self._scored(self._at(moved, sizes))[1]
 
     def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
-        x = self._held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
+        x = self._at(moved, sizes)
         return tuple(self._columns(x, self._scored(x)[0], ()))
 
     def resized(

@@ -35,16 +35,15 @@ def settled(
     problem = asked(runs)
     for turn in range(rules.TURNS):
         before = problem.score(moved, sizes)
-        fit = problem.fit(moved, sizes)
-        after = problem.score(fit.moved, [e.sizes for e in fit.effects])
-        moved, sizes = fit.moved, [e.sizes for e in fit.effects]
+        moved, sizes = problem.most_likely(moved, sizes)
+        after = problem.score(moved, sizes)
         if turn > 0 and after - before < rules.SETTLED:
             break
         afresh = turn == 0 and (anew or not accepted)
         start = None if afresh else learned_from(runs)
-        runs = prepared(
-            model, logs, fit.values, [e.active for e in fit.effects], start=start, rounds=4 if afresh else rules.LEARNED
-        )
+        there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
+        on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]
+        runs = prepared(model, logs, there, on, start=start, rounds=4 if afresh else rules.LEARNED)
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)
