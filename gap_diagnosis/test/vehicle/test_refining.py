@@ -79,3 +79,19 @@ def test_a_limit_that_is_never_reached_stays_where_it_was_tried() -> None:
 
     one = Problem(screen=Unreached(), nuisances={THRUST: 0.02}, effects=(limit,))  # type: ignore[arg-type]
     assert one.fit(np.zeros(1), [(4.0,)]).effects[0].sizes == (4.0,)
+
+
+def test_where_a_fit_ends_is_the_same_without_how_sure_it_is() -> None:
+    fit = problem().fit(np.array([-20.0]), [(0.0,)])
+    moved, sizes = problem().most_likely(np.array([-20.0]), [(0.0,)])
+    assert np.array_equal(moved, fit.moved)
+    assert sizes == [fit.effects[0].sizes]
+
+
+def test_a_fit_that_begins_where_the_last_one_ended_makes_no_columns_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = problem()
+    moved, sizes = asked.most_likely(np.array([-20.0]), [(0.0,)])
+    first = asked.fit(moved, sizes, exact=True)
+    monkeypatch.setattr(Bilinear, "at", None)
+    again = asked.fit(moved, sizes, exact=True)
+    assert again.log_evidence == first.log_evidence
