@@ -11,21 +11,20 @@ from gap_diagnosis.disturbances import block_evidence
 from gap_diagnosis.how_far import Errors, Shrink, Step, budget_of_steps, errors_of, shrink_of, step_of
 from gap_diagnosis.investigation import Investigation, investigate
 from gap_diagnosis.jitter import jitter_in, scales_beside
+from gap_diagnosis.log_readings import read_as_suits
 from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
-from gap_diagnosis.rules import LOG_RULES, RULES
+from gap_diagnosis.rules import RULES
 from gap_diagnosis.scatter import Scatter, found_in_logs
-from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
 from gap_diagnosis.stretches import stretches_of
 from gap_diagnosis.suspects import betrayed_by
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
 from system_identification.budget import Budget, budget_of
 from system_identification.earning import Earned
-from system_identification.fitting import Fitted, fit
+from system_identification.fitting import Fitted
 from system_identification.hypothesis import Hypothesis
-from system_identification.noise import whitener
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
@@ -147,32 +146,17 @@ def diagnose(
     opaque = tuple({s.signal for s in in_logs if s.effect in known and LIBRARY[s.effect].trace in _OPAQUE})
     known |= {other for effect in known for other in LIBRARY[effect].entails}
     given = replace(problem, opaque=opaque)
-    asked = given
-    given, straight = _as_commanded(given)
-    regular = on_regular_stamps(given, checked([r.regular or r for r in _held(recordings, straight)]).recordings)
-    gain = 0.0 if regular is None else gain_of_regular(given, regular)
 
-    def investigated(problem: Problem) -> Investigation:
+    def investigated(problem: Problem, grew: Callable[[Hypothesis], None] = lambda _: None) -> Investigation:
         wrong = unit_problems(problem)
         if wrong:
             raise Unfit(wrong)
         signals = {each.signal for each in problem.series}
-        return investigate(problem, signals, (*excluded, *known), progress=progress)
+        return investigate(problem, signals, (*excluded, *known), grew=grew, progress=progress)
 
-    problem = regular if regular is not None and regular_fit_better(gain) else given
-    found = investigated(problem)
-    if straight is not None and regular is None and found.best.suspects:
-        other = _commanded_otherwise(asked, found, straight)
-        if other is not None:
-            problem, straight = other, not straight
-            given, found = other, investigated(other)
-    if regular is not None and found.best.suspects:
-        gain = gain_of_regular(given, regular, found.best.fitted)
-        better = regular if regular_fit_better(gain) else given
-        if better is not problem:
-            problem, found = better, investigated(better)
-    jitter = jitter_of_stamps(given, gain) if regular_fit_better(gain) else None
-    if betrayed_by("stamps") not in excluded and _has_instants(problem):
+    reading, found = read_as_suits(given, investigated)
+    jitter = reading.jitter(found.best)
+    if betrayed_by("stamps") not in excluded and _has_instants(reading.problem):
         found, seen = _beside_jitter(found, investigated)
         jitter = jitter or seen
     in_logs += [jitter] if jitter is not None else []
@@ -181,45 +165,7 @@ def diagnose(
     progress("verdict")
     verdict = verdict_of(found, scatters, foreign)
     progress("runs left out")
-    return _complete(found, verdict, tuple(warnings), tuple(scatters), foreign, straight, seed)
-
-
-def _held(recordings: Sequence[Recording], straight: bool | None) -> list[Recording]:
-    return [r.straight or r for r in recordings] if straight else list(recordings)
-
-
-def _as_commanded(problem: Problem) -> tuple[Problem, bool | None]:
-    """Return the problem with commands held or straight, whichever fits better, and which; None: that is known.
-
-    Where both fit about as well they are held, as most devices do it.
-    """
-    if all(recording.straight is None for recording in problem.recordings):
-        return problem, None
-    lines = _held(problem.recordings, True)
-    other = replace(problem, recordings=tuple(lines))
-    evidence = []
-    for posed in (problem, other):
-        noise = whitener(posed, posed.start())
-        evidence.append(fit(posed, noise, posed.start(), iterations=8).evidence)
-    straight = evidence[1] > evidence[0] + LOG_RULES.straight
-    return (other if straight else problem), straight
-
-
-def _commanded_otherwise(asked: Problem, found: Investigation, straight: bool) -> Problem | None:
-    """Return the problem with the other way of commands where it suits the best set better; None where it does not.
-
-    Which way fits was asked of a model without effects, and these may look like the other way.
-    """
-    other = asked if straight else replace(asked, recordings=tuple(_held(asked.recordings, True)))
-    best = found.best
-    posed = other.with_effects(best.system.slots, best.system.gates)
-    start = best.fitted.x if posed.nuisances == best.system.nuisances else posed.start()
-    noise = whitener(posed, start, best.noise.levels)
-    evidence = fit(posed, noise, start, iterations=10).evidence
-    here = whitener(best.system, best.fitted.x, best.noise.levels)
-    return (
-        other if evidence > fit(best.system, here, best.fitted.x, iterations=4).evidence + LOG_RULES.straight else None
-    )
+    return _complete(found, verdict, tuple(warnings), tuple(scatters), foreign, reading.straight, seed)
 
 
 def _beside_jitter(

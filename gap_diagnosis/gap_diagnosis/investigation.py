@@ -252,11 +252,12 @@ def investigate(
     signals: set[str],
     excluded: Sequence[str] = (),
     *,
+    grew: Callable[[Hypothesis], None] = lambda _: None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Investigation:
-    """Return the weighed sets for a problem without effects."""
+    """Return the weighed sets for a problem without effects; `grew`: see `searched`."""
     offer = offers_of(signals, excluded)
-    search = searched(problem, offer, progress=progress)
+    search = searched(problem, offer, grew=grew, progress=progress)
     progress("what is left")
     return weighed_up(search, offer)
 

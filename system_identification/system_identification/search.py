@@ -75,6 +75,7 @@ def searched(
     offer: Offer,
     *,
     caps: Caps | None = None,
+    grew: Callable[[Hypothesis], None] = lambda _: None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Search:
     """Return the sets of effects that explain a system's rows.
@@ -83,9 +84,12 @@ def searched(
         system: without effects.
         offer: the suspects about a hypothesis, with sizes to try.
         caps: what noise may be.
+        grew: is given each set that has become larger, and at last the best one; what it raises ends the search.
         progress: is told of each stage.
     """
-    return _Searching(system, offer, caps or Caps(), progress).run()
+    searching = _Searching(system, offer, caps or Caps(), progress)
+    searching.grew = grew
+    return searching.run()
 
 
 def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
@@ -111,6 +115,7 @@ def thinned(suspect: Suspect, sizes: Mapping[str, Array]) -> Suspect:
 class _Searching:
     def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
         self.offer, self.progress = offer, progress
+        self.grew: Callable[[Hypothesis], None] = lambda _: None
         progress("base fit")
         self.sets = Sets(system, caps)
         self.pruning = Pruning(self.sets)
@@ -129,6 +134,7 @@ class _Searching:
                 break
             current = self.grown(best)  # what is exchanged may have made room for more
             best = self.exchanged()
+        self.grew(best)
         return Search(
             none=sets.found[frozenset()], best=best, weighed=sets.found, rated=self.first, sizes=self.sizes,
             offered=sets.offered,
@@ -144,6 +150,7 @@ class _Searching:
             if better is None:
                 break
             current = better
+            self.grew(current)
         return current
 
     def trials_beside(self, current: Hypothesis) -> list[Trial]:

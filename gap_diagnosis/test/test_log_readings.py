@@ -1,0 +1,53 @@
+"""How commands act between their samples is asked again once an effect is known that looked like it."""
+
+import numpy as np
+
+from gap_diagnosis.log_readings import read_as_suits
+from gap_diagnosis.plausibility import checked
+from gap_diagnosis.preparing import recording_of
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.suspects import suspects
+from system_identification.hypothesis import weighed
+from system_identification.noise import whitener
+from thruster_model.effects.active import ActiveEffects
+from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.whole_run import simulated_rows
+
+HL = load_parameter_set("hl")
+NOISE = {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4}
+RATE = 12.0  # [V/s]
+DT, PERIOD, LENGTH = 1e-3, 0.05, 30.0  # [s]
+
+
+def recorded(seed):
+    """Return a recording in which commands are held, and followed at a limited rate; how they act is not stated."""
+    rng = np.random.default_rng(seed)
+    at = PERIOD * np.arange(round(LENGTH / PERIOD))
+    tones, phases = rng.uniform(0.05, 0.9, (6, 1)), rng.uniform(0.0, 2.0 * np.pi, (6, 1))
+    commands = 0.9 * np.sum(np.sin(2.0 * np.pi * tones * at + phases), axis=0)
+    effects = ActiveEffects(sizes={"throttle_rate_limit": {"rate": RATE}})
+    sent = np.repeat(commands, round(PERIOD / DT))
+    n, _, ambient, thrust, torque, _ = simulated_rows(HL.coefficients, sent, DT, effects=effects.plant)[:, :-1:20]
+    true = {"speed": n, "ambient": ambient, "thrust": thrust, "torque": torque}
+    time = 20 * DT * np.arange(n.size)
+    signals = {name: (time, x + NOISE[name] * rng.standard_normal(n.size)) for name, x in true.items()}
+    return recording_of(f"run {seed}", (at, commands), signals, hold=None)
+
+
+def test_a_limited_rate_is_taken_for_straight_lines_only_until_it_is_known():
+    recordings = tuple(checked([recorded(seed) for seed in (1, 2)]).recordings)
+    suspect = next(each for each in suspects(set(NOISE)) if each.effect == "throttle_rate_limit")
+    asked = []
+
+    def investigated(problem, grew):
+        asked.append(problem)
+        posed = problem.with_effects(suspect.slots)
+        x = np.append(posed.start()[: posed.nuisances], RATE / suspect.slots[0].width)
+        grew(weighed(problem, (), problem.start(), whitener(problem, problem.start())))
+        grew(weighed(posed, (suspect,), x, whitener(posed, x)))
+        return "found"
+
+    log = Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
+    reading, found = read_as_suits(log, investigated)
+    assert (reading.straight, found) == (False, "found")
+    assert [problem.recordings[0] is log.recordings[0].straight for problem in asked] == [True, False]
