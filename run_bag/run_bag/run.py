@@ -198,7 +198,3 @@ class Run:
         """Return the run without these channels; each must be there."""
         gone = {self[name].name for name in names}
         return replace(self, channels={k: c for k, c in self.channels.items() if k not in gone})
-
-    def with_channels(self, channels: Iterable[Channel]) -> Run:
-        """Return the run with these channels added, or put in the place of those of the same name."""
-        return replace(self, channels={**self.channels, **{c.name: c for c in channels}})

@@ -1,6 +1,7 @@
 """Recorded runs through observers: which sample belongs to which step, scores, files, and errors as sentences."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,7 +71,7 @@ def test_the_throttle_that_acted_is_its_mean_over_the_period(run: Path) -> None:
     ticks = np.round(1e9 * (1.0 + fast)).astype(np.int64)
     name = "thruster_0/throttle.commanded"
     channel = type(loaded[name])(name=name, stamps=ticks, values=values, unit="V")
-    signals = signals_of(loaded.with_channels([channel]))
+    signals = signals_of(replace(loaded, channels={**loaded.channels, name: channel}))
     np.testing.assert_allclose(signals.u_before[1:], THROTTLES[1:], atol=1e-6)
 
 

@@ -92,7 +92,7 @@ def test_a_fit_that_starts_wrong_recovers_the_vehicle_within_its_stated_deviatio
     assert np.sum(np.isfinite(scores)) >= 17
     assert np.nanmax(np.abs(scores)) < 4.5, dict(zip(NAMES, scores, strict=True))
     for name in ("effectiveness_roll", "effectiveness_yaw", "righting_roll", "lag_yaw", "inertia_pitch"):
-        assert found.by_name[name] == pytest.approx(TRUTH[name], rel=0.08), name
+        assert found.values[NAMES.index(name)] == pytest.approx(TRUTH[name], rel=0.08), name
 
 
 def test_a_dive_left_out_is_predicted_as_well_as_the_noise_allows(dives):

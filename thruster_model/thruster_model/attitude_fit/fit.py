@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import least_squares
 
-from thruster_model.attitude_fit.model import DEFINITIONS, NAMES, centre, simulate_pieces
+from thruster_model.attitude_fit.model import DEFINITIONS, centre, simulate_pieces
 from thruster_model.attitude_fit.recording import Recording
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.uncertainty import autocorrelation_time
@@ -47,11 +47,6 @@ class AttitudeFit:
     sizes: Array
     recordings: tuple[str, ...]
     message: str
-
-    @property
-    def by_name(self) -> dict[str, float]:
-        """Values by name."""
-        return dict(zip(NAMES, map(float, self.values), strict=True))
 
 
 def fit_attitude(recordings: Sequence[Recording], options: FitOptions | None = None) -> AttitudeFit:
