@@ -209,12 +209,10 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
         x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
         starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
         starts = [max(starts, key=lambda there: problem.score(*there))]
+        starts += _given_back(stage, h, problem, free, x)
         if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
             starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
         found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
-        found_from += [
-            problem.fit(*start, problem.columns(*start)) for start in _given_back(stage, h, problem, free, x)
-        ]
         quick.append((max(found_from, key=lambda fit: fit.log_evidence), problem))
     quick.sort(key=lambda each: -each[0].log_evidence)
     fits = []
@@ -235,14 +233,12 @@ def _given_back(
 ) -> list[tuple[Array, list[tuple[float, ...]]]]:  # fmt: skip
     """Return where to fit from if a thruster's numbers give back what they took over before the effect was there.
 
-    They are all, if one of them is far off, else those which move by a deviation or more to first order, x in
-    deviations; the effect takes as much as that is. Number and effect are multiplied: no step along columns that were
-    made where one had it all leads there.
+    They are those which move by a deviation or more to first order, x in deviations; the effect takes as much as that
+    is. Number and effect are multiplied: no step along columns that were made where one had it all leads there.
     """
     m, count = len(stage.moved), len(h.scale)
     own = np.array([key[0] == "own" and key[2] in (h.thruster, h.other) for key in free])
-    far = np.max(np.abs(stage.moved[own]), initial=0.0) >= rules.SHIFTED
-    back = own & (far | ((np.abs(x[:m]) > 1.0) & (x[:m] * stage.moved < 0.0)))
+    back = own & (np.abs(x[:m]) > 1.0) & (x[:m] * stage.moved < 0.0)
     if not back.any():
         return []
     on = [a.sizes for a in stage.fit.effects]

@@ -1,6 +1,6 @@
 """What is known with some effects accepted: what each further one would explain, to first order, with its odds."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Key, Model
-from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
+from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.screening import Screen
 
 __all__ = ["Stage", "least_shown", "log_prior", "of_any_size", "stage_at"]
@@ -66,7 +66,7 @@ def stage_at(
         *free,
         *(("accepted", a.hypothesis, p) for a in fit.effects for p in a.hypothesis.parameters),
     ]
-    columns = [Column(name, 1.0, _column(fit.columns, j)) for j, name in enumerate(names)]
+    columns = [Column(name, 1.0, _known(screen, fit, j)) for j, name in enumerate(names)]
     places: dict[Hypothesis, list[int]] = {}
     used = {a.hypothesis.place for a in fit.effects}
     for h in tried:
@@ -89,8 +89,6 @@ def stage_at(
         if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
             continue
         offered.append((gain + log_prior(h, tried), h))
-    instead = _given_back(screen, fit, free, [h for h in places if not (h.switch or h.grid)])
-    offered = [(max(odds, instead.get(h, -np.inf) + log_prior(h, tried)), h) for odds, h in offered]
     gains = [of_any_size(gram, base, first + j) - nothing for j in range(len(nameless_of))]
     prior = np.log(_ODDS * rules.P_NAMELESS / max(len(nameless_of), 1))
     odds = {name: float(gain + prior) for gain, name in zip(gains, nameless_of, strict=True)}
@@ -105,39 +103,6 @@ def stage_at(
     )  # fmt: skip
 
 
-def _given_back(
-    screen: Screen, fit: Fit, free: Mapping[Key, float], tried: Sequence[Hypothesis]
-) -> dict[Hypothesis, float]:
-    """Return the gains of hypotheses of a thruster whose numbers are far off, from where these are as believed.
-
-    What such numbers took over is bent: where they have it all, no column of an effect leads to it.
-    """
-    problem = Problem(screen=screen, nuisances=free, effects=tuple(a.hypothesis for a in fit.effects))
-    sizes = [a.sizes for a in fit.effects]
-    scaled = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
-    found: dict[Hypothesis, float] = {}
-    for i in range(screen.model.thrusters):
-        own = np.array([key[0] == "own" and key[2] == i for key in free])
-        mine = [h for h in tried if h.thruster == i and h.other is None]
-        if not mine or np.max(np.abs(fit.moved[own]), initial=0.0) < rules.SHIFTED:
-            continue
-        moved = np.where(own, 0.0, fit.moved)
-        numbers = problem.columns(moved, sizes)
-        values = {key: float(s) * d for (key, d), s in zip(free.items(), moved, strict=True)}
-        there = Screen(model=screen.model, runs=screen.runs, values=values, effects=screen.effects)
-        base = list(range(numbers[0].shape[1]))
-        columns = [Column(j, 1.0, _column(numbers, j)) for j in base]
-        at: dict[Hypothesis, list[int]] = {}
-        for h in mine:
-            new = there.of_hypothesis(h)
-            at[h] = list(range(len(columns), len(columns) + len(new)))
-            columns += new
-        gram = _centred(gathered(there.residuals(), columns), np.concatenate((moved, scaled)))
-        nothing = evidence(gram, base)
-        found |= {h: evidence(gram, [*base, *of]) - nothing for h, of in at.items()}
-    return found
-
-
 def of_any_size(gram: Gram, base: Sequence[int], j: int) -> float:
     """Return the log evidence with column j of a size that nobody knows: small, or as large as anything there is."""
     each = []
@@ -148,8 +113,8 @@ def of_any_size(gram: Gram, base: Sequence[int], j: int) -> float:
     return float(np.logaddexp.reduce(each) - np.log(len(each)))
 
 
-def _column(columns: Sequence[NDArray[np.float32]], j: int) -> Callable[[int], Array]:
-    return lambda k: columns[k][:, j].astype(np.float64)
+def _known(screen: Screen, fit: Fit, j: int) -> Callable[[int], Array]:
+    return lambda k: fit.columns[k][:, j].astype(np.float64)
 
 
 def tempered(gain: float, gram: Gram, at: Sequence[int]) -> float:
