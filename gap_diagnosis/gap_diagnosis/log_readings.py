@@ -8,14 +8,16 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import Scatter
-from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
+from gap_diagnosis.stamps import jitter_of_stamps, on_regular_stamps
 from system_identification.fitting import fit
-from system_identification.hypothesis import Hypothesis
+from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.noise import whitener
 
 __all__ = ["LogReading", "read_as_suits"]
@@ -67,28 +69,26 @@ class LogReading:
         return self.regular if self.on_regular and self.regular is not None else self.as_stamped
 
     def better_for(self, found: Hypothesis) -> "LogReading | None":
-        """Return another way that suits a set of effects better by far; None: there is none."""
-        if self.regular is not None and self.suits(found) is not self.on_regular:
+        """Return another way that suits a set of effects, found in this one, better by far; None: there is none."""
+        if self.regular is not None and (self._gain(found) >= LOG_RULES.jitter) is not self.on_regular:
             return replace(self, on_regular=not self.on_regular)
         if self.straight is not None:
             other = replace(self, straight=not self.straight)
-            if _evidence(other.problem, found) > _evidence(self.problem, found) + LOG_RULES.straight:
+            if _evidence(_read_in(other.problem, found)) > _evidence(found) + LOG_RULES.straight:
                 return other
         return None
 
-    def suits(self, found: Hypothesis | None = None) -> bool:
-        """Tell whether regular stamps suit a set of effects better, or re-tuned parameters."""
-        return regular_fit_better(self._gain(found))
-
     def jitter(self, found: Hypothesis) -> Scatter | None:
         """Return what it says that regular stamps suit what was found better; None: they do not."""
-        gain = self._gain(found if found.suspects else None)
-        return jitter_of_stamps(self.as_stamped, gain) if regular_fit_better(gain) else None
+        gain = self._gain(found)
+        return jitter_of_stamps(self.as_stamped, gain) if gain >= LOG_RULES.jitter else None
 
-    def _gain(self, found: Hypothesis | None) -> float:
+    def _gain(self, found: Hypothesis) -> float:
+        """Return by how much regular stamps suit a set of effects better, nats."""
         if self.regular is None:
-            return 0.0
-        return gain_of_regular(self.as_stamped, self.regular, None if found is None else found.fitted)
+            return -np.inf
+        other = _evidence(_read_in(self.as_stamped if self.on_regular else self.regular, found))
+        return _evidence(found) - other if self.on_regular else other - _evidence(found)
 
 
 def read_as_suits(
@@ -102,7 +102,7 @@ def read_as_suits(
     """
 
     def ask(found: Hypothesis) -> None:
-        better = reading.better_for(found) if found.suspects else None
+        better = reading.better_for(found)
         if better is not None:
             raise _Misread(better)
 
@@ -118,22 +118,31 @@ def read_as_suits(
 def _first(log: Problem) -> LogReading:
     """Return the way that suits re-tuned parameters best; commands are held where both do about alike."""
     known = all(recording.straight is None for recording in log.recordings)
-    held = LogReading(log=log, straight=None if known else False)
+    best = LogReading(log=log, straight=None if known else False)
     if not known:
-        lines = replace(held, straight=True)
-        evidence = []
-        for problem in (held.problem, lines.problem):
-            noise = whitener(problem, problem.start())
-            evidence.append(fit(problem, noise, problem.start(), iterations=8).evidence)
-        held = lines if evidence[1] > evidence[0] + LOG_RULES.straight else held
-    return replace(held, on_regular=held.suits())
+        lines = replace(best, straight=True)
+        best = lines if _plain(lines.problem) > _plain(best.problem) + LOG_RULES.straight else best
+    if best.regular is not None and _plain(best.regular) > _plain(best.as_stamped) + LOG_RULES.jitter:
+        best = replace(best, on_regular=True)
+    return best
 
 
-def _evidence(problem: Problem, found: Hypothesis) -> float:
-    """Return the evidence of a set of effects under its noise, fitted from where it is."""
+def _plain(problem: Problem) -> float:
+    """Return the evidence of parameters alone, under the noise of the sensors."""
+    start = problem.start()
+    return fit(problem, whitener(problem, start), start, iterations=8).evidence
+
+
+def _evidence(found: Hypothesis) -> float:
+    """Return the evidence of a set of effects under its noise; none is an outlier: other stamps make others."""
+    system, x = found.system, found.fitted.x
+    return fit(system, whitener(system, x, found.noise.levels), x, iterations=4).evidence
+
+
+def _read_in(problem: Problem, found: Hypothesis) -> Hypothesis:
+    """Return a set of effects fitted to other readings, its noise learned anew."""
     system = found.system
     posed = problem.with_effects(system.slots, system.gates)
     own = posed.nuisances == system.nuisances
     start = found.fitted.x if own else posed.start(found.fitted.x[system.nuisances :])
-    noise = whitener(posed, start, found.noise.levels)
-    return fit(posed, noise, start, iterations=10).evidence
+    return weighed(posed, found.suspects, start, whitener(posed, start, found.noise.levels))

@@ -43,7 +43,6 @@ def test_a_limited_rate_is_taken_for_straight_lines_only_until_it_is_known():
         asked.append(problem)
         posed = problem.with_effects(suspect.slots)
         x = np.append(posed.start()[: posed.nuisances], RATE / suspect.slots[0].width)
-        grew(weighed(problem, (), problem.start(), whitener(problem, problem.start())))
         grew(weighed(posed, (suspect,), x, whitener(posed, x)))
         return "found"
 

@@ -3,13 +3,14 @@
 import numpy as np
 from scipy.signal import lfilter
 
+from gap_diagnosis.log_readings import LogReading, read_as_suits
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.stamps import gain_of_regular, jitter_of_stamps, on_regular_stamps, regular_fit_better
+from gap_diagnosis.stamps import on_regular_stamps
 from gap_diagnosis.suspects import suspects
-from system_identification.fitting import fit
-from system_identification.noise import white_noise
+from system_identification.hypothesis import weighed
+from system_identification.noise import whitener
 from thruster_model.flow_tank import simulate
 from thruster_model.parameter_set_io import load_parameter_set
 
@@ -18,8 +19,8 @@ NOISE = {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4}
 LAG, SCATTER = 0.08, 0.01  # [s]
 
 
-def problems(*, told, lag=LAG):
-    """Return (as given, on regular stamps) for samples at scattered instants; `told`: the stamps say when they were."""
+def problem(*, told, lag=LAG):
+    """Return that of samples at scattered instants, as given; `told`: the stamps say when they were."""
     rng = np.random.default_rng(4)
     commands = np.repeat(rng.uniform(-4.5, 4.5, 30), 500)
     happened = simulate(HL.model.coefficients(HL.values), commands, 1e-3)
@@ -36,30 +37,38 @@ def problems(*, told, lag=LAG):
         signals[name] = (stamps, read + NOISE[name] * rng.standard_normal(read.size))
     recording = recording_of("run", (1e-3 * np.arange(commands.size), commands), signals)
     recordings = tuple(checked([recording]).recordings)
-    given = Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
-    on_regular = on_regular_stamps(given, checked([recording.regular]).recordings)
-    assert on_regular is not None
-    return given, on_regular
+    return Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
 
 
 def test_samples_taken_when_their_stamps_say_are_left_there_once_the_effect_is_known():
-    given, regular = problems(told=True)
-    slots = next(s for s in suspects(set(NOISE)) if s.effect == "tach_lag").slots
-    for problem in (given, regular):  # whichever of the two the hypothesis was fitted on
-        posed = problem.with_effects(slots)
-        like = fit(posed, white_noise(given), posed.start([0.2]), iterations=25)
-        assert gain_of_regular(given, regular, like) < -100.0
+    given = problem(told=True)
+    suspect = next(s for s in suspects(set(NOISE)) if s.effect == "tach_lag")
+    for on_regular in (False, True):  # whichever of the two the hypothesis was fitted on
+        reading = LogReading(log=given, straight=None, on_regular=on_regular)
+        posed = reading.problem.with_effects(suspect.slots)
+        x = posed.start([0.2])
+        found = weighed(posed, (suspect,), x, whitener(posed, x))
+        better = reading.better_for(found)
+        assert (reading if better is None else better).on_regular is False
+        assert reading.jitter(found) is None
 
 
 def test_stamps_that_say_nothing_are_replaced_by_regular_ones():
-    given, regular = problems(told=False, lag=0.0)
-    gain = gain_of_regular(given, regular)
-    assert regular_fit_better(gain)
-    assert jitter_of_stamps(given, gain).log_odds == 0.5 * gain
+    given = problem(told=False, lag=0.0)
+
+    def investigated(problem, grew):
+        found = weighed(problem, (), problem.start(), whitener(problem, problem.start()))
+        grew(found)
+        return found
+
+    reading, found = read_as_suits(given, investigated)
+    jitter = reading.jitter(found)
+    assert reading.on_regular and jitter is not None
+    assert 0.002 < jitter.size < 0.004  # even over 10 ms
 
 
 def test_there_is_no_choice_where_no_stamps_scatter():
-    given, _ = problems(told=True)
+    given = problem(told=True)
     plain = recording_of("run", (np.array([0.0, 1.0]), np.array([0.0, 1.0])), {})
     assert on_regular_stamps(Problem(recordings=(plain,), parameter_set=HL, deviations={}), [plain]) is None
     assert given.recordings[0].regular is not None
