@@ -74,6 +74,8 @@ class LogReading:
             return replace(self, on_regular=not self.on_regular)
         if self.straight is not None:
             other = replace(self, straight=not self.straight)
+            if other.problem.known.size != self.problem.known.size:
+                return None  # what is not the same data cannot be compared
             if _evidence(_read_in(other.problem, found)) > _evidence(found) + LOG_RULES.straight:
                 return other
         return None
