@@ -87,9 +87,7 @@ def searched(
         grew: is given each set that has become larger, and at last the best one; what it raises ends the search.
         progress: is told of each stage.
     """
-    searching = _Searching(system, offer, caps or Caps(), progress)
-    searching.grew = grew
-    return searching.run()
+    return _Searching(system, offer, caps or Caps(), grew, progress).run()
 
 
 def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
@@ -113,9 +111,15 @@ def thinned(suspect: Suspect, sizes: Mapping[str, Array]) -> Suspect:
 
 
 class _Searching:
-    def __init__(self, system: System, offer: Offer, caps: Caps, progress: Callable[[str], None]) -> None:
-        self.offer, self.progress = offer, progress
-        self.grew: Callable[[Hypothesis], None] = lambda _: None
+    def __init__(
+        self,
+        system: System,
+        offer: Offer,
+        caps: Caps,
+        grew: Callable[[Hypothesis], None],
+        progress: Callable[[str], None],
+    ) -> None:
+        self.offer, self.grew, self.progress = offer, grew, progress
         progress("base fit")
         self.sets = Sets(system, caps)
         self.pruning = Pruning(self.sets)
@@ -126,8 +130,7 @@ class _Searching:
 
     def run(self) -> Search:
         sets = self.sets
-        none = sets.best
-        current = self.grown(sets.settled(none))
+        current = self.grown(sets.settled(sets.best))
         best = self.exchanged()
         for _ in range(ROUNDS):
             if best.keys == current.keys:
