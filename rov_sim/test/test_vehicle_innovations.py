@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, states_width
+from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, states_of, states_width
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -29,10 +29,10 @@ def throttles() -> Array:
 
 def run(
     settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0,
-    voltages: Array | None = None, charge: Array | None = None,
+    voltages: Array | None = None, charge: Array | None = None, speeds: Array | None = None,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return innovations (K, 13) and states (K, ...) for attitudes and voltages told, nothing else; late: the IMU [s];
-    charge: as of `innovations`, by default not followed."""
+    """Return innovations (K, 13) and states (K, ...) for attitudes, voltages and speeds told, nothing else; late: the
+    IMU [s]; charge: as of `innovations`, by default not followed. Speeds correct those of the rotors by half."""
     battery = np.full((K, 2), np.nan)
     if voltages is not None:
         battery[:, 0] = voltages
@@ -43,8 +43,8 @@ def run(
     done = kernel(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
-        np.full((K, N), np.nan),
-        battery, np.zeros(K), gains, np.zeros((K, N)),
+        np.full((K, N), np.nan) if speeds is None else speeds,
+        battery, np.zeros(K), gains, np.full((K, N), 0.5),
         np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge, *out,
     )  # fmt: skip
     assert done == K
@@ -82,6 +82,18 @@ def test_with_gains_it_follows_the_attitude_that_is_told(settings: VehicleSettin
     assert e[0, 2] == pytest.approx(0.2)
     assert e[:4, 2] == pytest.approx(0.2 * 0.5 ** np.arange(4), rel=0.02)
     assert abs(e[20, 2]) < 1e-3
+
+
+def test_readings_move_a_rotor_that_turns_and_not_one_that_has_stopped(
+    settings: VehicleSettings, throttles: Array
+) -> None:
+    turning = np.array([1.0, 1.0, 0.0, 1.0, 1.0, 1.0])
+    stopped = replace(settings, coefficients=settings.coefficients._replace(turning=turning))
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    _, states = run(stopped, np.zeros_like(throttles), level, none, speeds=np.full((K, 6), 3.0))
+    speeds = states_of(states).speeds
+    assert np.all(speeds[:, 2] == 0.0)
+    assert np.all(speeds[:, turning == 1.0] > 1.0)
 
 
 NOMINAL = sensor_coefficients(load_sensors()).nominal_voltage

@@ -45,6 +45,8 @@ MOST_EFFECTS = 3
 """At a time: more have never been told apart from one recording session."""
 REFINED = 8
 """Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
+REFINED_BACK = 4
+"""The same of those of one thruster, from where its own numbers are as believed. Set by reason; no seeds were run."""
 LEAST_TIME = 10.0
 """[s] of motion below which nothing is said."""
 LEAST_EXCITATION = 0.1

@@ -9,12 +9,12 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.gram import solution
-from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined, product_of
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
 from gap_diagnosis.vehicle.settling import likelihood, settled
 from gap_diagnosis.vehicle.side_by_side import side_by_side
@@ -24,6 +24,7 @@ from rov_sim.vehicle.innovations import CHANNELS
 __all__ = ["Found", "search"]
 
 Array = NDArray[np.float64]
+_Start = tuple[Array, list[tuple[float, ...]]]
 _CARRIED = (0.3, 1.0, 2.0)
 """Sizes, in expected ones, of masses and lengths whose place is looked for."""
 
@@ -68,7 +69,7 @@ def search(
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    runs, fit = _rewired(model, logs, free, tried, retuned)
+    runs, fit = _switched(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
     stages: list[Stage] = []
@@ -139,18 +140,18 @@ def _spare(
         less = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in rest))
         kept = np.delete(np.arange(ends[-2]), np.arange(ends[k], ends[k + 1]))  # those of the last one are made anew
         columns = tuple(c[:, kept] for c in fit.columns)
-        product = np.asarray(sum(c.astype(np.float64).T @ c.astype(np.float64) for c in columns))
-        again = less.fit(fit.moved, [each.sizes for each in rest], columns, product)
+        again = less.fit(fit.moved, [each.sizes for each in rest], columns, product_of(columns))
         odds[k] = fit.log_evidence - again.log_evidence + log_prior(a.hypothesis, tried)
     least = min(odds, key=lambda k: odds[k], default=None)
     return least if least is not None and odds[least] < np.log(rules.CLAIM) else None
 
 
-def _rewired(
+def _switched(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
     retuned: tuple[list[Prepared], Fit],
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit with the wrong wires without which they are far less likely; without any: `retuned`.
+    """Return recordings and fit with the wrong wires and stopped thrusters without which they are far less likely;
+    without any: `retuned`.
 
     Numbers that are fitted with a thruster the wrong way round are no place to look for it from. So the believed ones
     are asked, where a thruster's own numbers have moved far.
@@ -158,11 +159,11 @@ def _rewired(
     far = {
         k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
     }
-    wires = [h for h in tried if h.effect in WIRING and far & {h.thruster, h.other}]
+    switches = [h for h in tried if h.switch and far & {h.thruster, h.other}]
     on: list[Hypothesis] = []
-    best = _foreseen(model, logs, on) if wires else 0.0
-    while wires and len(on) < rules.MOST_EFFECTS:
-        others = [[*on, h] for h in wires if h not in on]
+    best = _foreseen(model, logs, on) if switches else 0.0
+    while switches and len(on) < rules.MOST_EFFECTS:
+        others = [[*on, h] for h in switches if h not in on]
         scores = side_by_side(lambda each: _foreseen(model, logs, each), others)
         if not others or max(scores) < best + np.log(rules.CLAIM):
             break
@@ -199,25 +200,14 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
 
 def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Fit]]:
     """Return the best hypotheses, fitted with all that is on, with log odds against nothing more, best first."""
-    names, on = stage.gram.names, stage.fit.effects
-    known = range(stage.fit.columns[0].shape[1])
-    product = stage.gram.A[: len(known), : len(known)]
-    quick = []
-    for _, h in stage.offered[: rules.REFINED]:
-        problem = Problem(screen=stage.screen, nuisances=free, effects=(*(a.hypothesis for a in on), h))
-        at = [j for j, name in enumerate(names) if isinstance(name, tuple) and name[0] == h]
-        x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
-        starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
-        starts = [max(starts, key=lambda there: problem.score(*there))]
-        starts += _given_back(stage, h, problem, free, x)
-        if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
-            starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
-        found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
-        quick.append((max(found_from, key=lambda fit: fit.log_evidence), problem))
+    quick = [_quickly(stage, h, free) for _, h in stage.offered[: rules.REFINED]]
+    quick += _from_believed(stage, free, tried)
     quick.sort(key=lambda each: -each[0].log_evidence)
-    fits = []
-    for place, (fit, problem) in enumerate(quick):
-        if place < rules.FITTED_ANEW and fit.log_evidence > quick[0][0].log_evidence - rules.FAR_BEHIND:
+    fits: list[Fit] = []
+    for fit, problem in quick:
+        if any(fit.effects[-1].hypothesis == each.effects[-1].hypothesis for each in fits):
+            continue
+        if len(fits) < rules.FITTED_ANEW and fit.log_evidence > quick[0][0].log_evidence - rules.FAR_BEHIND:
             fit = problem.fit(fit.moved, [e.sizes for e in fit.effects])
         fits.append(fit)
     nothing = _without_them(stage, free, fits)
@@ -228,9 +218,62 @@ def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) 
     return sorted(found, key=lambda each: -each[0])
 
 
-def _given_back(
+def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, Problem]:
+    """Return the best fit of a hypothesis along the columns of a stage, with all that is on, and its problem."""
+    names, on = stage.gram.names, stage.fit.effects
+    known = range(stage.fit.columns[0].shape[1])
+    product = stage.gram.A[: len(known), : len(known)]
+    problem = Problem(screen=stage.screen, nuisances=free, effects=(*(a.hypothesis for a in on), h))
+    at = [j for j, name in enumerate(names) if isinstance(name, tuple) and name[0] == h]
+    x, _ = solution(stage.gram, known, on=at) if h.switch else solution(stage.gram, [*known, *at])
+    starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
+    starts = [max(starts, key=lambda there: problem.score(*there))]
+    starts += _handed_over(stage, h, problem, free, x)
+    if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
+        starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
+    found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
+    return max(found_from, key=lambda fit: fit.log_evidence), problem
+
+
+def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[Fit, Problem]]:
+    """Return quick fits of the effects of the thruster whose own numbers are furthest off, from these as believed.
+
+    Such numbers may have taken over all that an effect does, and what both do is bent: where the numbers have it all no
+    column of the effect leads to it. Which effects are worth a fit is told by that at their best size there.
+    """
+    own = [np.array([key[0] == "own" and key[2] == i for key in free]) for i in range(stage.screen.model.thrusters)]
+    far = [float(np.max(np.abs(stage.moved[mine]), initial=0.0)) for mine in own]
+    i = int(np.argmax(far))
+    if far[i] < rules.SHIFTED:
+        return []
+    on, sizes = tuple(a.hypothesis for a in stage.fit.effects), [a.sizes for a in stage.fit.effects]
+    moved = np.where(own[i], 0.0, stage.moved)
+    starts = []
+    for h in tried:
+        if i in (h.thruster, h.other) and h.place not in {each.place for each in on}:
+            problem = Problem(screen=stage.screen, nuisances=free, effects=(*on, h))
+            start = _sized(problem, h, moved, sizes)
+            starts.append((problem.score(*start), start, problem))
+    starts.sort(key=lambda each: -each[0])
+    columns = Problem(screen=stage.screen, nuisances=free, effects=on).columns(moved, sizes)
+    product = product_of(columns)
+    return [(problem.fit(*start, columns, product), problem) for _, start, problem in starts[: rules.REFINED_BACK]]
+
+
+def _sized(problem: Problem, h: Hypothesis, moved: Array, sizes: Sequence[tuple[float, ...]]) -> _Start:
+    """Return the point with a further effect at its most likely size, up to twice the expected one, all else as is."""
+    if h.switch:
+        return moved, [*sizes, ()]
+    if h.grid:
+        return moved, [*sizes, problem.grid_start(moved, sizes)]
+    ways = (1.0, -1.0) if h.lower[0] < 0.0 else (1.0,)
+    found = [problem.resized(moved, [*sizes, (way * h.scale[0], *h.scale[1:])]) for way in ways]
+    return max(found, key=lambda there: problem.score(*there))
+
+
+def _handed_over(
     stage: Stage, h: Hypothesis, problem: Problem, free: dict[Key, float], x: Array
-) -> list[tuple[Array, list[tuple[float, ...]]]]:  # fmt: skip
+) -> list[_Start]:  # fmt: skip
     """Return where to fit from if a thruster's numbers give back what they took over before the effect was there.
 
     They are those which move by a deviation or more to first order, x in deviations; the effect takes as much as that
@@ -279,7 +322,7 @@ def _without_them(stage: Stage, free: dict[Key, float], fits: Sequence[Fit]) -> 
     return best.log_evidence
 
 
-def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> tuple[Array, list[tuple[float, ...]]]:
+def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> _Start:
     """Return (nuisances, sizes) to fit from: the stage's point, moved by x in deviations."""
     m = len(stage.moved)
     moved, at, sizes = stage.moved + x[:m], m, []

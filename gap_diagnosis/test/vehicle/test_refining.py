@@ -49,6 +49,15 @@ def test_the_evidence_is_that_of_where_the_fit_ends_wherever_it_began() -> None:
     assert max(ends) - min(ends) < 0.05
 
 
+def test_where_whole_steps_lead_away_damped_ones_lead_home() -> None:
+    class Bent(Bilinear):
+        def at(self, k: int, values: Any, effects: Any) -> Any:
+            return NOISE + 20.0 * np.arctan(values[THRUST] / 0.02) * BASIS
+
+    one = Problem(screen=Bent(), nuisances={THRUST: 0.02}, effects=())  # type: ignore[arg-type]
+    assert abs(one.most_likely(np.array([4.0]), [])[0][0]) < 0.01
+
+
 def test_a_size_does_not_leave_its_range() -> None:
     narrow = Hypothesis(
         effect="thrust_loss",

@@ -143,3 +143,14 @@ def test_a_depth_of_a_wrong_scale_is_not_blamed_on_the_velocity_log(tmp_path: Pa
     size = claimed["parameters"]["share"]
     assert (claimed["id"], claimed["sensor"]) == ("depth_scale", "depth")
     assert abs(size["value"] - 0.08) < 3.0 * size["std"]
+
+
+@pytest.mark.long
+def test_four_minutes_of_dives_name_what_two_name_and_nothing_beside_it(tmp_path: Path) -> None:
+    draw = replace(drawn(1491), kinds=("steps", "sines", "pulses", "sines"), duration=60.0)
+    ((effect, place, hidden),) = draw.effects
+    tried = ("thrust_loss", "tach_scale", "throttle_gain", "propeller_fouling", "viscous_friction", "added_mass")
+    (found,) = of(tmp_path, draw, tried).content["effects"]
+    assert (found["id"], found["thruster"]) == (effect, place["thruster"])
+    size = found["parameters"]["share"]
+    assert abs(size["value"] - hidden["share"]) < 3.0 * size["std"]

@@ -6,9 +6,9 @@ State of the filter: the plant's own, and a wrench w [N, N m] on the body that w
 
 with e of 13 channels: attitude (a turn of the body) 0-2 [rad], gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9
 [m], velocity 10-12 [m/s]; x (+) dx with dx of 16 entries: turn 0-2, nu 3-8, w 9-14, depth 15. Rotor speeds have a gain
-of their own each. The equations are the plant's and its sensors', so that every effect of the library acts here too.
-A battery's charge
-is followed slowly beside: what is left of the voltage that the plant expects feeds its thrusters.
+of their own each; one that has stopped has none. The equations are the plant's and its sensors', so that every effect
+of the library acts here too. A battery's charge is followed slowly beside: what is left of the voltage that the plant
+expects feeds its thrusters.
 Gains do not depend on the state: what another coefficient changes in e is a difference of two runs of this kernel.
 """
 
@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
-from rov_sim.vehicle.tables import BODY, STATE, Body
+from rov_sim.vehicle.tables import BODY, STATE, TURNING, Body
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
@@ -90,7 +90,7 @@ def innovations(  # type: ignore[no-untyped-def]
     for i in range(N):
         lagging[i] = sheet[STATE, BODY + i]
     history, then = np.zeros((K, _BOTH)), np.zeros(_BOTH)
-    error = np.zeros(CHANNELS)
+    error, dx = np.zeros(CHANNELS), np.zeros(CORRECTED)
     old = c.imu_late / (steps * step)
     whole = int(old)
     for k in range(K):
@@ -124,7 +124,11 @@ def innovations(  # type: ignore[no-untyped-def]
             charge[3], fed = 0.0, _charged(body, charge[0])
         for j in range(CHANNELS):
             error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
-        dx = gains[k] @ error
+        for i in range(CORRECTED):
+            moved = 0.0
+            for j in range(CHANNELS):
+                moved += gains[k, i, j] * error[j]
+            dx[i] = moved
         q = quaternion_product(
             (sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6]), rotation((dx[0], dx[1], dx[2]))
         )
@@ -144,7 +148,7 @@ def innovations(  # type: ignore[no-untyped-def]
             lagging[i] = follow * lagging[i] + (1.0 - follow) * n
             expected = tach[i, 0] * lagging[i]
             out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
-            if np.isfinite(out_n[k, i]):
+            if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
                 side = 1.0 if c.signed or expected >= 0.0 else -1.0
                 sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
             states[k, 19 + i] = sheet[STATE, BODY + i]
@@ -157,8 +161,9 @@ def innovations(  # type: ignore[no-untyped-def]
         advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
         for j in range(6):
             w[j] *= keep
-        if not np.all(np.isfinite(sheet[STATE])):
-            return k
+        for j in range(BODY + 4 * N):
+            if not np.isfinite(sheet[STATE, j]):
+                return k
     return K
 
 
