@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from system_identification.fitting import Fitted, fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.learning import Caps
-from system_identification.noise import whitener
+from system_identification.noise import Whitener, whitener
 from system_identification.suspects import Suspect
 from system_identification.system import System
 
@@ -33,6 +33,8 @@ ROUNDS = 3
 """Rounds of settling."""
 FAR = 3.5
 """Deviations of nuisances from which on they may have been pulled off by an effect that is missing."""
+_STEPS, _TURNS = 6, 4
+"""Steps of a fit from a start, and how often as many more are taken where these still gain `NEAR`."""
 _WEIGHED = 3
 """Of sets that were begun, those for which the noise is learned anew."""
 
@@ -51,6 +53,16 @@ def posed(system: Any, suspects: Sequence[Suspect]) -> Any:
     """Return a system with the sizes of suspects as unknowns."""
     gates = next((tuple(each.gates) for each in suspects if each.gates), ())
     return system.with_effects(tuple(slot for each in suspects for slot in each.slots), gates)
+
+
+def _descended(system: System, noise: Whitener, start: Array, near: Fitted) -> Fitted:
+    """Return a fit from a start once it no longer gains much: one that is broken off while it does tells nothing."""
+    fitted = fit(system, noise, start, iterations=_STEPS, near=near, polish=False)
+    for _ in range(_TURNS):
+        before, fitted = fitted, fit(system, noise, fitted.x, iterations=_STEPS, near=fitted, polish=False)
+        if fitted.evidence < before.evidence + NEAR:
+            break
+    return fitted
 
 
 class Sets:
@@ -107,12 +119,11 @@ class Sets:
         if system.jumps and not current.system.jumps:
             fitted = fit_past_jumps(system, current.noise, start, across=False)
         else:
-            fitted = fit(system, current.noise, start, iterations=6, near=self.bare(current), polish=False)
+            fitted = _descended(system, current.noise, start, self.bare(current))
         if np.max(np.abs(start[:nuisances])) > FAR:
             # What the effect does may have been left to them: a valley of its own begins where they are as stated.
             there = np.concatenate((self.stated.x, start[nuisances:]))
-            noise = current.noise.scattering(1.0)
-            again = fit(system, noise, there, iterations=10, near=self.stated, polish=False)
+            again = _descended(system, current.noise.scattering(1.0), there, self.stated)
             fitted = again if again.evidence > fitted.evidence else fitted
         return fitted.evidence - sum(each.price for each in suspects), suspects, fitted
 
