@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.prediction import Happened, nearest
+from gap_diagnosis.prediction import Happened, taken
 from system_identification.system import Linear
 from thruster_model.effects.active import ActiveEffects
 from thruster_model.effects.chains import SENSED
@@ -95,26 +95,40 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
     dt = recording.experiment.dt
     every = max(1, round(_PERIOD / dt))
     slopes = linearised(problem, x, happened, dt, every, apart)
+    push = slopes.gain @ _PUSHED
     shifts, sizes = problem.situation(x, index).shifts, problem.sizes(x)
     rows, places, readings, signals = [], [], [], []
     for each in problem.series:
         if each.recording != index:
             continue
-        at = nearest(each.signal, recording, sizes, shifts) // every
+        at = taken(each.signal, recording, sizes, shifts) / every
         rows.append(np.arange(each.first, each.last))
-        places.append(np.minimum(at, len(slopes.transition) - 1))
-        readings.append(slopes.readings[each.signal][places[-1]])
+        places.append(np.minimum(at.astype(np.int64), len(slopes.transition) - 1))
+        readings.append(_between(slopes, push, slopes.readings[each.signal], at, places[-1]))
         signals.append(np.full(at.size, problem.signal_names.index(each.signal)))
     order = np.argsort(np.concatenate(places), kind="stable")
     return Linear(
         dt=dt * every,
         transition=np.ascontiguousarray(slopes.transition),
-        push=np.ascontiguousarray(slopes.gain @ _PUSHED),
+        push=np.ascontiguousarray(push),
         rows=np.concatenate(rows)[order],
         places=np.concatenate(places)[order],
         readings=np.ascontiguousarray(np.concatenate(readings)[order]),
         signals=np.concatenate(signals)[order],
     )
+
+
+def _between(slopes: Slopes, push: Array, readings: Array, at: Array, places: NDArray[np.int64]) -> Array:
+    """Return d reading / d state and push at `places` (M,) of samples taken at instants `at`, not before these, (M, 5).
+
+    In straight lines from one instant to the next: what a sample tells must not jump as its clock moves past one.
+    """
+    share = np.minimum(at - places, 1.0)[:, None]
+    then = np.minimum(places + 1, len(readings) - 1)
+    slope = (1.0 - share) * readings[places] + share * readings[then]
+    moved = np.einsum("ij,ijk->ik", slope, slopes.transition[places] - np.eye(3))
+    pushed = np.einsum("ij,ijk->ik", slope, push[places])
+    return np.hstack((slope + share * moved, share * pushed))
 
 
 def linearised(

@@ -29,6 +29,7 @@ __all__ = [
     "nearest",
     "predict",
     "simulated",
+    "taken",
 ]
 
 Array = NDArray[np.float64]
@@ -78,9 +79,14 @@ def acts_in_plant(effect: str) -> bool:
     return LIBRARY[effect].block not in ("log", "sensor")
 
 
-def nearest(signal: str, recording: Recording, sizes: Sizes, shifts: Shifts) -> NDArray[np.int64]:
-    """Return at which instant of the simulation each sample of a signal was taken, rounded; shape of the samples."""
+def taken(signal: str, recording: Recording, sizes: Sizes, shifts: Shifts) -> Array:
+    """Return when each sample of a signal was taken, in steps of the simulation; shape of the samples."""
     experiment = recording.experiment
     stamps = experiment.measurements[signal].time
     at = prediction.taken(signal, stamps, shifts, ActiveEffects(sizes=sizes)) / experiment.dt
-    return np.clip(np.round(at).astype(np.int64), 0, experiment.throttle.size)
+    return np.asarray(np.clip(at, 0.0, experiment.throttle.size))
+
+
+def nearest(signal: str, recording: Recording, sizes: Sizes, shifts: Shifts) -> NDArray[np.int64]:
+    """Return at which instant of the simulation each sample of a signal was taken, rounded; shape of the samples."""
+    return np.round(taken(signal, recording, sizes, shifts)).astype(np.int64)

@@ -77,3 +77,13 @@ def test_where_pushes_reach_over_a_kink_its_mean_slope_is_likelier_than_that_of_
     mean = likelihood()
     monkeypatch.setattr(linear, "_SPREAD", 0.0)
     assert mean > likelihood() + 10.0
+
+
+def test_what_rows_tell_does_not_jump_as_a_clock_moves_samples_past_an_instant_of_the_filter(pushed):
+    def told(early: float) -> float:
+        problem = replace(pushed, fixed={"log_alignment": {"load": early}})
+        white = whitener(problem, problem.start()).whiten(problem.residuals(problem.start()))
+        return float(white @ white)
+
+    steps = [told(early) for early in np.linspace(0.0, 0.02, 41) + 1e-5]
+    assert np.max(np.abs(np.diff(steps, 2))) < 0.2 * np.ptp(steps) / 40

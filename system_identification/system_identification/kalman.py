@@ -2,7 +2,9 @@ r"""Innovations of a disturbed system: a Kalman filter about a simulated run, as
 
 The system is linearised along the run; rates are pushed by disturbances w, readings carry a colour b and white noise e:
 
-    dx_{k+1} = A_k dx_k + G_k w_k,     w, b: first-order Gauss-Markov,     y_i = c_i^T dx_k + b_s + e_i.
+    dx_{k+1} = A_k dx_k + G_k w_k,     w, b: first-order Gauss-Markov,     y_i = c_i^T (dx_k, w_k) + b_s + e_i.
+
+A sample between two instants reads the pushes since the first one too; c may have no columns for them.
 
 Measured less simulated rows are e.g. disturbed like that; the filter turns them into innovations that are white and of
 standard deviation 1 where that is so (Kristensen, Madsen and Jorgensen 2004, Automatica 40, 225). Gains depend on the
@@ -48,11 +50,11 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
                 b = m + q + signals[i] if signals[i] >= 0 else -1
                 for r in range(d):
                     value = p[r, b] if b >= 0 else 0.0
-                    for c in range(m):
+                    for c in range(readings.shape[1]):
                         value += p[r, c] * readings[i, c]
                     gains[i, r] = value
                 s = noise[i] + (gains[i, b] if b >= 0 else 0.0)
-                for c in range(m):
+                for c in range(readings.shape[1]):
                     s += readings[i, c] * gains[i, c]
                 deviation[i] = np.sqrt(s)
                 for r in range(d):
@@ -121,7 +123,7 @@ def innovations_of(  # type: ignore[no-untyped-def]
                         e = 0.0
                     if signals[i] >= 0:
                         e -= x[m + q + signals[i]]
-                    for c in range(m):
+                    for c in range(readings.shape[1]):
                         e -= readings[i, c] * x[c]
                     e = min(max(e, -most * deviation[i]), most * deviation[i])
                     out[column, at[i]] = e / deviation[i]
@@ -180,7 +182,7 @@ def smoothed_of(  # type: ignore[no-untyped-def]
                 pull = innovations[i] / deviation[i]
                 for c in range(d):
                     pull -= gains[i, c] * r[c]
-                for c in range(m):
+                for c in range(readings.shape[1]):
                     r[c] += readings[i, c] * pull
                 if signals[i] >= 0:
                     r[m + q + signals[i]] += pull

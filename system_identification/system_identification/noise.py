@@ -218,7 +218,8 @@ def _units(system: System, linear: Sequence[Linear], memory: float = 1.5) -> Arr
     for place, run in enumerate(linear):
         keep = np.exp(-run.dt / memory)
         moved = _moved(run, keep)  # (N, q, m) standard deviations of the states for a unit of each
-        over = np.abs(moved[np.minimum(run.places, len(moved) - 1)] @ run.readings[:, :, None])[..., 0]
+        states = run.readings[:, : run.transition.shape[1], None]
+        over = np.abs(moved[np.minimum(run.places, len(moved) - 1)] @ states)[..., 0]
         for signal in range(len(own)):
             here = run.signals == signal
             if np.any(here):

@@ -53,8 +53,8 @@ class Linear(NamedTuple):
         transition: of the states over `dt`, shape (N, m, m).
         push: what a rate held over `dt` does to the states, by disturbance, shape (N, m, q).
         rows: of the samples, in the order of time, shape (M,).
-        places: at which instant each was taken, shape (M,).
-        readings: d reading / d state of each, shape (M, m).
+        places: at which instant each was taken, or after which it was the first, shape (M,).
+        readings: d reading / d state there of each, and d reading / d push since then, shape (M, m) or (M, m + q).
         signals: which of the system's signals each is of, shape (M,).
     """
 

@@ -12,9 +12,29 @@ from system_identification.moves import Moves, TakenOff
 from system_identification.noise import white_noise, whitener
 
 
-def small():
+def small(kind=Spring):
     readings = (np.array([0.01, -0.02, np.nan, 0.015, 0.0, 0.03]), np.array([0.02, 0.01, -0.01, 0.0]))
-    return Spring(forces=(np.zeros(12), np.zeros(8)), readings=readings)
+    return kind(forces=(np.zeros(12), np.zeros(8)), readings=readings)
+
+
+class Between(Spring):
+    """Each position read a third of the time to the next instant later: in part what pushes have done since."""
+
+    def linear(self, x, apart=None):
+        return [
+            run._replace(
+                readings=np.array(
+                    [
+                        np.concatenate((c + c @ (a - np.eye(2)) / 3.0, c @ g / 3.0))
+                        for c, a, g in zip(run.readings, run.transition[run.places], run.push[run.places], strict=True)
+                    ]
+                )
+            )
+            for run in super().linear(x, apart)
+        ]
+
+
+BOTH = pytest.mark.parametrize("kind", [Spring, Between])
 
 
 def levels(push=2.0):
@@ -40,7 +60,8 @@ def dense(system, found):
         state = np.zeros((count, 2, count))
         for k in range(count - 1):
             state[k + 1] = run.transition[k] @ state[k] + run.push[k] * shocks[k]
-        rows = np.einsum("im,imj->ij", run.readings, state[run.places])
+        rows = np.einsum("im,imj->ij", run.readings[:, :2], state[run.places])
+        rows += run.readings[:, 2:].sum(axis=1)[:, None] * shocks[run.places]
         colour = found.colours["position"] * found.sensors["position"]
         apart = np.abs(np.subtract.outer(run.places, run.places)) * run.dt
         own = found.sensors["position"] ** 2 * np.eye(run.places.size)
@@ -50,8 +71,9 @@ def dense(system, found):
     return blocks
 
 
-def test_whitened_rows_have_the_length_that_the_covariance_gives_them():
-    system, found = small(), levels()
+@BOTH
+def test_whitened_rows_have_the_length_that_the_covariance_gives_them(kind):
+    system, found = small(kind), levels()
     noise = whitener(system, np.zeros(2), found)
     values, blocks = system.measured, dense(system, found)
     length = sum(values[rows] @ np.linalg.solve(block, values[rows]) for rows, block, _ in blocks)
@@ -60,8 +82,9 @@ def test_whitened_rows_have_the_length_that_the_covariance_gives_them():
     assert noise.log_det == pytest.approx(sum(np.linalg.slogdet(block)[1] for _, block, _ in blocks), rel=1e-9)
 
 
-def test_states_are_followed_to_where_they_most_probably_were():
-    system, found = small(), levels()
+@BOTH
+def test_states_are_followed_to_where_they_most_probably_were(kind):
+    system, found = small(kind), levels()
     values = system.measured
     followed = whitener(system, np.zeros(2), found).followed(values)
     for states, (rows, block, with_rows) in zip(followed, dense(system, found), strict=True):
