@@ -6,10 +6,8 @@ With x all unknowns in their deviations and r the whitened innovations,
 
 W is 1 but for sizes whose neutral value is infinite, where it is 0. Columns are not those of where the search began:
 what a nuisance took over before an effect was there (a thrust smaller by 15 of its deviations) it gives back only along
-columns that know of the effect. What the data tell is the product of both: a whole step along that curved valley ends
-uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed, and
-damped ones (Levenberg and Marquardt) where it leads nowhere. Columns are slopes, by small steps: chords over a fifth of
-a deviation are not zero where the fit is best, and fits along them stopped 40 nats short of it.
+columns that know of the effect. They are slopes, by small steps: chords over a fifth of a deviation are not zero where
+the fit is best, and fits along them stopped 40 nats short of it.
 """
 
 from collections.abc import Mapping, Sequence
@@ -21,29 +19,23 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.descent import Columns, descended, normal
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import OF_RUN, Key
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
-__all__ = ["Fit", "Problem", "Refined", "product_of"]
+__all__ = ["Fit", "Problem", "Refined"]
 
 Array = NDArray[np.float64]
-_DAMPINGS = (0.01, 0.1, 1.0, 10.0, 100.0)
-"""Of steps from where an undamped one does not gain, over the curvature of each unknown by itself."""
-_ENOUGH = 0.1
-"""Gain in log likelihood below which a step is the last one along its columns."""
 _NEAR = 1.0
 """Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
-_ROWS = 4096
 _COARSELY = {"xatol": 0.02, "maxiter": 12}
 """How well a share is found that only begins a fit."""
-_LEAST = 1e-9
 _KEPT_POINTS, _KEPT_COLUMNS = 32, 4
 """Points of a problem whose innovations are kept, and those whose columns are: a fit that goes back where it was, and
 one that begins where the last one ended, ask for them again. Columns of all unknowns take some 20 MB."""
-_Point = tuple[float, Array, list[Array]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,11 +106,11 @@ class Problem:
             exact: make the columns of the fit where it ends, whether or not those that led there would do.
         """
         x = self._at(moved, sizes)
-        (score, x, r), J, fresh, made = self._descended(x, columns, product)
-        H, _ = self._normal(J, r, x, product)
-        if exact or float((x - made) @ (H + np.diag(self._weight)) @ (x - made)) > _NEAR**2:
-            J = fresh if np.array_equal(x, made) else self._columns(x, r, columns)
-            H, _ = self._normal(J, r, x, product)
+        (score, x, r), J, fresh, made = descended(self, x, columns, product)
+        H, _ = normal(J, r, x, self.weight, product)
+        if exact or float((x - made) @ (H + np.diag(self.weight)) @ (x - made)) > _NEAR**2:
+            J = fresh if np.array_equal(x, made) else self.made(x, r, columns)
+            H, _ = normal(J, r, x, self.weight, product)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)
         spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
@@ -131,85 +123,21 @@ class Problem:
         self, moved: Array, sizes: Sequence[tuple[float, ...]]
     ) -> tuple[Array, list[tuple[float, ...]]]:  # fmt: skip
         """Return (nuisances, sizes) where the fit from a point ends, without how sure they are."""
-        (_, x, _), *_ = self._descended(self._at(moved, sizes), (), None)
+        _, x, _ = descended(self, self._at(moved, sizes)).end
         return x[: len(moved)].copy(), self._sizes(x)
 
     def _at(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> Array:
         """Return the unknowns of a point in their deviations, within their ranges."""
-        return self._held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
-
-    def _descended(
-        self, x: Array, columns: Sequence[NDArray[np.float32]], product: Array | None
-    ) -> tuple[_Point, list[NDArray[np.float32]], list[NDArray[np.float32]], Array]:
-        """Return the most likely point from x on, the columns that led there, those last made, and where."""
-        r, score = self._scored(x)
-        here = best = (score, x, r)
-        uphill = False
-        for _ in range(rules.FIT_STEPS):
-            fresh, made = self._columns(here[1], here[2], columns), here[1]
-            end, J, step, settled = self._along(fresh, here, columns, product)
-            if end[0] <= best[0] and not (uphill or settled or columns):
-                x, uphill = self._held(here[1] + step), True
-                r, score = self._scored(x)
-                here = (score, x, r)
-                continue
-            if end[0] <= best[0] and (uphill or not settled):
-                end, settled = self._damped(self._columns(best[1], best[2], columns), best, product), False
-            gained, uphill = end[0] - best[0], False
-            here = best = max(end, best, key=lambda point: point[0])
-            if settled or gained < _ENOUGH:
-                break
-        return best, J, fresh, made
-
-    def _damped(self, J: list[NDArray[np.float32]], start: _Point, product: Array | None) -> _Point:
-        """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start."""
-        best = score, x, r = start
-        H, slope = self._normal(J, r, x, product)
-        H += np.diag(np.maximum(self._weight, _LEAST))
-        for damping in _DAMPINGS:
-            there = self._held(x - np.linalg.solve(H + damping * np.diag(np.diag(H)), slope))
-            r_there, further = self._scored(there)
-            if further > best[0]:
-                best = (further, there, r_there)
-            elif best[0] > score:
-                break
-        return best
-
-    def _along(
-        self, J: list[NDArray[np.float32]], start: _Point, columns: Sequence[Any], product: Array | None
-    ) -> tuple[_Point, list[NDArray[np.float32]], Array, bool]:
-        """Return the point after steps along columns as long as they gain, the columns, the first step, and whether
-        nothing more is foreseen to be gained.
-
-        A step costs one run of the filter, new columns one for each unknown. So what a step has changed beyond what
-        they foresaw corrects them (Broyden), unless they are `columns`, which stay as they are.
-        """
-        first: Array = np.zeros(len(start[1]))
-        for count in range(rules.FIT_STEPS):
-            score, x, r = start
-            H, slope = self._normal(J, r, x, product)
-            # a limit that is never reached has neither a prior nor a column: it stays where it is
-            step: Array = np.linalg.solve(H + np.diag(np.maximum(self._weight, _LEAST)), -slope).astype(np.float64)
-            first = step if count == 0 else first
-            if -0.5 * float(slope @ step) < _ENOUGH:
-                return start, J, first, True
-            there = self._held(x + step)
-            r_there, further = self._scored(there)
-            if not columns:
-                J = _corrected(J, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
-            if further <= score:
-                return start, J, first, False
-            start = (further, there, r_there)
-        return start, J, first, False
+        return self.held(np.concatenate((moved, [s / d for s, d in zip(_flat(sizes), self._scale, strict=True)])))
 
     def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
         """Return the log likelihood at a point, priors included."""
-        return self._scored(self._at(moved, sizes))[1]
+        return self.scored(self._at(moved, sizes))[1]
 
     def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
         x = self._at(moved, sizes)
-        return tuple(self._columns(x, self._scored(x)[0], ()))
+        return tuple(self.made(x, self.scored(x)[0], ()))
 
     def resized(
         self, moved: Array, sizes: Sequence[tuple[float, ...]]
@@ -233,11 +161,12 @@ class Problem:
         return [d for h in self.effects for d in h.scale]
 
     @property
-    def _weight(self) -> Array:
+    def weight(self) -> Array:
+        """Inverse variances of the unknowns in their deviations, (n,): 0 of a size without a finite neutral value."""
         own = [0.0 if h.grid else 1.0 for h in self.effects for _ in h.scale]
         return np.concatenate((np.ones(len(self.nuisances)), own))
 
-    def _held(self, x: Array) -> Array:
+    def held(self, x: Array) -> Array:
         """Return a point whose sizes are within their ranges, and whose commands act as late as loops and buses do."""
         m, x = len(self.nuisances), x.copy()
         if ("late",) in self.nuisances:
@@ -279,15 +208,16 @@ class Problem:
         active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
         return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
 
-    def _scored(self, x: Array) -> tuple[list[Array], float]:
+    def scored(self, x: Array) -> tuple[list[Array], float]:
+        """Return innovations (rows,) of each run and the log likelihood at a point, priors included."""
         at = x.tobytes()
         if at not in self._points:
             r = side_by_side(lambda k: self._residual(k, x), range(len(self.screen.runs)))
-            score = -0.5 * sum(float(each @ each) for each in r) - 0.5 * float(self._weight @ x**2)
+            score = -0.5 * sum(float(each @ each) for each in r) - 0.5 * float(self.weight @ x**2)
             _keep(self._points, at, (r, score), _KEPT_POINTS)
         return self._points[at]
 
-    def _columns(self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]) -> list[NDArray[np.float32]]:
+    def made(self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]) -> Columns:
         """Return the columns of all unknowns at a point; `known`: those of the first ones, taken as they are."""
         if known:
             return self._new_columns(x, r, known)
@@ -298,7 +228,7 @@ class Problem:
 
     def _new_columns(
         self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]
-    ) -> list[NDArray[np.float32]]:  # fmt: skip
+    ) -> Columns:  # fmt: skip
         steps = np.concatenate(
             (
                 np.full(len(self.nuisances), 0.02),
@@ -319,7 +249,7 @@ class Problem:
                 for step in (steps[j], -steps[j]):
                     there = x.copy()
                     there[j] += step
-                    there = self._held(there)
+                    there = self.held(there)
                     if abs(there[j] - x[j]) > 0.5 * abs(step):
                         J[:, j] = (self._residual(k, there) - each) / (there[j] - x[j])
                         break
@@ -327,22 +257,6 @@ class Problem:
             side_by_side(fill, range(first, len(x)))
             out.append(J)
         return out
-
-    def _normal(
-        self, J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array, product: Array | None
-    ) -> tuple[Array, Array]:
-        """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
-        H, slope = np.zeros((len(x), len(x))), self._weight * x
-        known = 0 if product is None else len(product)
-        for each, residual in zip(J, r, strict=True):
-            for first in range(0, len(each), _ROWS):  # in double precision: sums of squares reach 1e10
-                some = each[first : first + _ROWS].astype(np.float64)
-                H[known:] += some[:, known:].T @ some
-                slope += some.T @ residual[first : first + _ROWS]
-        if product is not None:
-            H[:known, known:] = H[known:, :known].T
-            H[:known, :known] = product
-        return H, slope
 
     def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]]) -> float:
         """Return the variance of block scores of the last effect's columns over the expected one; see `Gram.scatter`.
@@ -375,21 +289,6 @@ class Problem:
             return 1.0
         around = ((s - s.sum(axis=0) / np.maximum(total, 1e-9) * q) ** 2).sum(axis=0)
         return max(float(np.mean(around[seen] / total[seen])), 1.0)
-
-
-def product_of(columns: Sequence[NDArray[np.float32]]) -> Array:
-    """Return the product J^T J of columns (rows, n) over all runs, in double precision."""
-    parts = (each[first : first + _ROWS].astype(np.float64) for each in columns for first in range(0, len(each), _ROWS))
-    return np.asarray(sum(part.T @ part for part in parts))
-
-
-def _corrected(
-    J: Sequence[NDArray[np.float32]], step: Array, change: Sequence[Array]
-) -> list[NDArray[np.float32]]:  # fmt: skip
-    """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made."""
-    along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
-    short = step.astype(np.float32)
-    return [each + np.outer(d.astype(np.float32) - each @ short, along) for each, d in zip(J, change, strict=True)]
 
 
 def _keep(kept: dict[bytes, Any], at: bytes, value: Any, most: int) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
@@ -14,7 +15,7 @@ from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.refining import Fit, Problem, Refined, product_of
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
 from gap_diagnosis.vehicle.settling import likelihood, settled
 from gap_diagnosis.vehicle.side_by_side import side_by_side

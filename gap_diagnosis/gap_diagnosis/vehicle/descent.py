@@ -1,0 +1,156 @@
+"""Where whitened innovations are most likely, with a prior about their unknowns: by steps of Gauss and Newton.
+
+What the data tell is often a product, a number times what an effect leaves: a whole step along that curved valley ends
+uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed, and
+damped ones (Levenberg and Marquardt) where it leads nowhere.
+"""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+
+__all__ = ["Columns", "Descent", "Point", "descended", "normal", "product_of"]
+
+Array = NDArray[np.float64]
+Columns = list[NDArray[np.float32]]
+"""d innovations / d unknowns, (rows, n) of each run."""
+Point = tuple[float, Array, list[Array]]
+"""Log likelihood, prior included, unknowns (n,) and innovations (rows,) of each run."""
+_DAMPINGS = (0.01, 0.1, 1.0, 10.0, 100.0)
+"""Of steps from where an undamped one does not gain, over the curvature of each unknown by itself."""
+_ENOUGH = 0.1
+"""Gain in log likelihood below which a step is the last one along its columns."""
+_ROWS = 4096
+_LEAST = 1e-9
+
+
+class Target(Protocol):
+    """What is to be most likely."""
+
+    @property
+    def weight(self) -> Array:
+        """Inverse variances of the unknowns, (n,)."""
+
+    def held(self, x: Array) -> Array:
+        """Return unknowns within their ranges."""
+
+    def scored(self, x: Array) -> tuple[list[Array], float]:
+        """Return innovations and log likelihood, prior included."""
+
+    def made(self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]) -> Columns:
+        """Return the columns of all unknowns; `known`: those of the first ones, taken as they are."""
+
+
+class Descent(NamedTuple):
+    """Where it ended, the columns that led there, those last made, and where."""
+
+    end: Point
+    columns: Columns
+    fresh: Columns
+    made: Array
+
+
+def descended(
+    target: Target, x: Array, columns: Sequence[NDArray[np.float32]] = (), product: Array | None = None
+) -> Descent:  # fmt: skip
+    """Return where unknowns are most likely from x on.
+
+    `columns`: of the first unknowns, which stay as they are; `product`: J^T J of these, where it is known.
+    """
+    r, score = target.scored(x)
+    here = best = (score, x, r)
+    uphill = False
+    for _ in range(rules.FIT_STEPS):
+        fresh, made = target.made(here[1], here[2], columns), here[1]
+        end, J, step, settled = _along(target, fresh, here, columns, product)
+        if end[0] <= best[0] and not (uphill or settled or columns):
+            x, uphill = target.held(here[1] + step), True
+            r, score = target.scored(x)
+            here = (score, x, r)
+            continue
+        if end[0] <= best[0] and (uphill or not settled):
+            end, settled = _damped(target, target.made(best[1], best[2], columns), best, product), False
+        gained, uphill = end[0] - best[0], False
+        here = best = max(end, best, key=lambda point: point[0])
+        if settled or gained < _ENOUGH:
+            break
+    return Descent(best, J, fresh, made)
+
+
+def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> Point:
+    """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start."""
+    best = score, x, r = start
+    H, slope = normal(J, r, x, target.weight, product)
+    H += np.diag(np.maximum(target.weight, _LEAST))
+    for damping in _DAMPINGS:
+        there = target.held(x - np.linalg.solve(H + damping * np.diag(np.diag(H)), slope))
+        r_there, further = target.scored(there)
+        if further > best[0]:
+            best = (further, there, r_there)
+        elif best[0] > score:
+            break
+    return best
+
+
+def _along(
+    target: Target, J: Columns, start: Point, columns: Sequence[Any], product: Array | None
+) -> tuple[Point, Columns, Array, bool]:
+    """Return the point after steps along columns as long as they gain, the columns, the first step, and whether
+    nothing more is foreseen to be gained.
+
+    A step costs one run of the filter, new columns one for each unknown. So what a step has changed beyond what
+    they foresaw corrects them (Broyden), unless they are `columns`, which stay as they are.
+    """
+    first: Array = np.zeros(len(start[1]))
+    for count in range(rules.FIT_STEPS):
+        score, x, r = start
+        H, slope = normal(J, r, x, target.weight, product)
+        # a limit that is never reached has neither a prior nor a column: it stays where it is
+        step: Array = np.linalg.solve(H + np.diag(np.maximum(target.weight, _LEAST)), -slope).astype(np.float64)
+        first = step if count == 0 else first
+        if -0.5 * float(slope @ step) < _ENOUGH:
+            return start, J, first, True
+        there = target.held(x + step)
+        r_there, further = target.scored(there)
+        if not columns:
+            J = _corrected(J, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
+        if further <= score:
+            return start, J, first, False
+        start = (further, there, r_there)
+    return start, J, first, False
+
+
+def normal(
+    J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array, weight: Array, product: Array | None = None
+) -> tuple[Array, Array]:
+    """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
+    H, slope = np.zeros((len(x), len(x))), weight * x
+    known = 0 if product is None else len(product)
+    for each, residual in zip(J, r, strict=True):
+        for first in range(0, len(each), _ROWS):  # in double precision: sums of squares reach 1e10
+            some = each[first : first + _ROWS].astype(np.float64)
+            H[known:] += some[:, known:].T @ some
+            slope += some.T @ residual[first : first + _ROWS]
+    if product is not None:
+        H[:known, known:] = H[known:, :known].T
+        H[:known, :known] = product
+    return H, slope
+
+
+def product_of(columns: Sequence[NDArray[np.float32]]) -> Array:
+    """Return the product J^T J of columns (rows, n) over all runs, in double precision."""
+    parts = (each[first : first + _ROWS].astype(np.float64) for each in columns for first in range(0, len(each), _ROWS))
+    return np.asarray(sum(part.T @ part for part in parts))
+
+
+def _corrected(
+    J: Sequence[NDArray[np.float32]], step: Array, change: Sequence[Array]
+) -> list[NDArray[np.float32]]:  # fmt: skip
+    """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made."""
+    along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
+    short = step.astype(np.float32)
+    return [each + np.outer(d.astype(np.float32) - each @ short, along) for each, d in zip(J, change, strict=True)]
