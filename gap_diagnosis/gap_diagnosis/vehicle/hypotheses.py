@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from thruster_model.effects import stages
 
-__all__ = ["HULL_REACH", "SENSORS_OF", "Hypothesis", "described", "hypotheses"]
+__all__ = ["HULL_REACH", "SENSORS_OF", "WIRING", "Hypothesis", "described", "hypotheses"]
 
 
 def described(effect: str) -> Any:
@@ -155,6 +155,8 @@ SENSORS_OF = {
 """What an effect of a sensor cannot be shown without."""
 HULL_REACH = 0.3
 """Share of a thruster's axis along surge, sway or heave from which on its wake may meet the hull on that axis."""
+WIRING = ("thruster_swap", "thruster_polarity")
+"""Which command drives which thruster, and which way round."""
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 

@@ -10,7 +10,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.gram import solution
-from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
+from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Key, Model
@@ -70,7 +70,7 @@ def search(
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    runs, fit = _switched(model, logs, free, tried, retuned)
+    runs, fit = _rewired(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
     stages: list[Stage] = []
@@ -147,15 +147,15 @@ def _spare(
     return least if least is not None and odds[least] < np.log(rules.CLAIM) else None
 
 
-def _switched(
+def _rewired(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
     retuned: tuple[list[Prepared], Fit],
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit with the wrong wires and stopped thrusters without which they are far less likely;
-    without any: `retuned`.
+    """Return recordings and fit with the wrong wires without which they are far less likely; without any: `retuned`.
 
     Numbers that are fitted with a thruster the wrong way round are no place to look for it from. So the believed ones
-    are asked, where a thruster's own numbers have moved far.
+    are asked, where a thruster's own numbers have moved far. A thruster that they would rather have stopped is not
+    wired wrongly; whether it has stopped is told from among all effects, most of which would do as well here.
     """
     far = {
         k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
@@ -164,12 +164,16 @@ def _switched(
     on: list[Hypothesis] = []
     best = _foreseen(model, logs, on) if switches else 0.0
     while switches and len(on) < rules.MOST_EFFECTS:
-        others = [[*on, h] for h in switches if h not in on]
-        scores = side_by_side(lambda each: _foreseen(model, logs, each), others)
-        if not others or max(scores) < best + np.log(rules.CLAIM):
+        scores = side_by_side(lambda h: _foreseen(model, logs, [*on, h]), switches)
+        likeliest = switches[scores.index(max(scores))]
+        if max(scores) < best + np.log(rules.CLAIM):
             break
-        best = max(scores)
-        on = others[scores.index(best)]
+        switches.remove(likeliest)
+        if likeliest.effect in WIRING:
+            best = max(scores)
+            on.append(likeliest)
+        else:
+            switches = [h for h in switches if likeliest.thruster not in (h.thruster, h.other)]
     if not on:
         return retuned
     first = prepared(model, logs, {}, [h.active(()) for h in on], start=None, rounds=0)

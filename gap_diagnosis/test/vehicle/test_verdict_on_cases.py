@@ -72,6 +72,13 @@ def test_a_thruster_the_wrong_way_round_is_named_and_nothing_beside_it(tmp_path:
     assert [(e["id"], e["thruster"]) for e in content["effects"]] == [("thruster_polarity", 1)]
 
 
+@pytest.mark.long
+def test_a_thruster_that_has_stopped_is_neither_wired_wrongly_nor_limited(tmp_path: Path) -> None:
+    tried = ("thruster_failure", "thruster_polarity", "throttle_saturation")
+    content = of(tmp_path, drawn(1489), tried).content
+    assert [(e["id"], e["kind"], e["thruster"]) for e in content["effects"]] == [("thruster_failure", "stopped", 5)]
+
+
 def test_a_vehicle_within_its_deviations_has_no_effect(tmp_path: Path) -> None:
     found = of(tmp_path, Draw(seed=12, vehicle="ngs", deviations=0.7, kinds=("steps",), duration=40.0))
     assert found.content["verdict"] in ("no_gap", "parameters")
