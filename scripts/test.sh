@@ -5,8 +5,7 @@
 #
 #   --long      the long studies too, which take an hour more on two cores
 #
-# Tests run in one process more than there are processors (four at most), as some of them wait; -n 0 for one. The slowest
-# are listed at the end.
+# Tests run in as many processes as there are processors (four at most); -n 0 for one. The slowest are listed at the end.
 set -uo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 cd "$root"
@@ -61,7 +60,7 @@ if [ "${1-}" = --long ]; then
     shift
 fi
 workers=$(env -u OMP_NUM_THREADS nproc)
-python -m pytest -n $((workers < 4 ? workers + 1 : 4)) --dist loadscope --no-loadscope-reorder --durations 25 \
+python -m pytest -n $((workers < 4 ? workers : 4)) --dist loadscope --no-loadscope-reorder --durations 25 \
     --durations-min 5 "${chosen[@]}" "$@" || status=1
 for k in "${!names[@]}"; do
     check "${names[k]}" told "${names[k]}" "${running[k]}"
