@@ -90,7 +90,13 @@ def of_thrusters(run: Run, name: str) -> Array:
 
 @pytest.mark.parametrize(
     ("name", "feedback"),
-    [("hq-ekf", "truth"), ("hl-nlo", "truth"), ("lookup", "truth"), ("hq-kfnlo", "estimator")],
+    [
+        ("hq-ekf", "truth"),
+        ("lookup", "estimator"),
+        # these compile a loop of their own, for ten seconds each
+        pytest.param("hl-nlo", "truth", marks=pytest.mark.long),
+        pytest.param("hq-kfnlo", "estimator", marks=pytest.mark.long),
+    ],
 )
 def test_a_recorded_dive_is_the_study_s_offline_run_to_rounding(
     make: Callable[..., Any], tmp_path: Path, name: str, feedback: str

@@ -95,6 +95,8 @@ PROGRAMS = {
         lambda given, out: ["--vehicle", "ngs", "--out", str(out)],
         once=("pulses",),
     ),
+}
+AT_LENGTH = {
     "diagnose_vehicle": Program(
         "gap_diagnosis.vehicle.cli_diagnose_vehicle",
         lambda given, out: [
@@ -108,8 +110,6 @@ PROGRAMS = {
         ],
         once=("diagnosed",),
     ),
-}
-AT_LENGTH = {
     "fit_vehicle": Program(
         "gap_diagnosis.vehicle.cli_fit_vehicle",
         lambda given, out: [str(given / "dive"), "--vehicle", "ngs", "--out", str(out)],
@@ -121,7 +121,7 @@ AT_LENGTH = {
         once=("followed", "size_in"),
     ),
 }
-"""Programs that compute for a minute: in the long tests."""
+"""Programs that compute for up to a minute: in the long tests."""
 ALL = PROGRAMS | AT_LENGTH
 NAMES = [*PROGRAMS, *(pytest.param(name, marks=pytest.mark.long) for name in AT_LENGTH)]
 

@@ -103,8 +103,8 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
             continue
         at = taken(each.signal, recording, sizes, shifts) / every
         rows.append(np.arange(each.first, each.last))
-        places.append(np.minimum(at.astype(np.int64), len(slopes.transition) - 1))
-        readings.append(_between(slopes, push, slopes.readings[each.signal], at, places[-1]))
+        places.append(_before(at, slopes))
+        readings.append(_between(slopes, push, slopes.readings[each.signal], at))
         signals.append(np.full(at.size, problem.signal_names.index(each.signal)))
     order = np.argsort(np.concatenate(places), kind="stable")
     return Linear(
@@ -118,11 +118,17 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
     )
 
 
-def _between(slopes: Slopes, push: Array, readings: Array, at: Array, places: NDArray[np.int64]) -> Array:
-    """Return d reading / d state and push at `places` (M,) of samples taken at instants `at`, not before these, (M, 5).
+def _before(at: Array, slopes: Slopes) -> NDArray[np.int64]:
+    """Return the places of the last instants that are not after those, (M,)."""
+    return np.minimum(at.astype(np.int64), len(slopes.transition) - 1)
+
+
+def _between(slopes: Slopes, push: Array, readings: Array, at: Array) -> Array:
+    """Return d reading / d state and push, as of the instant before, of samples taken at instants `at`, (M, 5).
 
     In straight lines from one instant to the next: what a sample tells must not jump as its clock moves past one.
     """
+    places = _before(at, slopes)
     share = np.minimum(at - places, 1.0)[:, None]
     then = np.minimum(places + 1, len(readings) - 1)
     slope = (1.0 - share) * readings[places] + share * readings[then]

@@ -8,8 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.problem import Problem
@@ -70,27 +68,33 @@ class LogReading:
 
     def better_for(self, found: Hypothesis) -> "LogReading | None":
         """Return another way that suits a set of effects, found in this one, better by far; None: there is none."""
-        if self.regular is not None and (self._gain(found) >= LOG_RULES.jitter) is not self.on_regular:
+        if self.regular is None and self.straight is None:
+            return None
+        here = _evidence(found)
+        if (
+            self.regular is not None
+            and (self._gain(self.regular, found, here) >= LOG_RULES.jitter) is not self.on_regular
+        ):
             return replace(self, on_regular=not self.on_regular)
         if self.straight is not None:
             other = replace(self, straight=not self.straight)
             if other.problem.known.size != self.problem.known.size:
                 return None  # what is not the same data cannot be compared
-            if _evidence(_read_in(other.problem, found)) > _evidence(found) + LOG_RULES.straight:
+            if _evidence(_read_in(other.problem, found)) > here + LOG_RULES.straight:
                 return other
         return None
 
     def jitter(self, found: Hypothesis) -> Scatter | None:
         """Return what it says that regular stamps suit what was found better; None: they do not."""
-        gain = self._gain(found)
+        if self.regular is None:
+            return None
+        gain = self._gain(self.regular, found, _evidence(found))
         return jitter_of_stamps(self.as_stamped, gain) if gain >= LOG_RULES.jitter else None
 
-    def _gain(self, found: Hypothesis) -> float:
-        """Return by how much regular stamps suit a set of effects better, nats."""
-        if self.regular is None:
-            return -np.inf
-        other = _evidence(_read_in(self.as_stamped if self.on_regular else self.regular, found))
-        return _evidence(found) - other if self.on_regular else other - _evidence(found)
+    def _gain(self, regular: Problem, found: Hypothesis, here: float) -> float:
+        """Return by how much regular stamps suit a set of effects better, nats; `here`: its evidence as it was read."""
+        other = _evidence(_read_in(self.as_stamped if self.on_regular else regular, found))
+        return here - other if self.on_regular else other - here
 
 
 def read_as_suits(

@@ -207,7 +207,7 @@ def test_an_effect_beside_air_is_named_too():
 
 
 def test_exact_twins_are_one_group():
-    stated, recordings = campaign({"command_delay": {"time": 0.1}}, seed=8)
+    stated, recordings = campaign({"command_delay": {"time": 0.1}}, seed=8, runs=2, duration=15.0)
     (claim,) = diagnose(recordings, stated).verdict.claims
     assert {claim.effect, *(name.split(":")[0] for name in claim.alike)} == {"command_delay", "log_alignment"}
 

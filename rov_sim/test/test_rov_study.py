@@ -36,10 +36,6 @@ def short(tmp_path_factory) -> Path:  # type: ignore[no-untyped-def]
     return file
 
 
-def texts(folder: Path) -> dict[str, str]:
-    return {file.name: file.read_text("utf-8") for file in sorted((folder / "shards").iterdir())}
-
-
 def test_the_command_writes_what_it_names_and_is_done_the_second_time(short: Path, tmp_path: Path, capsys) -> None:  # type: ignore[no-untyped-def]
     arguments = ["--plan", str(short), "--seeds", "2", "--out", str(tmp_path / "out")]
     assert main(arguments) == 0
@@ -62,15 +58,17 @@ def test_the_command_writes_what_it_names_and_is_done_the_second_time(short: Pat
     assert "found a study of another plan" in capsys.readouterr().err
     plan = parse_plan(short.read_text("utf-8"), origin="short.yaml")
     assert plan_text(plan, contents_of(plan)) == text
-    _same_with_processes(text, tmp_path, shards(plan, 2)[:2])
 
 
-def _same_with_processes(text: str, folder: Path, parts) -> None:  # type: ignore[no-untyped-def]
-    """Processes compute what one process computes."""
-    store = Store(folder / "b", text, SCORES)
-    run_shards(store, parts, run_shard, processes=2)
-    finished = texts(folder / "out")
-    assert all(finished[name] == found for name, found in texts(folder / "b").items()) and len(texts(folder / "b")) == 2
+@pytest.mark.long
+def test_processes_compute_what_one_process_computes(short: Path, tmp_path: Path) -> None:
+    plan = parse_plan(short.read_text("utf-8"), origin="short.yaml")
+    found = []
+    for processes in (1, 2):
+        store = Store(tmp_path / str(processes), plan_text(plan, contents_of(plan)), SCORES)
+        run_shards(store, shards(plan, 2)[:2], run_shard, processes=processes)
+        found.append({file.name: file.read_text("utf-8") for file in sorted((store.folder / "shards").iterdir())})
+    assert found[0] == found[1] and len(found[0]) == 2
 
 
 @pytest.mark.parametrize(

@@ -1,10 +1,9 @@
-"""Sensors and navigation filter inside one compiled loop: the numbers of the live ones."""
+"""Sensors and navigation filter as a compiled loop calls them: the numbers of the live ones."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from numba import njit
 from vehicle_motion import DEFAULT, at, moving
 
 from rov_sim.vehicle.sensors.believed import navigation_settings
@@ -19,7 +18,6 @@ from thruster_estimation.navigation_output import compiled_output, navigation_ou
 TICK = 10_000_000  # ns
 
 
-@njit
 def loop(position, attitude, velocity, acceleration, n, current, s, settings, heard, speeds, found):  # type: ignore[no-untyped-def]
     """A closed loop without its controller: truth, readings, filter, at every tick."""
     told = heard_at(1, position[1], attitude[1], velocity[1], acceleration[1], current[1], s)
@@ -38,7 +36,7 @@ def loop(position, attitude, velocity, acceleration, n, current, s, settings, he
 
 
 @pytest.mark.parametrize(("late", "old"), [(0.0, 0.0), (0.035, 0.03)])
-def test_a_compiled_loop_hears_and_believes_what_the_live_ones_do(late: float, old: float) -> None:
+def test_a_loop_hears_and_believes_what_the_live_ones_do(late: float, old: float) -> None:
     truth = moving(0.01 * np.arange(401), thrusters=2)
     c = sensor_coefficients(DEFAULT)._replace(velocity_late=late, imu_late=old)
     settings = navigation_settings(DEFAULT)

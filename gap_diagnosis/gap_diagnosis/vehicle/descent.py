@@ -5,7 +5,7 @@ uphill, and the next one, with columns made there, falls back into it far ahead.
 damped ones (Levenberg and Marquardt) where it leads nowhere.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -125,16 +125,15 @@ def _along(
 
 
 def normal(
-    J: Sequence[NDArray[np.float32]], r: Sequence[Array], x: Array, weight: Array, product: Array | None = None
-) -> tuple[Array, Array]:
+    J: Columns, r: Sequence[Array], x: Array, weight: Array, product: Array | None = None
+) -> tuple[Array, Array]:  # fmt: skip
     """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
     H, slope = np.zeros((len(x), len(x))), weight * x
     known = 0 if product is None else len(product)
     for each, residual in zip(J, r, strict=True):
-        for first in range(0, len(each), _ROWS):  # in double precision: sums of squares reach 1e10
-            some = each[first : first + _ROWS].astype(np.float64)
+        for rows, some in _in_parts(each):
             H[known:] += some[:, known:].T @ some
-            slope += some.T @ residual[first : first + _ROWS]
+            slope += some.T @ residual[rows]
     if product is not None:
         H[:known, known:] = H[known:, :known].T
         H[:known, :known] = product
@@ -142,14 +141,18 @@ def normal(
 
 
 def product_of(columns: Sequence[NDArray[np.float32]]) -> Array:
-    """Return the product J^T J of columns (rows, n) over all runs, in double precision."""
-    parts = (each[first : first + _ROWS].astype(np.float64) for each in columns for first in range(0, len(each), _ROWS))
-    return np.asarray(sum(part.T @ part for part in parts))
+    """Return the product J^T J of columns (rows, n) over all runs."""
+    return np.asarray(sum(some.T @ some for each in columns for _, some in _in_parts(each)))
 
 
-def _corrected(
-    J: Sequence[NDArray[np.float32]], step: Array, change: Sequence[Array]
-) -> list[NDArray[np.float32]]:  # fmt: skip
+def _in_parts(columns: NDArray[np.float32]) -> Iterator[tuple[slice, Array]]:
+    """Yield rows and columns there, (rows, n), in double precision: sums of their squares reach 1e10."""
+    for first in range(0, len(columns), _ROWS):
+        rows = slice(first, first + _ROWS)
+        yield rows, columns[rows].astype(np.float64)
+
+
+def _corrected(J: Columns, step: Array, change: Sequence[Array]) -> Columns:
     """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made."""
     along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
     short = step.astype(np.float32)

@@ -31,6 +31,8 @@ __all__ = ["Fit", "Problem", "Refined"]
 Array = NDArray[np.float64]
 _NEAR = 1.0
 """Of their deviations by which all unknowns together may have moved since columns were made that still hold."""
+_STEP, _STEP_OF_PROBE = 0.02, 0.05
+"""Of slopes: of an uncertain number, in deviations, and of a size, in those by which effects are probed."""
 _COARSELY = {"xatol": 0.02, "maxiter": 12}
 """How well a share is found that only begins a fit."""
 _KEPT_POINTS, _KEPT_COLUMNS = 32, 4
@@ -153,7 +155,9 @@ class Problem:
         return moved, at(float(best.x))
 
     def grid_start(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[float, ...]:
-        """Return where the last effect's size begins that has no finite neutral value; the others' sizes are given."""
+        """Return where the last effect begins that is a switch or has no finite neutral value; the others are given."""
+        if self.effects[-1].switch:
+            return ()
         return max(((s,) for s in self.effects[-1].grid), key=lambda s: self.score(moved, [*sizes, s]))
 
     @property
@@ -229,12 +233,8 @@ class Problem:
     def _new_columns(
         self, x: Array, r: list[Array], known: Sequence[NDArray[np.float32]]
     ) -> Columns:  # fmt: skip
-        steps = np.concatenate(
-            (
-                np.full(len(self.nuisances), 0.02),
-                [0.05 * p / s for h in self.effects for p, s in zip(h.probe, h.scale, strict=True)],
-            )
-        )
+        of_sizes = [_STEP_OF_PROBE * p / s for h in self.effects for p, s in zip(h.probe, h.scale, strict=True)]
+        steps = np.concatenate((np.full(len(self.nuisances), _STEP), of_sizes))
         keys = list(self.nuisances)
         first = known[0].shape[1] if known else 0
         out = []

@@ -267,9 +267,7 @@ def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothe
 
 def _sized(problem: Problem, h: Hypothesis, moved: Array, sizes: Sequence[tuple[float, ...]]) -> _Start:
     """Return the point with a further effect at its most likely size, up to twice the expected one, all else as is."""
-    if h.switch:
-        return moved, [*sizes, ()]
-    if h.grid:
+    if h.switch or h.grid:
         return moved, [*sizes, problem.grid_start(moved, sizes)]
     ways = (1.0, -1.0) if h.lower[0] < 0.0 else (1.0,)
     found = [problem.resized(moved, [*sizes, (way * h.scale[0], *h.scale[1:])]) for way in ways]

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.blind import watch_hours_io
 from gap_diagnosis.vehicle.blind.cli_watch_rate import main, said
 from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
 from gap_diagnosis.vehicle.diagnosis_io import load_model
@@ -56,11 +57,13 @@ def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytes
     assert "| 3 to 6 | 1 | 1 | 1 | 3 |" in told
 
 
-def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive() -> None:
+def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(watch_hours_io, "_MINUTE", 30.0)
+    monkeypatch.setattr(watch_hours_io, "_AFTER", 20.0)
     draw = watched_draw(5)
     watched = Watched(draw, load_model(draw.vehicle))
     calm = watched.healthy(1, 0.25)
     lost = watched.loss(1, 0.5)
-    assert calm["hours"] == pytest.approx(15.0 / 3600.0, rel=0.05)
+    assert calm["hours"] == pytest.approx(7.5 / 3600.0, rel=0.05)
     assert max(lost["ratios"]) > 10.0 * max([*calm["peaks"], 1.0])
     assert max(lost["ratios"]) > max(lost["others"])

@@ -100,7 +100,7 @@ def test_marks_ask_for_effect_and_place() -> None:
 @pytest.mark.parametrize(
     ("effect", "size", "of", "stamp"),
     [
-        ("log_alignment", 0.08, "throttle", lambda t: t + 0.08),
+        pytest.param("log_alignment", 0.08, "throttle", lambda t: t + 0.08, marks=pytest.mark.long),
         ("imu_delay", 0.05, "rov/imu", lambda t: t + 0.05),
         pytest.param("clock_drift", -0.002, "throttle", lambda t: t * 1.002, marks=pytest.mark.long),
     ],
@@ -108,7 +108,7 @@ def test_marks_ask_for_effect_and_place() -> None:
 def test_stamps_that_are_wrong_are_an_effect_of_their_log(
     effect: str, size: float, of: str, stamp: Callable[[Any], Any], tmp_path: Path
 ) -> None:
-    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
+    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=20.0)
     model = load_model(draw.vehicle)
     topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
     wrong = [
