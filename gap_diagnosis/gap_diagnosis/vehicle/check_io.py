@@ -10,7 +10,7 @@ from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.fit_io import name_of
 from gap_diagnosis.vehicle.foresight import foreseen
-from gap_diagnosis.vehicle.hypotheses import SENSORS_OF
+from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
 from gap_diagnosis.vehicle.log_io import log_of
 from gap_diagnosis.vehicle.model import Key, Model
@@ -112,7 +112,8 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     best = foreseen(model, logs)
     shown = [h for h, _ in best.effects if h not in best.hidden]
     there = told_in(logs)
-    blind = sorted(effect for effect, sensor in SENSORS_OF.items() if not there[sensor])
+    every, tried = hypotheses(model, dict.fromkeys(there, True)), hypotheses(model, there)
+    blind = sorted({h.effect for h in every} - {h.effect for h in tried})
     told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
     found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
     if best.hidden:

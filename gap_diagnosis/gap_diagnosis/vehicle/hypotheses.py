@@ -189,9 +189,8 @@ def _switch(effect: str, **target: Any) -> Hypothesis:
 
 def hypotheses(model: Model, there: Mapping[str, bool]) -> list[Hypothesis]:
     """Return all hypotheses that these sensors (`VehicleLog.there`) could show anything of."""
-    wanted = list(_all(model))
     found = []
-    for each in wanted:
+    for each in (*_all(model), *_currents(there)):
         needed = SENSORS_OF.get(each.effect)
         if each.sensor is not None:
             needed = {"imu": "accelerometer"}.get(each.sensor, each.sensor)
@@ -200,6 +199,18 @@ def hypotheses(model: Model, there: Mapping[str, bool]) -> list[Hypothesis]:
         if needed is None or there.get(needed, False):
             found.append(each)
     return found
+
+
+def _currents(there: Mapping[str, bool]) -> Iterator[Hypothesis]:
+    """Yield the current of the water, as far as a sensor tells motion over ground.
+
+    How a vehicle moves through the water, and all that gyro and accelerometer read of it, is the same in any steady
+    current (Galileo): without such a sensor a current is but another motion at the start. A depth tells what is vertical.
+    """
+    told = {"north", "east", "down"} if there.get("velocity") else {"down"} if there.get("depth") else set()
+    entries = tuple(entry for entry in _BODY["water_current"] if entry[0] in told)
+    if entries:
+        yield _made("water_current", entries)
 
 
 def _all(model: Model) -> Iterator[Hypothesis]:
@@ -233,7 +244,7 @@ def _all(model: Model) -> Iterator[Hypothesis]:
         for axis in _AXES:
             yield _made(effect, _BODY[effect], axis=axis)
     for effect in (
-        "buoyancy_offset", "cg_shift", "payload", "tether_drag", "water_current", "water_density", "supply_sag",
+        "buoyancy_offset", "cg_shift", "payload", "tether_drag", "water_density", "supply_sag",
         "imu_delay", "velocity_delay", "magnetic_disturbance", "depth_scale",
     ):  # fmt: skip
         yield _made(effect, _BODY[effect])
