@@ -8,7 +8,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
-from gap_diagnosis.vehicle.hypotheses import SENSORS_OF, Hypothesis, described
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, described
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.oddities import Logged
@@ -28,7 +28,7 @@ def place_of(h: Hypothesis) -> dict[str, Any]:
     """Return identifier and place of a hypothesis."""
     return {
         "id": h.effect, "thruster": h.thruster, "other": h.other, "axis": h.axis,
-        "sensor": h.sensor or SENSORS_OF.get(h.effect), "kind": h.kind,
+        "sensor": h.sensor or h.read_by or None, "kind": h.kind,
     }  # fmt: skip
 
 

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
 from gap_diagnosis.vehicle.gram import Column
-from gap_diagnosis.vehicle.hypotheses import HULL_REACH, Hypothesis
+from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.effects.body_axes import pushed_by
 from rov_sim.vehicle.innovations import states_of
 from thruster_model.errors import VehicleError
 
@@ -121,13 +122,13 @@ class Screen:
 
 def nameless_names(model: Model) -> list[Key]:
     """Return the names of all nameless dependences that are tried: none that an effect of the library is."""
-    reach = np.abs(model.vehicle.configuration)
+    K_t = model.vehicle.configuration
     features = [f"thrust {i}" for i in range(model.thrusters)]
     features += ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
     features += [f"{a}|{a}|" for a in "uvwpqr"]
     features += ["time", "start or end", "depth"]
     named = {(_AXES[a], f"{c}|{c}|") for a, c in enumerate("uvwpqr")}  # its own drag
-    named |= {(_AXES[a], f"thrust {i}") for a, i in np.argwhere(reach[:3] > HULL_REACH)}  # its wake on the hull
+    named |= {(a, f"thrust {i}") for i in range(model.thrusters) for a in pushed_by(K_t, i)}  # its wake on the hull
     return [("nameless", axis, f) for axis in _AXES for f in features if (axis, f) not in named]
 
 

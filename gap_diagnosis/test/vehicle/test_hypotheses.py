@@ -5,12 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle import hypotheses as searched
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.hypotheses import hypotheses
-from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect, body_with
 from rov_sim.vehicle.plant import simulate
 from rov_sim.vehicle.settings import vehicle_settings
 from rov_sim.vehicle.truth import at_rest
+from thruster_model.effects.effect import Suspected
 
 MODEL = load_model("ngs")
 BLIND = dict.fromkeys(("attitude", "gyro", "accelerometer", "depth", "velocity", "tachometer", "battery"), False)
@@ -44,3 +46,22 @@ def test_a_vehicle_that_drifts_with_a_current_turns_and_accelerates_as_in_water_
     np.testing.assert_allclose(carried.velocity[:, 3:], calm.velocity[:, 3:], atol=1e-6)
     np.testing.assert_allclose(carried.attitude, calm.attitude, atol=1e-6)
     assert np.abs(carried.velocity[:, :3] - calm.velocity[:, :3]).max() > 0.1
+
+
+def test_a_new_effect_of_a_vehicle_is_looked_for_wherever_its_file_says(monkeypatch: pytest.MonkeyPatch) -> None:
+    new = replace(
+        VEHICLE_LIBRARY["velocity_misalignment"],
+        id="velocity_cross_talk",
+        suspected=(Suspected(sizes={"angle": (0.2, 0.02)}, only={"axis": ("x", "z")}, read_by="velocity"),),
+    )
+    monkeypatch.setattr(searched, "VEHICLE_LIBRARY", {**VEHICLE_LIBRARY, new.id: new})
+    found = [h for h in hypotheses(MODEL, {**BLIND, "velocity": True}) if h.effect == new.id]
+    assert [(h.axis, h.scale, h.probe, h.lower, h.upper) for h in found] == [
+        (axis, (0.2,), (0.02,), (new.parameters[0].lower,), (new.parameters[0].upper,)) for axis in ("x", "z")
+    ]
+    assert not [h for h in hypotheses(MODEL, BLIND) if h.effect == new.id]
+
+
+def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> None:
+    with pytest.raises(ValueError, match="velocity_scale: suspected: expected parameters among share; found size"):
+        replace(VEHICLE_LIBRARY["velocity_scale"], suspected=(Suspected(sizes={"size": (1.0, 0.1)}),))

@@ -16,7 +16,9 @@ __all__ = [
     "Effect",
     "EffectParameter",
     "Search",
+    "Suspected",
     "Trace",
+    "check_suspected",
     "size_problems",
 ]
 
@@ -94,6 +96,38 @@ class EffectParameter:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Suspected:
+    """How a diagnosis of a vehicle suspects an effect: on everything that it can act on, unless this says otherwise.
+
+    Attributes:
+        sizes: by parameter that is fitted, the deviation expected of it and the size by which it is probed; none: the
+            effect is either on, at `fixed`, or off.
+        fixed: the other parameters, where not neutral.
+        lower: by parameter, where its range begins, if not where it does otherwise.
+        grid: sizes to begin at where the neutral one is infinite.
+        carries: whether the first parameter, a mass at a place, multiplies the later ones.
+        only: by target, what it is suspected on; None among them: on all at once.
+        places: from a vehicle set, what it is suspected on in that vehicle, in place of all that.
+        alike: whether a pair of thrusters is the same the other way round.
+        flowing: whether only thrusters that have an axial flow can have it.
+        read_by: sensor without which it cannot be shown.
+        told_by: by parameter, sensors of which one must be there for it to be fitted; any, where not named.
+    """
+
+    sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
+    lower: Mapping[str, float] = field(default_factory=dict)
+    grid: tuple[float, ...] = ()
+    carries: bool = False
+    only: Mapping[str, tuple[str | None, ...]] = field(default_factory=dict)
+    places: Callable[[Any], Iterable[Mapping[str, Any]]] | None = None
+    alike: bool = False
+    flowing: bool = False
+    read_by: str = ""
+    told_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, kw_only=True)
 class Effect:
     """An unmodelled effect.
 
@@ -121,6 +155,7 @@ class Effect:
         steady: whether it shows in steady states, and is not one of time.
         trace: what it does to a log.
         entails: effects that its log shows as well.
+        suspected: how a diagnosis of a vehicle suspects it; nothing: not at all.
     """
 
     id: str
@@ -145,6 +180,7 @@ class Effect:
     steady: bool = True
     trace: Trace = ""
     entails: tuple[str, ...] = ()
+    suspected: tuple[Suspected, ...] = ()
 
     def __post_init__(self) -> None:
         unknown = set(self.hooks) - set(STAGES)
@@ -152,10 +188,21 @@ class Effect:
             raise ValueError(f"{self.id}: expected parameters and hooks, sample or logged; unknown stages {unknown}")
         if (self.logged is not None) != (self.block == "log"):
             raise ValueError(f"{self.id}: expected logged for an effect of the log, and for no other")
+        check_suspected(self.id, self.parameters, self.suspected)
 
     def field_of(self, parameter: str) -> str:
         """Return the name of a parameter's field in `EffectValues`."""
         return f"{self.id}_{parameter}"
+
+
+def check_suspected(effect: str, parameters: Iterable[EffectParameter], suspected: Iterable[Suspected]) -> None:
+    """Raise a ValueError where an effect is suspected by sizes that are none of its parameters."""
+    known = {p.name for p in parameters}
+    for each in suspected:
+        unknown = {*each.sizes, *each.fixed, *each.lower} - known
+        if unknown or not (each.sizes or each.fixed):
+            found = f"found {', '.join(sorted(unknown)) or 'none'}"
+            raise ValueError(f"{effect}: suspected: expected parameters among {', '.join(sorted(known))}; {found}")
 
 
 def size_problems(effect: str, parameters: Iterable[EffectParameter], sizes: Mapping[str, float]) -> list[str]:

@@ -1,10 +1,15 @@
 """The axes of a vehicle by name, one and in pairs such as `surge-pitch`."""
 
+import numpy as np
+from numpy.typing import NDArray
+
 from thruster_model.vehicle_parameters import AXIS_NAMES
 
-__all__ = ["AXIS_PAIRS", "BODY_AXES", "axis_index", "axis_pair"]
+__all__ = ["AXIS_PAIRS", "BODY_AXES", "axis_index", "axis_pair", "pushed_by"]
 
 BODY_AXES = AXIS_NAMES
+REACH = 0.3
+"""Share of a thruster's axis along surge, sway or heave from which on its wake may meet the hull on that axis."""
 AXIS_PAIRS = tuple(f"{a}-{b}" for a in BODY_AXES for b in BODY_AXES if a != b)
 
 
@@ -17,3 +22,8 @@ def axis_pair(axes: str) -> tuple[int, int]:
     """Return the places of two axes in nu."""
     first, second = axes.split("-")
     return axis_index(first), axis_index(second)
+
+
+def pushed_by(configuration: NDArray[np.float64], thruster: int) -> list[str]:
+    """Return the axes along which the wake of a thruster may meet the hull; configuration: K_t, (6, N)."""
+    return [BODY_AXES[int(k)] for k in np.flatnonzero(np.abs(configuration[:3, thruster]) > REACH)]

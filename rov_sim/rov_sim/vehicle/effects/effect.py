@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected, check_suspected
 
 __all__ = ["TARGETS", "Block", "VehicleEffect"]
 
@@ -35,6 +35,7 @@ class VehicleEffect:
         sensing: (SensorCoefficients, ActiveVehicleEffect) to SensorCoefficients.
         order: the lower first, by identifier where equal.
         twins: effects that no data can tell from this one.
+        suspected: how a diagnosis suspects it; nothing: not at all.
     """
 
     id: str
@@ -49,6 +50,7 @@ class VehicleEffect:
     sensing: Callable[..., Any] | None = None
     order: int = 0
     twins: tuple[str, ...] = ()
+    suspected: tuple[Suspected, ...] = ()
 
     def __post_init__(self) -> None:
         taken = {*self.needs, *self.may_take}
@@ -56,3 +58,4 @@ class VehicleEffect:
             raise ValueError(f"{self.id}: expected parameters, targets of {', '.join(TARGETS)} and choices among them")
         if (self.body is None) == (self.sensing is None):
             raise ValueError(f"{self.id}: expected either body or sensing")
+        check_suspected(self.id, self.parameters, self.suspected)

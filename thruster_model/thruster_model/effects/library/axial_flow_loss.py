@@ -8,7 +8,7 @@ the coefficients of Table 4.1. A class with a steady axial flow keeps its own.
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 REFERENCE = 0.4146
 
@@ -48,4 +48,5 @@ EFFECT = Effect(
     parameters=(EffectParameter(name="share", unit="1", meaning="of c_nv in addition", lower=0.0, upper=1.5),),
     hooks={"loads": loads, "axial": axial, "ambient": ambient},
     order=-1,
+    suspected=(Suspected(sizes={"share": (0.7, 0.2)}, flowing=True),),
 )

@@ -9,7 +9,7 @@ speeds the rotor up: where s < 0 leaves less friction than slowing down takes, t
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 LEAST_ONSET = 0.01
@@ -53,4 +53,5 @@ EFFECT = Effect(
     ),
     hooks={"rotor": rotor, "step": step},
     order=1,
+    suspected=(Suspected(sizes={"share": (0.4, 0.1)}),),
 )

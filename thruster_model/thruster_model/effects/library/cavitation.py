@@ -6,7 +6,7 @@ T (1 - s max(0, |n| - n_0)/n_0); what is left of T is never below zero.
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 LEAST_ONSET = 1e-3
 
@@ -32,4 +32,5 @@ EFFECT = Effect(
         ),
     ),
     hooks={"loads": loads},
+    suspected=(Suspected(sizes={"share": (0.5, 0.1)}, fixed={"onset": 100.0}),),
 )

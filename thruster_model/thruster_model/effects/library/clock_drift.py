@@ -1,6 +1,6 @@
 """The sensors' clock runs fast or slow against the commands'."""
 
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 def logged(signal, time, values, rng, rate):  # type: ignore[no-untyped-def]
@@ -27,4 +27,5 @@ EFFECT = Effect(
     taken=taken,
     channel="speed axial ambient thrust torque",
     order=2,
+    suspected=(Suspected(sizes={"rate": (0.002, 0.0003)}),),
 )

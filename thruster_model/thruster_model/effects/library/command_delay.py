@@ -7,7 +7,7 @@ does not depend on time, so the delay may come last.
 
 from thruster_model.compilation import equation
 from thruster_model.effects.delay_line import delayed, filled, line_floats, remainder
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -46,4 +46,5 @@ EFFECT = Effect(
     begin=begin,
     order=5,
     twins=("log_alignment:throttle",),
+    suspected=(Suspected(sizes={"time": (0.1, 0.02)}),),
 )

@@ -4,7 +4,7 @@ The acting throttle u itself follows, exactly for a command that is held, and ne
 """
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -20,4 +20,5 @@ EFFECT = Effect(
     equation="du/dt = (u_c - u) / s",
     parameters=(EffectParameter(name="time", unit="s", meaning="constant of the lag", lower=0.0, upper=0.4),),
     hooks={"lag": lag},
+    suspected=(Suspected(sizes={"time": (0.15, 0.03)}),),
 )

@@ -7,7 +7,7 @@ a millisecond: a rotor driven by less than s stands still. One steepness for all
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 STEEPNESS = 1000.0
@@ -37,4 +37,5 @@ EFFECT = Effect(
         EffectParameter(name="deceleration", unit="rad/s^2", meaning="by the friction", lower=0.0, upper=500.0),
     ),
     hooks={"rotor": rotor, "step": step},
+    suspected=(Suspected(sizes={"deceleration": (200.0, 60.0)}),),
 )

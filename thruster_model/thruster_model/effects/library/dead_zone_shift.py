@@ -6,7 +6,7 @@ The edges stop at zero: a dead zone cannot be narrower than none.
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -28,4 +28,5 @@ EFFECT = Effect(
         ),
     ),
     hooks={"edges": edges},
+    suspected=(Suspected(sizes={"voltage": (0.2, 0.05)}),),
 )

@@ -4,7 +4,7 @@ Its reaction on the shaft is part of the rotor's inertia. A rotor without inerti
 """
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -22,4 +22,5 @@ EFFECT = Effect(
         EffectParameter(name="impulse", unit="N s^2", meaning="per unit of rotor speed", lower=0.0, upper=0.02),
     ),
     hooks={"thrust_dynamics": thrust_dynamics},
+    suspected=(Suspected(sizes={"impulse": (0.01, 0.003)}),),
 )

@@ -7,7 +7,7 @@ A class with a steady axial flow has nothing to slow down.
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 LEAST = 0.01
 
@@ -26,4 +26,5 @@ EFFECT = Effect(
     parameters=(EffectParameter(name="share", unit="1", meaning="slower than the set says", lower=-0.5, upper=4.0),),
     hooks={"axial": axial},
     order=1,
+    suspected=(Suspected(sizes={"share": (1.5, 0.3)}, flowing=True),),
 )

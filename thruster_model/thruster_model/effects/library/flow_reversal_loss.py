@@ -6,7 +6,7 @@ The blades then meet the water far from the angle that they are made for, and st
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
@@ -35,4 +35,5 @@ EFFECT = Effect(
     ),
     hooks={"loads": loads, "step": step},
     jumps=True,
+    suspected=(Suspected(sizes={"share": (0.5, 0.2)}, flowing=True),),
 )

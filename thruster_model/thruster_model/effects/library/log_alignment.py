@@ -1,6 +1,6 @@
 """Stamps of one channel are late: another clock, another sample convention, a buffer on the way."""
 
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 def logged(signal, time, values, rng, throttle, speed, flow, load):  # type: ignore[no-untyped-def]
@@ -39,4 +39,5 @@ EFFECT = Effect(
     taken=taken,
     order=1,
     apart=True,
+    suspected=(Suspected(sizes={"throttle": (0.05, 0.01)}, lower={"throttle": 0.0}),),
 )

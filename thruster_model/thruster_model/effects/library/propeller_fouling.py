@@ -6,7 +6,7 @@ Where the water's torque is k_2 n|n| in the rotor's equation (3.7), that grows i
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -32,4 +32,5 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of thrust lost and of torque gained", lower=0.0, upper=0.6),
     ),
     hooks={"loads": loads, "rotor": rotor},
+    suspected=(Suspected(sizes={"share": (0.3, 0.1)}),),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -23,4 +23,5 @@ EFFECT = Effect(
     ),
     hooks={"loads": loads},
     order=-1,
+    suspected=(Suspected(sizes={"coefficient": (200.0, 40.0)}, flowing=True),),
 )

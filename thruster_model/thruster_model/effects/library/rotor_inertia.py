@@ -6,7 +6,7 @@ All torques then turn it more slowly, those of other effects as well; rest state
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 LEAST = 0.01
 
@@ -25,4 +25,5 @@ EFFECT = Effect(
     parameters=(EffectParameter(name="share", unit="1", meaning="of the inertia in addition", lower=-0.5, upper=1.5),),
     hooks={"rotor": rotor},
     order=2,
+    suspected=(Suspected(sizes={"share": (0.6, 0.1)}),),
 )

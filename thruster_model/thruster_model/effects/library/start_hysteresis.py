@@ -7,7 +7,7 @@ without inertia has no speed as a state and always starts anew.
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 TURNING = 10.0
 
@@ -32,4 +32,5 @@ EFFECT = Effect(
     ),
     hooks={"edges": edges},
     order=1,
+    suspected=(Suspected(sizes={"voltage": (0.25, 0.2)}),),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -33,4 +33,5 @@ EFFECT = Effect(
     floats=floats,
     channel="speed",
     order=1,
+    suspected=(Suspected(sizes={"time": (0.2, 0.05)}, read_by="tachometer"),),
 )

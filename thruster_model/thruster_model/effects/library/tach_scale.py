@@ -1,7 +1,7 @@
 """Wrong scale of the tachometer: an old calibration, another cable."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -21,4 +21,5 @@ EFFECT = Effect(
     sample=sample,
     channel="speed",
     order=2,
+    suspected=(Suspected(sizes={"share": (0.15, 0.03)}, read_by="tachometer"),),
 )

@@ -7,7 +7,7 @@ constant over the step: h(t + dt) = g + (h(t) - g) exp(-dt/tau), g = |u|/u_max. 
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 U_MAX = 5.0
 SHORTEST = 1e-3
@@ -37,4 +37,5 @@ EFFECT = Effect(
     ),
     hooks={"drive": drive, "heat": heat},
     steady=False,
+    suspected=(Suspected(sizes={"share": (0.3, 0.1)}, fixed={"time_constant": 30.0}),),
 )

@@ -1,7 +1,7 @@
 """A drive that is weaker than its input map says (a lower supply voltage, another driver); negative: stronger."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -19,4 +19,5 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of the drive lost", lower=0.0, upper=0.5, both_signs=True),
     ),
     hooks={"drive": drive},
+    suspected=(Suspected(sizes={"share": (0.25, 0.05)}),),
 )

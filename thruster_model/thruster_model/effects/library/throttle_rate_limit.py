@@ -3,7 +3,7 @@
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -21,4 +21,5 @@ EFFECT = Effect(
         EffectParameter(name="rate", unit="V/s", meaning="largest one", lower=2.0, upper=100.0, neutral=float("inf")),
     ),
     hooks={"ramp": ramp},
+    suspected=(Suspected(sizes={"rate": (15.0, 10.0)}, grid=(40.0, 20.0, 10.0, 5.0, 2.5)),),
 )

@@ -1,7 +1,7 @@
 """The device cuts commands off earlier than it is said to."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -22,4 +22,5 @@ EFFECT = Effect(
     sample=sample,
     order=3,
     search="limit",
+    suspected=(Suspected(sizes={"limit": (1.0, 2.0)}, grid=(4.0, 3.0, 2.5, 2.0, 1.5, 1.0)),),
 )

@@ -1,7 +1,7 @@
 """A propeller that pushes less backwards than forwards, as its shape tells; negative sizes push more backwards."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -22,4 +22,5 @@ EFFECT = Effect(
         ),
     ),
     hooks={"loads": loads},
+    suspected=(Suspected(sizes={"share": (0.25, 0.05)}),),
 )

@@ -1,7 +1,7 @@
 """A thruster that pushes less than its map says: damaged blades, growth in the duct, a wrong propeller."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -18,4 +18,5 @@ EFFECT = Effect(
     equation="T (1 - s)",
     parameters=(EffectParameter(name="share", unit="1", meaning="of the thrust lost", lower=-0.3, upper=1.0),),
     hooks={"loads": loads},
+    suspected=(Suspected(sizes={"share": (0.3, 0.05)}),),
 )

@@ -1,7 +1,7 @@
 """A thruster wired the wrong way round: a positive command drives it backwards."""
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -20,4 +20,5 @@ EFFECT = Effect(
     ),
     sample=sample,
     order=0,
+    suspected=(Suspected(fixed={"reversed": 1.0}),),
 )

@@ -4,7 +4,7 @@ Only k_n n grows, not a load in n|n|. A set with k_n = 0 knows no such friction,
 """
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter
+from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 
 
 @equation
@@ -22,4 +22,5 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of k_n in addition", lower=0.0, upper=0.8, both_signs=True),
     ),
     hooks={"rotor": rotor},
+    suspected=(Suspected(sizes={"share": (0.4, 0.05)}),),
 )

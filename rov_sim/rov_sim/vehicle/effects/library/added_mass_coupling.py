@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, axis_pair
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -24,4 +24,10 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXIS_PAIRS},
     body=body,
+    suspected=(
+        Suspected(sizes={"size": (1.5, 0.12)}, only={"axis": ("surge-heave",)}),
+        Suspected(
+            sizes={"size": (0.375, 0.03)}, only={"axis": ("surge-pitch", "sway-roll", "sway-yaw", "heave-pitch")}
+        ),
+    ),
 )

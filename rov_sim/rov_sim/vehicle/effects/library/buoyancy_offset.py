@@ -1,7 +1,7 @@
 """Foam or flooded space: buoyancy is more than assumed, or less, at the same centre."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -16,4 +16,5 @@ EFFECT = VehicleEffect(
     equation="B + s",
     parameters=(EffectParameter(name="force", unit="N", meaning="of buoyancy more", lower=-30.0, upper=30.0),),
     body=body,
+    suspected=(Suspected(sizes={"force": (5.0, 0.3)}),),
 )

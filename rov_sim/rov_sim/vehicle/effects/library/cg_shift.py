@@ -3,7 +3,7 @@
 import numpy as np
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 from thruster_model.equations.rigid_body import moved_mass
 
 
@@ -26,4 +26,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="z", unit="m", meaning="down of the shift", lower=-0.05, upper=0.05),
     ),
     body=body,
+    suspected=(Suspected(sizes={"x": (0.02, 0.003), "y": (0.02, 0.003), "z": (0.02, 0.003)}),),
 )

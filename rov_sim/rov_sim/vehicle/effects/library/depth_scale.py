@@ -1,7 +1,7 @@
 """A depth sensor that tells too much or too little: made for salt water in fresh, or another gauge."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -18,4 +18,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="share", unit="1", meaning="by which depths are too large", lower=-0.3, upper=0.3),
     ),
     sensing=sensing,
+    suspected=(Suspected(sizes={"share": (0.05, 0.01)}, read_by="depth"),),
 )

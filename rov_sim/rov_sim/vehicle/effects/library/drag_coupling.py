@@ -1,8 +1,8 @@
 """Motion along one axis drags along another: the first axis is pushed by motion along the second."""
 
-from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, axis_pair
+from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, BODY_AXES, axis_pair
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -10,6 +10,14 @@ def body(c, active):  # type: ignore[no-untyped-def]
     (a, b), matrix = axis_pair(active.axis), c.D_L.copy()
     matrix[a, b] += active.size("size")
     return c._replace(D_L=matrix)
+
+
+_TRANSLATIONS = BODY_AXES[:3]
+_BY_KIND = tuple(
+    tuple(pair for pair in AXIS_PAIRS if sum(a in _TRANSLATIONS for a in pair.split("-")) == count)
+    for count in range(3)
+)
+"""Pairs of axes with no translation, one and two: entries differ by their units."""
 
 
 EFFECT = VehicleEffect(
@@ -23,4 +31,8 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXIS_PAIRS},
     body=body,
+    suspected=tuple(
+        Suspected(sizes={"size": (expected, 0.1 * expected)}, only={"axis": pairs})
+        for expected, pairs in zip((0.3, 2.0, 10.0), _BY_KIND, strict=True)
+    ),
 )

@@ -5,9 +5,9 @@ Without an axis it is the one along which the thruster pushes most; kind: for fo
 
 import numpy as np
 
-from rov_sim.vehicle.effects.body_axes import BODY_AXES, axis_index
+from rov_sim.vehicle.effects.body_axes import BODY_AXES, axis_index, pushed_by
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -20,6 +20,13 @@ def body(c, active):  # type: ignore[no-untyped-def]
     if active.kind != "forward":
         reverse[a, i] *= 1.0 - s
     return c._replace(K_t=forward, K_t_reverse=reverse)
+
+
+def places(vehicle):  # type: ignore[no-untyped-def]
+    """Yield each thruster with the axes along which its wake may meet the hull."""
+    for i in range(vehicle.configuration.shape[1]):
+        for axis in pushed_by(vehicle.configuration, i):
+            yield {"thruster": i, "axis": axis, "kind": "both"}
 
 
 EFFECT = VehicleEffect(
@@ -35,4 +42,5 @@ EFFECT = VehicleEffect(
     choices={"axis": BODY_AXES, "kind": ("forward", "reverse", "both")},
     order=1,
     body=body,
+    suspected=(Suspected(sizes={"share": (0.3, 0.05)}, places=places),),
 )

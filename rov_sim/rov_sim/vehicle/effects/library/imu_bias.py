@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.axes import AXES, moved
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -25,4 +25,8 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
+    suspected=(
+        Suspected(sizes={"rate": (0.02, 0.002)}, read_by="gyro"),
+        Suspected(sizes={"force": (0.3, 0.03)}, read_by="accelerometer"),
+    ),
 )

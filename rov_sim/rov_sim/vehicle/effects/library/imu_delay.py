@@ -1,7 +1,7 @@
 """An IMU whose readings bear the instant at which they arrive, not that at which it was read."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -22,4 +22,5 @@ EFFECT = VehicleEffect(
     ),
     sensing=sensing,
     twins=("log_alignment",),
+    suspected=(Suspected(sizes={"time": (0.1, 0.02)}, read_by="gyro"),),
 )  # fmt: skip

@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.axes import AXES, turned
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -19,4 +19,5 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
+    suspected=(Suspected(sizes={"angle": (0.1, 0.01)}),),
 )

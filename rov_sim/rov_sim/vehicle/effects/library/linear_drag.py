@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.body_axes import BODY_AXES, axis_index
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -21,4 +21,5 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": BODY_AXES},
     body=body,
+    suspected=(Suspected(sizes={"share": (0.5, 0.1)}, only={"axis": BODY_AXES}),),
 )

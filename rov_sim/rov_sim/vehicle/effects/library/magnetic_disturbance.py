@@ -1,7 +1,7 @@
 """A compass beside the thrusters' cables: the heading is off by what they draw."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -18,4 +18,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="angle", unit="rad", meaning="of yaw, all thrusters at full", lower=-0.5, upper=0.5),
     ),
     sensing=sensing,
+    suspected=(Suspected(sizes={"angle": (0.2, 0.02)}, read_by="attitude"),),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 from thruster_model.equations.rigid_body import rigid_body_mass
 
 
@@ -30,4 +30,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="z", unit="m", meaning="down of the payload", lower=-1.0, upper=1.0),
     ),
     body=body,
+    suspected=(Suspected(sizes={"mass": (1.0, 0.1), "x": (0.3, 0.2), "y": (0.3, 0.2), "z": (0.3, 0.2)}, carries=True),),
 )

@@ -5,7 +5,7 @@ Table 3.1 three times too much). A set without hands knows no such moment, and s
 """
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -24,6 +24,15 @@ def body(c, active):  # type: ignore[no-untyped-def]
     return c._replace(reaction=reaction)
 
 
+def places(vehicle):  # type: ignore[no-untyped-def]
+    """Yield each thruster whose hand is known, and all together where all are, of propellers with a torque."""
+    if vehicle.values.get("reaction_torque", 0.0) > 0.0:
+        known = [i for i, thruster in enumerate(vehicle.layout) if thruster.turn]
+        yield from ({"thruster": i} for i in known)
+        if len(known) == len(vehicle.layout):
+            yield {}
+
+
 EFFECT = VehicleEffect(
     id="reaction_torque",
     title="torque of the propellers on the vehicle",
@@ -34,4 +43,5 @@ EFFECT = VehicleEffect(
     ),
     may_take=("thruster",),
     body=body,
+    suspected=(Suspected(sizes={"share": (0.5, 0.1)}, places=places),),
 )

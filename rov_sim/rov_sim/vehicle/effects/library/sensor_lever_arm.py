@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.axes import AXES, moved
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -20,4 +20,5 @@ EFFECT = VehicleEffect(
     needs=("sensor", "axis"),
     choices={"axis": AXES, "sensor": ("imu", "velocity", "depth")},
     sensing=sensing,
+    suspected=(Suspected(sizes={"offset": (0.2, 0.03)}),),
 )

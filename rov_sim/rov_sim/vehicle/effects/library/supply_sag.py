@@ -5,7 +5,7 @@ the share lost with all thrusters at full.
 """
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -22,4 +22,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="share", unit="1", meaning="of the voltage lost, all at full", lower=0.0, upper=0.5),
     ),
     body=body,
+    suspected=(Suspected(sizes={"share": (0.25, 0.05)}),),
 )

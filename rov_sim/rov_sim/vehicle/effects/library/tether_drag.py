@@ -7,7 +7,7 @@ vehicle the last one holds.
 import numpy as np
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 DIAMETER, C_D = 0.008, 1.2  # m, 1
 
@@ -34,4 +34,7 @@ EFFECT = VehicleEffect(
     ),
     order=1,
     body=body,
+    suspected=(
+        Suspected(sizes={"length": (30.0, 5.0), "x": (0.3, 0.2), "y": (0.3, 0.2), "z": (0.3, 0.2)}, carries=True),
+    ),
 )

@@ -4,7 +4,7 @@
 """
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -31,4 +31,5 @@ EFFECT = VehicleEffect(
     choices={"kind": ("no_thrust", "stopped")},
     twins=("thrust_loss",),
     body=body,
+    suspected=(Suspected(fixed={"failed": 1.0}, only={"kind": ("stopped",)}),),
 )

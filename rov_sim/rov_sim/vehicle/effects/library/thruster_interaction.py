@@ -1,7 +1,7 @@
 """One thruster runs in the wake of another: thruster `other` loses thrust while `thruster` pushes, either way."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -28,4 +28,5 @@ EFFECT = VehicleEffect(
     ),
     needs=("thruster", "other"),
     body=body,
+    suspected=(Suspected(sizes={"share": (0.3, 0.1)}),),
 )

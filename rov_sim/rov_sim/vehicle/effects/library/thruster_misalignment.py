@@ -7,7 +7,7 @@ Kinds: `first_normal` turns the axis e about the horizontal normal of e (about x
 import numpy as np
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -48,4 +48,8 @@ EFFECT = VehicleEffect(
     choices={"kind": ("first_normal", "second_normal", "position")},
     order=-1,
     body=body,
+    suspected=(
+        Suspected(sizes={"angle": (0.15, 0.02)}, only={"kind": ("first_normal", "second_normal")}),
+        Suspected(sizes={"x": (0.07, 0.01), "y": (0.07, 0.01), "z": (0.07, 0.01)}, only={"kind": ("position",)}),
+    ),
 )

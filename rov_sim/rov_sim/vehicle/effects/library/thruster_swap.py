@@ -1,7 +1,7 @@
 """Two thrusters whose commands are exchanged: each does what the other is told."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -23,4 +23,5 @@ EFFECT = VehicleEffect(
     parameters=(EffectParameter(name="swapped", unit="1", meaning="1: exchanged, 0: as drawn", lower=0.0, upper=1.0),),
     needs=("thruster", "other"),
     body=body,
+    suspected=(Suspected(fixed={"swapped": 1.0}, alike=True),),
 )

@@ -1,7 +1,7 @@
 """A velocity log whose readings bear the instant at which they arrive, not that of the ping."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -17,4 +17,5 @@ EFFECT = VehicleEffect(
     parameters=(EffectParameter(name="time", unit="s", meaning="by which stamps are late", lower=0.0, upper=1.0),),
     sensing=sensing,
     twins=("log_alignment",),
+    suspected=(Suspected(sizes={"time": (0.3, 0.05)}, read_by="velocity"),),
 )

@@ -2,7 +2,7 @@
 
 from rov_sim.vehicle.effects.axes import AXES, scaled
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -21,4 +21,5 @@ EFFECT = VehicleEffect(
     may_take=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
+    suspected=(Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": (*AXES, None)}, read_by="velocity"),),
 )

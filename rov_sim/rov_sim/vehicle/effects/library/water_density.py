@@ -1,7 +1,7 @@
 """Water heavier or lighter than assumed: salt, cold, silt."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
@@ -20,4 +20,5 @@ EFFECT = VehicleEffect(
     equation="drag, added mass, buoyancy and thrust times (1 + s)",
     parameters=(EffectParameter(name="share", unit="1", meaning="of the density more", lower=-0.05, upper=0.05),),
     body=body,
+    suspected=(Suspected(sizes={"share": (0.03, 0.01)}),),
 )
