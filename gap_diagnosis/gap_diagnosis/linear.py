@@ -1,6 +1,6 @@
 """The plant linearised along a recording: for what disturbs rotor and water, and for what a block may be missing."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -42,11 +42,12 @@ PUSHED = ("speed", "ambient")
 class Slopes(NamedTuple):
     """The model along a run of N instants: transitions (N, 3, 3), their integrals, d readings / d state by signal
     (N, 3), d rates and d readings / d throttle by each of the steps, and what a force or a moment does to the rates
-    (N, 3).
+    (N, 3). `unforeseen`: variances that states gain from one instant to the next by what nothing foretells (N, 3).
     """
 
     transition: Array
     gain: Array
+    unforeseen: Array
     readings: dict[str, Array]
     by_throttle: list[Array]
     readings_by_throttle: list[dict[str, Array]]
@@ -111,6 +112,7 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
         dt=dt * every,
         transition=np.ascontiguousarray(slopes.transition),
         push=np.ascontiguousarray(push),
+        unforeseen=slopes.unforeseen,
         rows=np.concatenate(rows)[order],
         places=np.concatenate(places)[order],
         readings=np.ascontiguousarray(np.concatenate(readings)[order]),
@@ -135,6 +137,18 @@ def _between(slopes: Slopes, push: Array, readings: Array, at: Array) -> Array:
     moved = np.einsum("ij,ijk->ik", slope, slopes.transition[places] - np.eye(3))
     pushed = np.einsum("ij,ijk->ik", slope, push[places])
     return np.hstack((slope + share * moved, share * pushed))
+
+
+def _brink(rate: Callable[[Array], Array], v: Array, step: float) -> Array:
+    """Return how fast an axial flow v (N,) that rests leaves by itself [1/s]; 0 where it does not, or does not rest.
+
+    An idle propeller's water rests beside a passing flow U: at v = 0 by (4.4), which it leaves to one side, for U, as
+    soon as anything moves it that way. Nothing foretells when; it is forgotten at this rate that it was there.
+    """
+    here = rate(v)
+    growth = np.maximum(np.maximum(rate(v + step) - here, here - rate(v - step)) / step, 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.nan_to_num(growth / (1.0 + (here / (growth * step)) ** 2))
 
 
 def linearised(
@@ -185,6 +199,8 @@ def linearised(
         # at the point itself. Where a jump between two steps looks like growth even there, none goes on.
         rates[growing] = _rates(slopes_over(_LEAST))[growing]
         rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
+    leaves = _brink(lambda v: at([state[0], v, state[2]], u)[1], state[1], _steps(problem, most)[1])
+    rates[:, 1, 1] -= leaves
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
     square = step @ step
     eye = np.eye(3)
@@ -201,6 +217,7 @@ def linearised(
     return Slopes(
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
         gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
+        unforeseen=np.stack((zero, ambient**2 * -np.expm1(-2.0 * leaves * dt), zero), axis=1),
         readings=_as_read(
             np.array([[c[row] for row in _READINGS.values()] for c in columns]), outputs, every, dt, sizes
         ),

@@ -2,8 +2,10 @@ r"""Innovations of a disturbed system: a Kalman filter about a simulated run, as
 
 The system is linearised along the run; rates are pushed by disturbances w, readings carry a colour b and white noise e:
 
-    dx_{k+1} = A_k dx_k + G_k w_k,     w, b: first-order Gauss-Markov,     y_i = c_i^T (dx_k, w_k) + b_s + e_i.
+    dx_{k+1} = A_k dx_k + G_k w_k + h_k,     w, b: first-order Gauss-Markov,     y_i = c_i^T (dx_k, w_k) + b_s + e_i.
 
+Shocks h of the states are white, of known variances: where a state rests that the slightest push moves on, nothing
+foretells when it leaves.
 A sample between two instants reads the pushes since the first one too; c may have no columns for them.
 
 Measured less simulated rows are e.g. disturbed like that; the filter turns them into innovations that are white and of
@@ -28,12 +30,13 @@ def _kernel(function: Any) -> Any:
 
 
 @_kernel
-def gains_of(transition, push, keep, variance, places, readings, signals, noise, present, gains, deviation):  # type: ignore[no-untyped-def]
+def gains_of(transition, push, unforeseen, keep, variance, places, readings, signals, noise, present, gains, deviation):  # type: ignore[no-untyped-def]
     """Fill the gains (M, D) and the deviations (M,) of a run's innovations; D = m states, q pushes, S colours.
 
-    `keep`, `variance`: of pushes and colours, what is left of each after a step and its stationary variance, (q + S,);
-    `signals`: which colour each sample carries, -1 for none, (M,); `noise`: variance of each sample's white noise (M,);
-    rows that are not `present` are passed over.
+    `unforeseen`: variances of what shocks the states over each step, (N, m); `keep`, `variance`: of pushes and
+    colours, what is left of each after a step and its stationary variance, (q + S,); `signals`: which colour each
+    sample carries, -1 for none, (M,); `noise`: variance of each sample's white noise (M,); rows that are not `present`
+    are passed over.
     """
     count, m = transition.shape[0], transition.shape[1]
     q = push.shape[2]
@@ -87,6 +90,8 @@ def gains_of(transition, push, keep, variance, places, readings, signals, noise,
                 p[r, c] = value
             for j in range(keep.size):
                 p[r, m + j] = half[r, m + j] * keep[j]
+        for r in range(m):
+            p[r, r] += unforeseen[k, r]
         for j in range(keep.size):
             p[m + j, m + j] += (1.0 - keep[j] * keep[j]) * variance[j]
 
@@ -146,7 +151,19 @@ def innovations_of(  # type: ignore[no-untyped-def]
 
 @_kernel
 def smoothed_of(  # type: ignore[no-untyped-def]
-    transition, push, keep, variance, places, readings, signals, present, gains, deviation, innovations, states
+    transition,
+    push,
+    unforeseen,
+    keep,
+    variance,
+    places,
+    readings,
+    signals,
+    present,
+    gains,
+    deviation,
+    innovations,
+    states,
 ):
     """Fill `states` (N, m) with the most probable ones of a run, by innovations (M,) over their deviations.
 
@@ -157,12 +174,14 @@ def smoothed_of(  # type: ignore[no-untyped-def]
     q = push.shape[2]
     d = m + keep.size
     r, earlier = np.zeros(d), np.zeros(m)
-    shocks = np.zeros((count, q))
+    shocks, own = np.zeros((count, q)), np.zeros((count, m))
     i = places.size - 1
     while i >= 0 and places[i] >= count:
         i -= 1
     for k in range(count - 1, -1, -1):
         a, g = transition[k], push[k]
+        for j in range(m):
+            own[k, j] = unforeseen[k, j] * r[j]
         for c in range(q):
             value = keep[c] * r[m + c]
             for j in range(m):
@@ -196,7 +215,7 @@ def smoothed_of(  # type: ignore[no-untyped-def]
             w[c] = shocks[k, c] + (keep[c] * w[c] if k > 0 else 0.0)
         states[k] = x
         for c in range(m):
-            value = 0.0
+            value = own[k, c]
             for j in range(m):
                 value += transition[k, c, j] * x[j]
             for j in range(q):

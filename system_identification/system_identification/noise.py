@@ -84,8 +84,8 @@ class Whitener:
         gains = np.zeros((run.rows.size, run.transition.shape[1] + keep.size))
         deviation, colours = np.ones(run.rows.size), numbers[run.signals]
         gains_of(
-            run.transition, run.push, keep, variance, run.places, run.readings, colours, self._own[run.rows] ** 2,
-            self.system.known[run.rows], gains, deviation,
+            run.transition, run.push, run.unforeseen, keep, variance, run.places, run.readings, colours,
+            self._own[run.rows] ** 2, self.system.known[run.rows], gains, deviation,
         )  # fmt: skip
         return _Filter(keep, variance, colours, gains, deviation)
 
@@ -134,8 +134,8 @@ class Whitener:
             self._through(run, each, columns, white, np.sqrt(_OUTLYING))
             found.append(np.zeros(run.transition.shape[:2]))
             smoothed_of(
-                run.transition, run.push, each.keep, each.variance, run.places, run.readings, each.colours,
-                self.system.known[run.rows], each.gains, each.deviation, white[0, run.rows], found[-1],
+                run.transition, run.push, run.unforeseen, each.keep, each.variance, run.places, run.readings,
+                each.colours, self.system.known[run.rows], each.gains, each.deviation, white[0, run.rows], found[-1],
             )  # fmt: skip
         return found
 

@@ -52,6 +52,7 @@ class Linear(NamedTuple):
         dt: time between the instants [s].
         transition: of the states over `dt`, shape (N, m, m).
         push: what a rate held over `dt` does to the states, by disturbance, shape (N, m, q).
+        unforeseen: variances that the states gain over `dt` by what nothing foretells, shape (N, m).
         rows: of the samples, in the order of time, shape (M,).
         places: at which instant each was taken, or after which it was the first, shape (M,).
         readings: d reading / d state there of each, and d reading / d push since then, shape (M, m) or (M, m + q).
@@ -61,6 +62,7 @@ class Linear(NamedTuple):
     dt: float
     transition: Array
     push: Array
+    unforeseen: Array
     rows: NDArray[np.int64]
     places: NDArray[np.int64]
     readings: Array

@@ -141,6 +141,7 @@ class Spring:
                     dt=DT,
                     transition=np.repeat(step[None], force.size, axis=0),
                     push=np.repeat((gain @ np.array([[0.0], [1.0]]))[None], force.size, axis=0),
+                    unforeseen=np.zeros((force.size, 2)),
                     rows=np.arange(each.first, each.last),
                     places=2 * np.arange(count),
                     readings=np.repeat(np.array([[1.0 + scale, 0.0]]), count, axis=0),

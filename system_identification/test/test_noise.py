@@ -34,7 +34,17 @@ class Between(Spring):
         ]
 
 
-BOTH = pytest.mark.parametrize("kind", [Spring, Between])
+class Shocked(Spring):
+    """Its states move on by themselves at two instants, nobody knows which way."""
+
+    def linear(self, x, apart=None):
+        runs = super().linear(x, apart)
+        for run in runs:
+            run.unforeseen[[2, 5]] = (3e-4, 1e-3)
+        return runs
+
+
+KINDS = pytest.mark.parametrize("kind", [Spring, Between, Shocked])
 
 
 def levels(push=2.0):
@@ -57,9 +67,11 @@ def dense(system, found):
         for j in range(count):
             size = deviation if j == 0 else deviation * np.sqrt(1.0 - keep**2)
             shocks[j:, j] = size * keep ** np.arange(count - j)
-        state = np.zeros((count, 2, count))
+        shocks = np.hstack((shocks, np.zeros((count, 2 * count))))
+        state = np.zeros((count, 2, 3 * count))
         for k in range(count - 1):
             state[k + 1] = run.transition[k] @ state[k] + run.push[k] * shocks[k]
+            state[k + 1, [0, 1], [count + 2 * k, count + 2 * k + 1]] += np.sqrt(run.unforeseen[k])
         rows = np.einsum("im,imj->ij", run.readings[:, :2], state[run.places])
         rows += run.readings[:, 2:].sum(axis=1)[:, None] * shocks[run.places]
         colour = found.colours["position"] * found.sensors["position"]
@@ -71,7 +83,7 @@ def dense(system, found):
     return blocks
 
 
-@BOTH
+@KINDS
 def test_whitened_rows_have_the_length_that_the_covariance_gives_them(kind):
     system, found = small(kind), levels()
     noise = whitener(system, np.zeros(2), found)
@@ -82,7 +94,7 @@ def test_whitened_rows_have_the_length_that_the_covariance_gives_them(kind):
     assert noise.log_det == pytest.approx(sum(np.linalg.slogdet(block)[1] for _, block, _ in blocks), rel=1e-9)
 
 
-@BOTH
+@KINDS
 def test_states_are_followed_to_where_they_most_probably_were(kind):
     system, found = small(kind), levels()
     values = system.measured
