@@ -25,6 +25,12 @@ _LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady
 _SHORTEST_PART = 1.0  # [s]
 _LEAST_REST = 20  # samples
 _LATEST = 10.0  # [s] that readings may begin after the last command, which is held
+_WITHOUT = {
+    "previous": "the one before is held",
+    "linear": "the line between those beside it is taken",
+    None: "those beside it tell what acts",
+}
+"""Where a stamp holds no command, by how commands act between their samples."""
 
 
 def read_recordings(
@@ -103,6 +109,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         UnfitDataError: no throttle or nothing measured.
     """
     prefix = f"thruster_{thruster}"
+    deviations, hold = _clock_deviations(run), _hold_of(run)
     if _is_raw(run, prefix):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
@@ -111,7 +118,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         expected = f"expected a channel {prefix}/throttle.commanded with values"
         raise UnfitDataError([f"{run.name}: {expected}; found {', '.join(run)}"])
     warnings: list[str] = list(run.warnings)
-    commands = _finite(throttle, run, warnings)
+    commands = _finite(throttle, run, warnings, _WITHOUT[hold])
     signals: dict[str, Samples] = {}
     for signal, channel in CHANNELS.items():
         name = f"{prefix}/{channel}"
@@ -128,9 +135,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         raise UnfitDataError([f"{run.name}: expected one of {expected}; {found}"])
     if "speed" in signals and _has_magnitudes(run, prefix):
         signals["speed"] = _signed(*signals["speed"], commands)
-    deviations = {k: float(v or 0.0) for k, v in dict(run.metadata.get("clock_deviation", {})).items()}
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
-    hold = _hold_of(run)
     recordings: list[Recording] = []
     supply = _supply(run, f"{prefix}/state.supply_voltage")
     for begins, own, measured in parts:
@@ -143,6 +148,25 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         told = (*(warnings if not recordings else ()), *left_out)
         recordings.append(replace(made, experiment=replace(made.experiment, warnings=told)))
     return recordings
+
+
+def _clock_deviations(run: Run) -> dict[str, float]:
+    """Return how far a run says that its clocks may be off [s], by what they stamp.
+
+    Raises:
+        UnfitDataError: a clock that may be off by as long as the run lasts tells nothing.
+    """
+    stated = run.metadata.get("clock_deviation") or {}
+    longest = max((float(run.time(name)[-1]) for name in run if run[name].values.size), default=0.0)
+    told = {}
+    for name, value in stated.items() if isinstance(stated, Mapping) else [("", stated)]:
+        number = 0.0 if value is None else value
+        if not isinstance(number, int | float) or not 0.0 <= number <= longest:
+            what = f"metadata clock_deviation{f'.{name}' if name else ''}"
+            expected = f"expected seconds from 0 to the run's {longest:.1f}"
+            raise UnfitDataError([f"{run.name}: {what}: {expected}; found {value!r}"])
+        told[str(name)] = float(number)
+    return told
 
 
 def _hold_of(run: Run) -> str | None:
@@ -189,16 +213,19 @@ def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:
     return time, np.where(np.convolve(near, np.ones(3), "same") > 0.0, np.nan, speed)
 
 
-def _finite(name: str, run: Run, warnings: list[str]) -> Samples:
-    """Return the samples that are numbers; NaN says that nothing was measured, infinity that something is wrong."""
+def _finite(name: str, run: Run, warnings: list[str], without: str = "") -> Samples:
+    """Return the samples that are numbers; NaN says that nothing was measured, infinity that something is wrong.
+
+    `without`: what is done where a command is missing; "" where readings may.
+    """
     time, values = run.time(name), run[name].values
     known = np.isfinite(values)
     infinite = int(np.sum(np.isinf(values)))
     if infinite:
         warnings.append(f"{name}: expected numbers, found {infinite} infinite ones; left out")
     missing = int(np.sum(np.isnan(values)))
-    if missing and "throttle" in name:
-        warnings.append(f"{name}: {missing} of {values.size} stamps hold no command; the one before is held")
+    if missing and without:
+        warnings.append(f"{name}: {missing} of {values.size} stamps hold no command; {without}")
     return time[known], values[known]
 
 

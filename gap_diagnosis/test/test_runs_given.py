@@ -6,7 +6,9 @@ import pytest
 from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.store_io import write_generated_run
 from gap_diagnosis.cli_diagnose import main
-from gap_diagnosis.recording_io import read_recordings
+from gap_diagnosis.recording_io import read_recordings, recordings_of
+from run_bag import Topic, read_run, write_run
+from thruster_model.errors import UnfitDataError
 from thruster_model.parameter_set_io import load_parameter_set
 
 CHANNELS = ("n", "ambient", "thrust", "torque")
@@ -70,3 +72,50 @@ def test_the_same_run_twice_is_refused_also_as_a_copy_elsewhere(tmp_path, write,
 def test_different_runs_of_one_name_are_told_apart_by_their_folders(write):
     recordings = read_recordings([write("monday"), write("tuesday", seed=2)])
     assert [each.name for each in recordings] == ["monday/dive", "tuesday/dive"]
+
+
+@pytest.fixture
+def stating(tmp_path):
+    """Return a function that writes a run with a missing command and metadata, and reads it back."""
+
+    def read(metadata):
+        time = 0.02 * np.arange(500)
+        commands = 2.0 * np.sin(time)
+        commands[100] = np.nan
+        speed = 60.0 * np.sin(time) + np.random.default_rng(1).standard_normal(time.size)
+        state = {"n": speed, "sign_source": np.ones(time.size)}
+        topics = [Topic.of_thruster(0, "throttle", time, {"commanded": commands})]
+        topics.append(Topic.of_thruster(0, "state", time, state))
+        return recordings_of(read_run(write_run(tmp_path / "run", topics, metadata)))
+
+    return read
+
+
+@pytest.mark.parametrize(
+    ("metadata", "said"),
+    [
+        ({"hold": {"throttle": "previous"}}, "the one before is held"),
+        ({"hold": {"throttle": "linear"}}, "the line between those beside it is taken"),
+        ({}, "those beside it tell what acts"),
+    ],
+)
+def test_what_acts_where_a_command_is_missing_is_said_as_the_run_states_it(stating, metadata, said):
+    (recording,) = stating(metadata)
+    assert recording.experiment.warnings == (f"thruster_0/throttle.commanded: 1 of 500 stamps hold no command; {said}",)
+
+
+@pytest.mark.parametrize("deviation", [1e5, -0.1, "late"])
+def test_a_clock_that_may_be_off_by_more_than_the_run_lasts_is_refused(stating, deviation):
+    expected = r"run: metadata clock_deviation.flow: expected seconds from 0 to the run's 10.0; found "
+    with pytest.raises(UnfitDataError, match=expected):
+        stating({"clock_deviation": {"flow": deviation}})
+
+
+def test_clock_deviations_that_are_no_table_are_refused(stating):
+    with pytest.raises(UnfitDataError, match=r"metadata clock_deviation: expected seconds .* found \[3\]"):
+        stating({"clock_deviation": [3]})
+
+
+def test_a_clock_deviation_within_the_run_is_taken(stating):
+    (recording,) = stating({"clock_deviation": {"throttle": 0.02, "flow": None}})
+    assert recording.experiment.throttle_shift_std == 0.02
