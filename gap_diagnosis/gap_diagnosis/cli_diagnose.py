@@ -76,7 +76,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> i
     for sentence in content["warnings"]:
         print(f"note: {sentence}", file=sys.stderr)
     print(content["summary"])
-    if proposed is not None:
+    if proposed is not None and proposed.sentence not in content["summary"]:
         print(proposed.sentence)
     for path in written:
         print(path)

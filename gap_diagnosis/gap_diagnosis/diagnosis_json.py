@@ -7,10 +7,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.diagnosis_words import in_words
+from gap_diagnosis.diagnosis_words import in_words, log_in_words, next_step
 from gap_diagnosis.how_far import ChannelErrors
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.verdict import Claim, Verdict
+from gap_diagnosis.waterfall import channels_left_out, floors_of
 from system_identification.budget import PARAMETERS
 from system_identification.hypothesis import Hypothesis
 from system_identification.left_out import FEWEST_RUNS
@@ -30,6 +32,7 @@ def as_json(
     thruster = diagnosis.problem.recordings[0].thruster if diagnosis.problem else 0
     total = diagnosis.errors.total if diagnosis.errors else None
     channels = diagnosis.errors.channels if diagnosis.errors else {}
+    step = next_step(diagnosis, str(next_experiment["sentence"]) if next_experiment else "")
     content = {
         "verdict": verdict.verdict,
         "gap": {
@@ -60,9 +63,10 @@ def as_json(
         "retuned_parameters": _retuned(diagnosis),
         "unexplained": _unexplained(diagnosis),
         "next_experiment": dict(next_experiment) if next_experiment else None,
-        "log": [scatter.sentence for scatter in diagnosis.scatters],
+        "log": log_in_words(diagnosis),
         "warnings": [*diagnosis.warnings, *diagnosis.reasons],
-        "summary": in_words(diagnosis),
+        "summary": f"{in_words(diagnosis)} Next: {step}" if verdict.verdict == "cannot_tell" else in_words(diagnosis),
+        "next_step": step,
         "provenance": {"runs": list(runs), "parameter_set": parameter_set, "version": version, "seed": seed},
     }
     return _plain(content)  # type: ignore[no-any-return]
@@ -129,25 +133,61 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             }
         )
     parameters = budget.shares[PARAMETERS]
+    steps = [
+        {"step": step.name, "rms": step.rms, "by_run": list(step.by_fold), "helps": step.helps, "channels": channels}
+        for step, channels in zip(diagnosis.waterfall, channels_left_out(diagnosis, found), strict=True)
+    ]
+    floors = _floors(found)
     return {
-        "gap": {"rms_as_is": budget.gap, "unit": "noise"},
+        "gap": {
+            "rms_as_is": budget.gap,
+            "unit": "noise",
+            "disturbance_share": _disturbance_share(diagnosis.waterfall[0].rms, floors[0]["rms"]),
+        },
         "causes": causes,
         "parameters": {"share": parameters.value, "interval": [parameters.low, parameters.high]},
         "unexplained": {
             "share": budget.unexplained.value,
             "interval": [budget.unexplained.low, budget.unexplained.high],
             "significant": found.nameless,
+            "block": diagnosis.where[0][0] if diagnosis.where and diagnosis.verdict.verdict == "unknown" else None,
             "depends_on": [f"{f.signal}: {f.name}" for f in found.unexplained.features[:3]] if found.nameless else [],
         },
+        "nameless": {"share": budget.unexplained.value, "level": _nameless(found)},
         "disturbance": dict(zip(("rotor", "flow"), levels.pushes, strict=False)),
         "process_noise": {**_rates(found.noise), "memory": levels.memory},
         "retuned_without_each_run": _by_run_left_out(found.none, retuned),
         "with_causes_without_each_run": _by_run_left_out(whole, unknowns),
-        "left_out": [
-            {"step": step.name, "rms": step.rms, "by_run": list(step.by_fold), "helps": step.helps}
-            for step in diagnosis.waterfall
-        ],
+        "left_out": steps,
+        "floors": floors,
     }
+
+
+def _floors(found: Investigation) -> list[dict[str, Any]]:
+    """Return what a right model would be off by: with random pushes, and by the sensors' noise alone."""
+    return [
+        {
+            "step": name,
+            "rms": float(np.sqrt(np.mean([over**2 for over, _ in channels.values()]))),
+            "channels": {channel: level for channel, (_, level) in channels.items()},
+        }
+        for name, channels in floors_of(found).items()
+    ]
+
+
+def _disturbance_share(as_is: float, pushed: float) -> float | None:
+    """Return the share of the squared error beyond the noise that random pushes make; None: there is no such error."""
+    return min((pushed**2 - 1.0) / (as_is**2 - 1.0), 1.0) if as_is > 1.0 else None
+
+
+def _nameless(found: Investigation) -> dict[str, float]:
+    """Return how large what has no name is, over the noise of its signal; of rotor and flow: what pushes them."""
+    explained = found.unexplained.explained
+    of_signals = {
+        signal: float(np.sqrt(np.mean(explained[rows] ** 2))) / found.left.noise.level(signal)
+        for signal, rows in found.none.system.signal_rows.items()
+    }
+    return of_signals | dict(zip(("rotor", "flow"), found.noise.levels.pushes, strict=False))
 
 
 def _rates(noise: Whitener) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The verdict as a paragraph of plain words."""
+"""The verdict as a paragraph of plain words, what to do next, and what the log shows."""
 
 from collections.abc import Sequence
 
@@ -8,13 +8,32 @@ from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["in_words"]
+__all__ = ["in_words", "log_in_words", "next_step"]
 
 _AS_MUCH = 0.8  # of the largest share of a block, from which on another one is named beside it
+_NEXT = {
+    "no_gap": "Leave the simulator as it is.",
+    "parameters": "Take the re-tuned parameters (with_effect.yaml); add no effect.",
+    "unknown": "Look at the block and the regime in which the gap lies: something is missing there that the library "
+    "does not have. Record more in that regime, with all channels, and see what the residuals depend on.",
+    "not_enough_data": "Record what the warnings ask for.",
+    "several": "Leave the simulator as it is for now, and record what tells these explanations apart: diagnose "
+    "--experiment designs the throttle programme that does so best, or says that none can.",
+    "power": "Leave the simulator as it is for now, and record runs that show more: steps up to the largest throttle, "
+    "both directions, reversals, with all channels.",
+}
+_HELD = (
+    "nothing states how commands act between their samples (hold.throttle in a run's metadata): each is taken as held "
+    "until the next one, as straight lines between them suit the readings no better"
+)
+_STRAIGHT = (
+    "commands are taken as straight lines between their samples, which suits the readings better than held ones; "
+    "nothing states it (hold.throttle in a run's metadata)"
+)
 
 
 def in_words(diagnosis: Diagnosis) -> str:
-    """Return the verdict as a paragraph of plain words."""
+    """Return the verdict as a paragraph of plain words; what to do next follows by itself, see `next_step`."""
     verdict = diagnosis.verdict
     said = {
         "no_gap": "No gap: the simulator, as its parameters are stated, predicts these recordings to within noise.",
@@ -102,7 +121,7 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
         said = f"these bring it nearer, one after the other: {named}" if named else "no effect brings it nearer"
         rest = 100.0 * diagnosis.budget.unexplained.value
         text += f" On runs left out {said}; {rest:.0f} % of the squared gap has no name."
-    elif found.best.suspects:
+    elif diagnosis.verdict.resembles:
         named = " with ".join(
             f"{c.key} ({', '.join(f'{n} {s.value:.3g}' for n, s in c.sizes.items())})"
             for c in diagnosis.verdict.resembles
@@ -134,5 +153,34 @@ def _errors_in_words(diagnosis: Diagnosis) -> str:
 
 
 def _log_in_words(diagnosis: Diagnosis) -> str:
-    sentences = [s.sentence for s in diagnosis.scatters]
+    sentences = log_in_words(diagnosis) if diagnosis.straight else [s.sentence for s in diagnosis.scatters]
     return f"In the log: {'; '.join(sentences)}." if sentences else ""
+
+
+def log_in_words(diagnosis: Diagnosis) -> list[str]:
+    """Return what the log shows, and how commands act between samples where that was not stated, as sentences."""
+    held = [] if diagnosis.straight is None else [_STRAIGHT if diagnosis.straight else _HELD]
+    return [*(scatter.sentence for scatter in diagnosis.scatters), *held]
+
+
+def next_step(diagnosis: Diagnosis, designed: str = "") -> str:
+    """Return what to do next in words; `designed`: the sentence of a next experiment, "" where none was designed."""
+    verdict = diagnosis.verdict
+    if verdict.verdict == "effect":
+        return _switch_on(verdict.claims)
+    if verdict.verdict == "cannot_tell":
+        return designed or _NEXT[verdict.reason or "several"]
+    text = _NEXT[verdict.verdict]
+    if verdict.verdict == "unknown" and diagnosis.improves:
+        text += " The re-tuned set (with_effect.yaml) predicts new runs better, and still lacks it."
+    return text
+
+
+def _switch_on(claims: Sequence[Claim]) -> str:
+    text = f"Switch on {' and '.join(claim.effect for claim in claims)}: with_effect.yaml does it."
+    if any(claim.kind == "parametric" for claim in claims):
+        text += " Or correct the nominal parameters that imitate it: the effect lies in their span."
+    if any(claim.alike for claim in claims):
+        text += " Its look-alikes predict the same here, but not elsewhere: settle that first where it matters; "
+        text += "diagnose --experiment designs the throttle programme that does so best, or says that none can."
+    return text

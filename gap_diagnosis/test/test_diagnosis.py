@@ -65,6 +65,17 @@ def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
     total = budget["parameters"]["share"] + budget["unexplained"]["share"] + sum(c["share"] for c in budget["causes"])
     assert total == pytest.approx(1.0, abs=1e-9)
     assert [step["step"] for step in budget["left_out"]] == ["as_is", "retuned", "coulomb_friction"]
+    channels = written["gap"]["channels"]
+    for step, kind in zip(budget["left_out"], ("as_is", "retuned", "with_effect"), strict=True):
+        assert step["channels"] == pytest.approx({name: each[kind] for name, each in channels.items()})
+    disturbed, noise = budget["floors"]
+    assert (disturbed["step"], noise["step"]) == ("disturbance", "noise")
+    assert noise["channels"] == pytest.approx({name: each["noise_floor"] for name, each in channels.items()})
+    assert budget["left_out"][0]["rms"] > disturbed["rms"] > noise["rms"] == pytest.approx(1.0)
+    assert 0.0 < budget["gap"]["disturbance_share"] < 0.1
+    assert budget["nameless"]["share"] == budget["unexplained"]["share"]
+    assert set(budget["nameless"]["level"]) == {*coulomb.problem.signal_names, "rotor", "flow"}
+    assert budget["unexplained"]["block"] is None
     assert set(budget["process_noise"]) == {"rotor", "flow", "memory"}
     without = budget["with_causes_without_each_run"]
     if len(coulomb.problem.recordings) < 3:

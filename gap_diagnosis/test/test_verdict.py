@@ -8,7 +8,8 @@ import pytest
 from generated import campaign, noise_of
 
 from gap_diagnosis.diagnosis import diagnose
-from gap_diagnosis.diagnosis_words import in_words
+from gap_diagnosis.diagnosis_json import as_json
+from gap_diagnosis.diagnosis_words import in_words, next_step
 from gap_diagnosis.investigation import imitated_by_parameters
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import Scatter
@@ -53,6 +54,49 @@ def test_recordings_that_would_not_have_shown_most_effects_cannot_tell(healthy):
     assert (verdict.verdict, verdict.reason) == ("cannot_tell", "power")
     words = in_words(replace(healthy, investigation=again, verdict=verdict))
     assert "only 0 % of the effects would have shown" in words
+
+
+def cannot_tell(healthy, reason):
+    return replace(healthy, verdict=replace(healthy.verdict, verdict="cannot_tell", reason=reason))
+
+
+@pytest.mark.parametrize(
+    ("reason", "told"), [("power", "record runs that show more"), ("several", "diagnose --experiment designs")]
+)
+def test_what_to_do_where_nothing_can_be_told_is_in_the_summary_and_refers_to_no_other_part(healthy, reason, told):
+    written = as_json(cannot_tell(healthy, reason), runs=["a"], parameter_set="hl", version="0", seed=0)
+    assert told in written["next_step"]
+    assert written["summary"].endswith(f"Next: {written['next_step']}")
+    assert "below" not in written["summary"] and "above" not in written["summary"]
+
+
+def test_an_experiment_that_was_designed_is_the_next_step(healthy):
+    assert next_step(cannot_tell(healthy, "several"), "Play this.") == "Play this."
+    assert next_step(healthy, "Play this.") == "Leave the simulator as it is."
+
+
+def test_where_nothing_resembles_what_is_unknown_nothing_is_said_to(healthy):
+    found = SimpleNamespace(
+        unexplained=SimpleNamespace(features=()),
+        best=SimpleNamespace(suspects=("a lag",)),
+        retuning_helps=1.0,
+        none=healthy.investigation.none,
+        free=healthy.investigation.free,
+    )
+    verdict = replace(healthy.verdict, verdict="unknown", resembles=())
+    words = in_words(replace(healthy, verdict=verdict, investigation=found, errors=None))
+    assert words == "The known effects do not explain the gap: residuals still depend on states and inputs."
+
+
+@pytest.mark.parametrize(
+    ("straight", "told", "in_summary"),
+    [(None, [], False), (False, ["as held until the next one"], False), (True, ["as straight lines between"], True)],
+)
+def test_how_commands_act_between_samples_is_told_where_it_was_not_stated(healthy, straight, told, in_summary):
+    found = replace(healthy, straight=straight)
+    written = as_json(found, runs=["a"], parameter_set="hl", version="0", seed=0)
+    assert len(written["log"]) == len(told) and all(a in b for a, b in zip(told, written["log"], strict=True))
+    assert (written["log"] != [] and written["log"][0] in written["summary"]) is in_summary
 
 
 @pytest.mark.parametrize(

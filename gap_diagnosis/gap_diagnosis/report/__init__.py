@@ -1,4 +1,4 @@
-"""The report of a diagnosis as one HTML file: verdict, how far, where, which, before and after, what is left."""
+"""The report of a diagnosis as an HTML file: verdict, budget, before and after, how far, where, which, what is left."""
 
 from gap_diagnosis.report.document import diagnosis_report
 

@@ -1,15 +1,36 @@
 """Where the gap goes: a waterfall on runs left out, and the share of each cause."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gap_diagnosis.diagnosis import Diagnosis
-from gap_diagnosis.report.wording import key_of, percent, roomy, sentence, title_of
-from run_bag.report import Axis, Bars, Column, Report, bars
+from gap_diagnosis.report.wording import (
+    AS_STATED,
+    COLOURS,
+    RETUNED,
+    WITH_EFFECT,
+    key_of,
+    number,
+    percent,
+    roomy,
+    sentence,
+    signal_of,
+    title_of,
+)
+from run_bag.report import Axis, Bars, Column, Plot, Report, bars
+from run_bag.report.theme import FITS, REFERENCE
+from thruster_model.identification.experiment import SIGNALS
 
 __all__ = ["add_budget", "budget_in_words"]
 
-_STEPS = {"as_is": "as stated", "retuned": "re-tuned"}
+_STEPS = {
+    "as_is": AS_STATED,
+    "retuned": RETUNED,
+    "disturbance": "random disturbances and noise",
+    "noise": "noise alone",
+}
+_FLOORS = ("disturbance", "noise")
+_IN_UNITS = ("speed", "thrust", "ambient", "axial", "torque")
+"""Signals whose errors are drawn in their own units, as far as two of them were recorded."""
 _SHAPLEY = "Share: Shapley value, noise and random disturbances set aside."
 _IN_TURN = (
     "Nothing is claimed; these bring runs left out nearer, one after the other. Share: what each takes off beside "
@@ -17,28 +38,14 @@ _IN_TURN = (
 )
 
 
-def add_budget(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> None:
+def add_budget(report: Report, content: Mapping[str, Any]) -> None:
     """Add the waterfall, the shares and what stays unexplained."""
     budget = content["budget"]
     if budget is None:
         return
     report.section("Where the gap goes")
     report.paragraph(budget_in_words(content))
-    steps = budget["left_out"]
-    labels = [_STEPS.get(each["step"]) or f"+ {title_of(each['step'])}" for each in steps]
-    report.figure(
-        roomy(
-            bars(
-                labels,
-                [Bars(name="error over noise", value=[each["rms"] for each in steps])],
-                quantity=Axis(name="error on runs left out, over the noise", unit="–"),
-                reference=1.0,
-            ),
-            labels,
-        ),
-        caption="What each step leaves on runs that its fit has not seen; the dashed line is noise alone.",
-        alt="; ".join(f"{label} {each['rms']:.2f}" for label, each in zip(labels, steps, strict=True)),
-    )
+    _picture(report, [*budget["left_out"], *budget["floors"]])
     in_turn = any(cause["best_without_each_run"] is not None for cause in budget["causes"])
     rows = [["re-tuned parameters", None, *_share(budget["parameters"]), None, None, None]]
     for cause in budget["causes"]:
@@ -62,6 +69,39 @@ def add_budget(report: Report, found: Diagnosis, content: Mapping[str, Any]) -> 
             "each other: their intervals are wide."
         ],
     )
+
+
+def _picture(report: Report, steps: Sequence[Mapping[str, Any]]) -> None:
+    """Add the waterfall: all channels over their noise, and two of them in their own units."""
+    labels = [_STEPS.get(each["step"]) or f"+ {title_of(each['step'])}" for each in steps]
+    channels = {signal_of(channel): channel for channel in steps[0]["channels"]}
+    total = Axis(name="all channels, error over noise", unit="–")
+    plots = [_waterfall(steps, labels, [each["rms"] for each in steps], total)]
+    for signal in [name for name in _IN_UNITS if name in channels][:2]:
+        values = [each["channels"][channels[signal]] for each in steps]
+        axis = Axis(name=f"error of {SIGNALS[signal].title.lower()}", unit=SIGNALS[signal].unit)
+        plots.append(_waterfall(steps, labels, values, axis))
+    report.figure(
+        plots,
+        caption="Root mean square errors that each step leaves on runs that its fit has not seen, all channels over "
+        "their noise and single ones in their unit. Grey: what a right model would leave, hatched where random "
+        "disturbances are in it.",
+        alt="; ".join(f"{label} {each['rms']:.2f}" for label, each in zip(labels, steps, strict=True)),
+    )
+
+
+def _waterfall(steps: Sequence[Mapping[str, Any]], labels: list[str], values: list[float], quantity: Axis) -> Plot:
+    plot = roomy(bars(labels, [Bars(name="error", value=values)], quantity=quantity), labels)
+    names = [each["step"] for each in steps]
+    colours = [REFERENCE if name in _FLOORS else FITS[COLOURS[_STEPS.get(name, WITH_EFFECT)]] for name in names]
+    shapes = ["/" if name == "disturbance" else "" for name in names]
+    hatch = {"shape": shapes, "fillmode": "overlay", "fgcolor": "white", "solidity": 0.25}
+    plot.figure.update_traces(
+        marker={"color": colours, "pattern": hatch},
+        text=[number(value, 3) for value in values],
+        textposition="auto",
+    )
+    return plot
 
 
 def budget_in_words(content: Mapping[str, Any]) -> str:

@@ -33,8 +33,8 @@ def diagnosis_report(found: Diagnosis, content: Mapping[str, Any]) -> Report:
         report.warning(text)
     add_verdict(report, content)
     if found.problem is not None and found.investigation is not None:
+        add_budget(report, content)
         add_before_and_after(report, found)
-        add_budget(report, found, content)
         add_how_far(report, found, content)
         add_where(report, found, content)
         add_candidates(report, found, content)

@@ -62,12 +62,4 @@ def _without(content: Mapping[str, Any]) -> str:
         return "Nothing is open: these recordings need no effect. Recordings in other regimes may."
     if content["verdict"] == "effect" and not alike:
         return "Nothing is open: no other known effect predicts these recordings as well."
-    if content["verdict"] == "unknown":
-        return (
-            "No experiment on known effects will do: record more in the regime in which the excess is largest, with "
-            "all channels, and see what the residuals depend on."
-        )
-    return (
-        "Recordings with other throttle programmes, in which the remaining candidates predict different things; no "
-        "such programme was designed here."
-    )
+    return str(content["next_step"])

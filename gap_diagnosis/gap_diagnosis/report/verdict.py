@@ -15,14 +15,6 @@ _LINES = {
     "unknown": "none of the known effects explains it",
     "not_enough_data": "not enough data to judge",
 }
-_ACTIONS = {
-    "no_gap": "Nothing: leave the simulator as it is.",
-    "parameters": "Take the re-tuned parameters (with_effect.yaml at the end of this page); add no effect.",
-    "cannot_tell": "Nothing yet: record what would settle it (below) before the simulator is changed.",
-    "unknown": "Look at the block and the regime below: something is missing there that the library does not have. "
-    "A re-tuned set, where one is offered at the end of this page, predicts new runs better, and still lacks it.",
-    "not_enough_data": "Nothing yet: record what the warnings ask for.",
-}
 
 
 def headline(content: Mapping[str, Any]) -> str:
@@ -36,7 +28,7 @@ def add_verdict(report: Report, content: Mapping[str, Any]) -> None:
     """Add the verdict."""
     report.section("Verdict")
     report.paragraph(content["summary"])
-    items: dict[str, object] = {"verdict": content["verdict"], "what to change in the simulator": _action(content)}
+    items: dict[str, object] = {"verdict": content["verdict"], "what to change in the simulator": content["next_step"]}
     for effect in content["effects"]:
         items[f"{sentence(title_of(key_of(effect)))}"] = _effect(effect)
     if content["candidates"]:
@@ -48,18 +40,6 @@ def add_verdict(report: Report, content: Mapping[str, Any]) -> None:
     if content["log"]:
         items["in the log"] = content["log"]
     report.key_values(items)
-
-
-def _action(content: Mapping[str, Any]) -> str:
-    if content["verdict"] != "effect":
-        return _ACTIONS[content["verdict"]]
-    names = [effect["id"] for effect in content["effects"]]
-    text = f"Switch on {' and '.join(names)}: with_effect.yaml (at the end of this page) does it."
-    if any(effect["class"] == "parametric" for effect in content["effects"]):
-        text += " Or correct the nominal parameters that imitate it: the effect lies in their span."
-    if any(effect["indistinguishable_from"] for effect in content["effects"]):
-        text += " Its look-alikes predict the same here, but not elsewhere: settle that first where it matters."
-    return text
 
 
 def _effect(effect: Mapping[str, Any]) -> dict[str, object]:

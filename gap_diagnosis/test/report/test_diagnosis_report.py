@@ -26,8 +26,8 @@ SUSPECTED = ("coulomb_friction", "thrust_loss", "brake_asymmetry")
 ALWAYS = ["Verdict", "What would settle it", "Take it with you", "Provenance"]
 ANALYSED = [
     "Verdict",
-    "Before and after",
     "Where the gap goes",
+    "Before and after",
     "How far",
     "Where",
     "Which",
