@@ -15,7 +15,6 @@ from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
 from gap_diagnosis.vehicle.wiring import Wiring
-from thruster_model.effects import stages
 
 __all__ = ["PROGRAMME", "content_of", "where_of"]
 
@@ -68,7 +67,7 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
         h = claim.refined.hypothesis
         rows.append({"block": described(h.effect).block, "thruster": h.thruster, "axis": h.axis, "weight": 1.0})
     rows += [
-        {"block": stages.LIBRARY[each.effect].block, "thruster": each.thruster, "axis": None, "weight": 1.0}
+        {"block": described(each.effect).block, "thruster": each.thruster, "axis": None, "weight": 1.0}
         for each in verdict.logged
     ]
     for gain, (_, axis, feature) in verdict.left[:2]:

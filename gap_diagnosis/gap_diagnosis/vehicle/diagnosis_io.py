@@ -15,6 +15,7 @@ from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.mounting import mounted
 from gap_diagnosis.vehicle.next_experiment import NextExperiment, next_experiment
 from gap_diagnosis.vehicle.programmes import Limits
 from gap_diagnosis.vehicle.programmes_io import write_programme
@@ -68,8 +69,12 @@ def diagnosed(
     wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(c.mass_matrix))
     for sentence in wiring.sentences:
         told(sentence)
+    if wiring.turned:
+        logs = [mounted(log, wiring.mounting, 0.5 * wiring.gain / len(logs)) for log in logs]
     found = search(model, logs, told, only)
     verdict = judged(found, logs)
+    if wiring.turned:
+        verdict = replace(verdict, summary=f"{wiring.sentences[0]} {verdict.summary}")
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = tuple(left_out_errors(found, h) for h in horizons)

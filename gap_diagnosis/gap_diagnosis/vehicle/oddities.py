@@ -1,4 +1,5 @@
 """What the log of a sensor shows before any physics: lost samples, stamps that scatter, coarse or blind tachometers.
+An IMU that is mounted turned (`mounting`) is counted among these.
 
 Each is taken out of the way where a recording is read. A reading that repeats a lost one is no reading, nor is the zero
 of a blind tachometer between readings; readings whose stamps scatter are put where their sensor took them.
@@ -14,6 +15,7 @@ from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stam
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import probability_at, scattered_before_sorting, share_deviation
 from gap_diagnosis.suspects import betrayed_by
+from gap_diagnosis.vehicle.hypotheses import described
 from thruster_model.effects import stages
 
 __all__ = ["Logged", "Oddity", "cleaned", "common_to"]
@@ -61,7 +63,7 @@ class Logged(NamedTuple):
         """Name of it in a sentence."""
         of = "" if self.thruster is None else f" of thruster {self.thruster}"
         sensor = "" if self.sensor == "tachometer" else f" ({self.sensor})"
-        return f"{stages.LIBRARY[self.effect].title}{of}{sensor}"
+        return f"{described(self.effect).title}{of}{sensor}"
 
     @property
     def sentence(self) -> str:
@@ -163,10 +165,11 @@ def common_to(recordings: Sequence[Sequence[Oddity]]) -> tuple[Logged, ...]:
         size = float(weights @ sizes / weights.sum())
         deviation = max(float(weights.sum() ** -0.5), float(np.std(sizes)) / np.sqrt(len(shown)))
         odds = sum(oddity.log_odds for _, oddity in shown)
-        parameter = stages.LIBRARY[effect].parameters[0]
+        parameter = described(effect).parameters[0]
+        most = parameter.upper if effect in stages.LIBRARY else size  # an IMU may be turned by more than one askew is
         found.append(
             Logged(
-                effect, sensor, thruster, parameter.name, min(size, parameter.upper), deviation, parameter.unit,
+                effect, sensor, thruster, parameter.name, min(size, most), deviation, parameter.unit,
                 probability_at(odds),
             )
         )  # fmt: skip

@@ -68,6 +68,11 @@ WIRING_SEEN = 60.0
 """Chi squared of a command's column on six axes, above which it is seen to do something: 6 by chance."""
 WIRING_MARGIN = 30.0
 """Chi squared that another order must gain, with directions taken as known to 15 %: 1 in a million by chance."""
+TURNED_IMU, UPRIGHT = 2, 0.5
+"""Wrong wires that a turned IMU is as unlikely as: one exchange stays one. Share of gravity that points down on the
+mean of a recording once the IMU is read aright: a vehicle that floats upright tilts by less than 60 degrees then."""
+TURNED_BY = 0.15
+"""[rad] Deviation of the angle by which an IMU is said to be turned: so far directions of thrusts count as known."""
 PULSE_MARGIN = 1.25
 """By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
 WATCH_LOSS, WATCH_BIAS = 0.3, 0.02

@@ -8,12 +8,16 @@ b_j = M^-1 K_t,j the expected direction of thruster j, the cost of taking comman
 
 and the cheapest assignment of commands to thrusters (Hungarian) is compared with the one that the set states. M only
 weighs axes against each other. Columns of K_t that agree cannot be told apart, and that is said.
+
+An IMU that is mounted at right angles to what is believed turns all columns at once, which takes many wires to explain.
+So each of its 24 mountings R (`mounting`) is tried, c_i <- R c_i. Each wrong wire costs `WIRING_MARGIN`, a turned IMU
+that of `TURNED_IMU` wires, and the cheapest is believed.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,7 +25,8 @@ from scipy.optimize import linear_sum_assignment
 
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, WIRING_MARGIN, WIRING_SEEN
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, named, read_with, upright
+from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, TURNED_IMU, WIRING_MARGIN, WIRING_SEEN
 
 __all__ = ["Wiring", "wiring_of"]
 
@@ -35,12 +40,13 @@ class Wiring:
     Attributes:
         order: thruster that each command drives, as cheapest; signs: +1 or -1.
         margin: cost of the stated wiring above that of the cheapest, in chi squared.
-        verdict: as_stated, wrong or cannot_tell.
+        verdict: as_stated, wrong, turned (the IMU, wires as stated) or cannot_tell.
         silent: commands that move nothing that is seen, or that were never used.
         alike: groups of thrusters whose columns agree in direction.
         delay: of the motion behind the commands [s]; of which the rotors take their part.
         dead_band: of each command [V], NaN where it is not seen.
         sentences: what is said of it.
+        mounting: of the IMU, the identity where it is as stated; gain: by how much it is cheaper, in chi squared.
     """
 
     order: tuple[int, ...]
@@ -52,6 +58,13 @@ class Wiring:
     delay: float
     dead_band: tuple[float, ...]
     sentences: tuple[str, ...]
+    mounting: Array
+    gain: float
+
+    @property
+    def turned(self) -> bool:
+        """Whether the IMU is."""
+        return self.gain > 0.0
 
     def content(self) -> dict[str, Any]:
         """Return it for diagnosis.json."""
@@ -59,6 +72,7 @@ class Wiring:
             "verdict": self.verdict, "order": list(self.order), "signs": list(self.signs), "margin": self.margin,
             "silent": list(self.silent), "alike": [list(g) for g in self.alike], "delay": self.delay,
             "dead_band": [None if not np.isfinite(d) else d for d in self.dead_band], "sentences": list(self.sentences),
+            "imu_axes": list(named(self.mounting)),
         }  # fmt: skip
 
 
@@ -71,56 +85,106 @@ def wiring_of(logs: Sequence[VehicleLog], K_t: Array, mass: Array) -> Wiring:
     """
     N = K_t.shape[1]
     used = np.sqrt(np.mean([log.throttles.var(axis=0) for log in logs], axis=0)) > LEAST_EXCITATION
-    best: tuple[float, tuple[Array, list[Array]], float, float] | None = None
+    best: tuple[float, tuple[Array, Array], float, float] | None = None
     for lag, band in product((0.04, 0.12, 0.24, 0.4), (0.0, 0.4, 0.8)):
         fit = _columns(logs, lag, band)
         if best is None or fit[2] < best[0]:
             best = (fit[2], (fit[0], fit[1]), lag, band)
     assert best is not None
-    columns, spreads = best[1]
+    columns, variances = best[1]
     b = np.linalg.inv(mass) @ K_t
-    b[:3] -= 0.0
+    ways = [R for j, R in enumerate(MOUNTINGS) if j == 0 or upright(logs, R)]
+    tried = [_assigned(_turned(columns, R), _turned(variances, np.abs(R)), b, used) for R in ways]
+    prices = [each.price + WIRING_MARGIN * TURNED_IMU * (j > 0) for j, each in enumerate(tried)]
+    k = int(np.argmin(prices))
+    found, gain = tried[k], prices[0] - prices[k]
+    verdict, order, signs = _verdict(found, _alike(b))
+    if k > 0 and verdict == "as_stated":
+        verdict = "turned"
+    silent = tuple(i for i in range(N) if not found.seen[i])
+    return Wiring(
+        order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, alike=_alike(b), delay=best[2],
+        dead_band=tuple(best[3] if found.seen[i] else float("nan") for i in range(N)), mounting=ways[k], gain=gain,
+        sentences=(*_of_mounting(ways[k]), *_sentences(verdict, order, signs, silent, _alike(b), used)),
+    )  # fmt: skip
+
+
+class _Assigned(NamedTuple):
+    """Costs (N, N) of taking a command for a thruster, with signs; which commands are seen; the cheapest order."""
+
+    cost: Array
+    sign: Array
+    seen: NDArray[np.bool_]
+    order: NDArray[np.intp]
+
+    @property
+    def least(self) -> float:
+        """Cost of the cheapest order."""
+        return float(self.cost[np.arange(len(self.order)), self.order].sum())
+
+    @property
+    def margin(self) -> float:
+        """Cost of the stated wiring above it."""
+        return float(np.trace(self.cost)) - self.least
+
+    @property
+    def signs(self) -> tuple[int, ...]:
+        """Signs in the cheapest order, +1 or -1."""
+        return tuple(int(self.sign[i, j]) if self.seen[i] else 1 for i, j in enumerate(self.order))
+
+    @property
+    def price(self) -> float:
+        """Cost of the cheapest order or of the stated one, each wrong wire at its price."""
+        stated = np.arange(len(self.order))
+        wires = [np.sum(self.seen & ((j != stated) | (self.sign[stated, j] < 0.0))) for j in (self.order, stated)]
+        return float(min(self.least + WIRING_MARGIN * wires[0], np.trace(self.cost) + WIRING_MARGIN * wires[1]))
+
+
+def _assigned(columns: Array, variances: Array, b: Array, used: NDArray[np.bool_]) -> _Assigned:
+    """Return which thruster each command drives at the least cost, from its column and variances of it (6, N)."""
+    N = b.shape[1]
     cost, sign, seen = np.zeros((N, N)), np.ones((N, N)), np.zeros(N, dtype=bool)
     for i in range(N):
         good = np.isfinite(columns[:, i])
-        inverse = np.linalg.pinv(spreads[i][np.ix_(good, good)])
-        c = columns[good, i]
-        size = float(c @ inverse @ c)
-        seen[i] = used[i] and size > WIRING_SEEN
+        spread, c = np.diag(variances[good, i]), columns[good, i]
+        seen[i] = used[i] and float(c @ np.linalg.pinv(spread) @ c) > WIRING_SEEN
         # directions agree within a few percent of their size, however sharp the data
-        inverse = np.linalg.pinv(
-            spreads[i][np.ix_(good, good)] + 0.15**2 * np.diag(c**2) + 0.05**2 * (c @ c) * np.eye(c.size)
-        )
+        inverse = np.linalg.pinv(spread + 0.15**2 * np.diag(c**2) + 0.05**2 * (c @ c) * np.eye(c.size))
         for j in range(N):
             d = b[good, j]
             a = float(d @ inverse @ c) / max(float(d @ inverse @ d), 1e-12)
             sign[i, j] = 1.0 if a >= 0.0 else -1.0
             cost[i, j] = float((c - a * d) @ inverse @ (c - a * d)) if seen[i] else 0.0
-    rows, order = linear_sum_assignment(cost + 1e-6 * (1.0 - np.eye(N)))
-    signs = tuple(int(sign[i, j]) if seen[i] else 1 for i, j in zip(rows, order, strict=True))
-    stated = float(np.trace(cost))
-    wrong_sign = [i for i in range(N) if seen[i] and sign[i, i] < 0.0 and order[i] == i]
-    margin = stated - float(cost[rows, order].sum())
-    alike = _alike(b)
-    silent = tuple(i for i in range(N) if not seen[i])
-    moved = [i for i in range(N) if seen[i] and order[i] != i]
-    within = all(any({i, int(order[i])} <= set(g) for g in alike) for i in moved)
-    if (moved and margin > WIRING_MARGIN and not within) or wrong_sign:
-        verdict = "wrong"
-    elif len(silent) == N:
-        verdict = "cannot_tell"
-    else:
-        verdict, order = "as_stated", np.arange(N)
-        signs = tuple(1 for _ in range(N))
-    return Wiring(
-        order=tuple(map(int, order)), signs=signs, margin=margin, verdict=verdict, silent=silent, alike=alike,
-        delay=best[2], dead_band=tuple(best[3] if seen[i] else float("nan") for i in range(N)),
-        sentences=_sentences(verdict, order, signs, silent, alike, used),
-    )  # fmt: skip
+    _, order = linear_sum_assignment(cost + 1e-6 * (1.0 - np.eye(N)))
+    return _Assigned(cost, sign, seen, order)
 
 
-def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array, list[Array], float]:
-    """Return columns (6, N) of acceleration per volt beyond the band, their covariances, and the error left."""
+def _turned(rows: Array, R: Array) -> Array:
+    """Return columns (6, N), of force and turning, as they are where the IMU is mounted by R."""
+    return np.concatenate([read_with(each.T, R).T for each in (rows[:3], rows[3:])])
+
+
+def _verdict(found: _Assigned, alike: tuple[tuple[int, ...], ...]) -> tuple[str, tuple[int, ...], tuple[int, ...]]:
+    """Return as_stated, wrong or cannot_tell, with the order and the signs that go with it."""
+    N = len(found.order)
+    moved = [i for i in range(N) if found.seen[i] and found.order[i] != i]
+    reversed_ = any(found.seen[i] and found.sign[i, i] < 0.0 and found.order[i] == i for i in range(N))
+    within = all(any({i, int(found.order[i])} <= set(g) for g in alike) for i in moved)
+    if (moved and found.margin > WIRING_MARGIN and not within) or reversed_:
+        return "wrong", tuple(map(int, found.order)), found.signs
+    return "as_stated" if found.seen.any() else "cannot_tell", tuple(range(N)), (1,) * N
+
+
+def _of_mounting(R: Array) -> tuple[str, ...]:
+    """Return a sentence where an IMU is turned."""
+    if np.array_equal(R, MOUNTINGS[0]):
+        return ()
+    forward, starboard, down = named(R)
+    return (f"The IMU is mounted turned: its {forward} is forward, its {starboard} starboard, its {down} down.",)
+
+
+def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array, Array, float]:
+    """Return columns (6, N) of acceleration per volt beyond the band, their variances (6, N), and the error left."""
     X, Y = [], []
     for log in logs:
         u = np.sign(log.throttles) * np.maximum(np.abs(log.throttles) - band, 0.0)
@@ -162,7 +226,7 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         variance = float(np.mean(w**2)) * (1.0 + again) / (1.0 - again)
         columns[a], variances[a] = beta[:N], variance * np.diag(inverse)[:N]
         left += good.sum() * np.log(max(float(np.mean(w**2)), 1e-12))
-    return columns, [np.diag(np.nan_to_num(variances[:, i], nan=1.0)) for i in range(N)], left
+    return columns, variances, left
 
 
 def _alike(b: Array) -> tuple[tuple[int, ...], ...]:

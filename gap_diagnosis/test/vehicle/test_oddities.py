@@ -112,3 +112,15 @@ def test_a_diagnosis_names_what_the_log_shows_and_no_physics_beside_it(healthy: 
     assert found["verdict"] == "effect"
     assert [(each["id"], each["thruster"]) for each in found["effects"]] == [("tach_dropout", 2)]
     assert "blind at low speed of thruster 2" in found["summary"]
+
+
+def test_a_turned_imu_is_read_aright_and_is_all_that_is_named(healthy: list[Topic], tmp_path: Path) -> None:
+    log = read(healthy, tmp_path)
+    told = log.told.copy()
+    told[:, 3:6], told[:, 6:9] = told[:, [4, 3, 5]] * [1, -1, 1], told[:, [7, 6, 8]] * [1, -1, 1]
+    turned = replace(log, told=told)
+    few = ("thruster_swap", "thruster_polarity", "thrust_loss")
+    found = diagnosed(MODEL, [turned], {"runs": ["sealed"]}, only=lambda h: h.effect in few, how_far=False).content
+    assert [(each["id"], each["sensor"]) for each in found["effects"]] == [("imu_misalignment", "imu")]
+    assert (found["wiring"]["verdict"], found["wiring"]["imu_axes"]) == ("turned", ["-y", "x", "z"])
+    assert found["summary"].startswith("The IMU is mounted turned: its -y is forward")

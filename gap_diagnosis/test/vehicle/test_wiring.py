@@ -6,8 +6,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, mounted, named
 from gap_diagnosis.vehicle.wiring import wiring_of
 from thruster_model.vehicle_set_io import load_vehicle_set
 
@@ -89,3 +91,52 @@ def test_without_an_attitude_the_gyro_alone_tells_a_wrong_wire() -> None:
     turned = replace(driven(VEHICLE.configuration, range(6), [1.0, -1.0] + [1.0] * 4), attitude=blind.attitude)
     found = wiring_of([turned], VEHICLE.configuration, MASS)
     assert (found.verdict, found.signs) == ("wrong", (1, -1, 1, 1, 1, 1))
+
+
+@pytest.mark.parametrize("attitude", ["right", "turned too", "none"])
+@pytest.mark.parametrize("k", [1, 7, 13, 22])
+def test_a_turned_imu_is_one_finding_and_no_wrong_wire(k: int, attitude: str) -> None:
+    R = MOUNTINGS[k]
+    true = driven(VEHICLE.configuration, range(6), [1.0] * 6)
+    told = true.told.copy()
+    for at in (slice(3, 6), slice(6, 9)):
+        told[:, at] = true.told[:, at] @ R  # R^T y
+    q = {"right": (1.0, 0.0, 0.0, 0.0), "none": (np.nan,) * 4}.get(attitude)
+    if q is None:
+        q = Rotation.from_matrix(R).as_quat()[[3, 0, 1, 2]]
+    log = replace(true, told=told, attitude=np.tile(q, (len(told), 1)))
+    found = wiring_of([log], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.order, found.signs) == ("turned", tuple(range(6)), (1,) * 6)
+    np.testing.assert_array_equal(found.mounting, R)
+    assert found.sentences[0].startswith("The IMU is mounted turned: its ")
+    read = mounted(log, found.mounting, found.gain)
+    np.testing.assert_allclose(read.told, true.told)
+    assert [each.effect for each in read.oddities] == ["imu_misalignment"]
+
+
+def test_there_are_24_mountings_and_the_stated_one_is_the_first() -> None:
+    assert len({R.tobytes() for R in MOUNTINGS}) == 24
+    np.testing.assert_array_equal(MOUNTINGS[0], np.eye(3))
+    assert named(np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])) == ("-y", "x", "z")
+
+
+def test_a_turned_imu_hides_no_wrong_wire_beside_it() -> None:
+    true = driven(VEHICLE.configuration, [0, 1, 2, 4, 3, 5], [1.0] * 6)
+    told = true.told.copy()
+    told[:, 3:6], told[:, 6:9] = true.told[:, 3:6] @ MOUNTINGS[5], true.told[:, 6:9] @ MOUNTINGS[5]
+    found = wiring_of([replace(true, told=told)], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.order, found.turned) == ("wrong", (0, 1, 2, 4, 3, 5), True)
+
+
+@pytest.mark.parametrize("turn", [R for R in MOUNTINGS if R[2, 2] == 1.0])
+def test_an_attitude_is_turned_back_where_it_was_turned_with_the_gyro(turn: Array) -> None:
+    t = 0.04 * np.arange(400)
+    body = Rotation.from_euler("ZYX", np.stack((np.sin(t), 0.3 * np.sin(1.3 * t), 0.4 * np.cos(0.7 * t)), axis=1))
+    rates = (body[:-1].inv() * body[1:]).as_rotvec() / 0.04
+    true = driven(VEHICLE.configuration, range(6), [1.0] * 6)
+    told = true.told[:400].copy()
+    told[:, 3:6] = np.vstack((rates, rates[-1])) @ turn
+    for given in (body, body * Rotation.from_matrix(turn)):
+        log = replace(true.part(0, 400), told=told, attitude=given.as_quat()[:, [3, 0, 1, 2]])
+        read = Rotation.from_quat(mounted(log, turn, 1.0).attitude[:, [1, 2, 3, 0]])
+        assert (read.inv() * body).magnitude().max() < 1e-6
