@@ -230,6 +230,16 @@ def test_a_velocimeter_that_lasts_for_days_is_on_no_common_clock(tmp_path):
         run_of(tmp_path, tmp_path / "out")
 
 
+@pytest.mark.parametrize("offset", [1e5, 12.5])
+def test_a_velocimeter_beside_the_load_cells_recording_is_refused(tmp_path, offset):
+    open_loop(tmp_path, "ap3V")
+    made.write_dat(tmp_path / "ap3V.dat", np.arange(300) * 0.04, np.full(300, 0.1))
+    told = rf"ap3V: expected .* to overlap the load cell's, 0 to 11.999 s; found {offset:g} to .* by --adv-offset"
+    with pytest.raises(RecordingError, match=told):
+        run_of(tmp_path, tmp_path / "out", BenchOptions(adv_offset=offset))
+    run_of(tmp_path, tmp_path / "other", BenchOptions(adv_offset=3.0))
+
+
 def test_axes_by_hand():
     force, torque = to_thruster(np.array([[1.0, 2, 3]]), np.array([[4.0, 5, 6]]), reversed_fixture=False)
     assert force.tolist() == [[-2, 1, 3]] and torque.tolist() == [[5, -4, -6]]

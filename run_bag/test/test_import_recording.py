@@ -308,6 +308,21 @@ def test_what_is_asked_about_is_refused_until_it_is_written(tmp_path, capsys):
     assert main(arguments) == 0
 
 
+def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("t,u\n10,0\n11,1\n12,2\n")
+    (tmp_path / "b.csv").write_text("t,n\n100010,5\n100011,6\n100012,7\n")
+    channels = ["throttle.commanded: {column: u, unit: V}", "state.n: {column: n, unit: rad/s}"]
+    told = "\n".join(["time: {column: t, unit: s}", *(f"thruster_0/{channel}" for channel in channels)])
+    (tmp_path / "map.yaml").write_text(told)
+    files = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv")]
+    assert main([*files, "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
+    expected = (
+        "a.csv: expected times on the clock of the other files, 100010.000 to 100012.000 s; found 10.000 to 12.000 s"
+    )
+    assert expected in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+
+
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
     run = imported(tmp_path, table(tmp_path / "x.csv"), "thruster_0/state.n: {column: 3, time_column: 1, unit: rpm}")
     assert main([str(tmp_path / "run"), "--guess"]) == 0

@@ -27,7 +27,8 @@ def flow_topics(
     """Return flow and raw samples; `sign` is that of the throttle.
 
     Raises:
-        RecordingError: the offset puts the recording before the start of the clock, or nothing tells it.
+        RecordingError: the offset puts the recording before the start of the clock or beside the load cell's, or
+            nothing tells it.
     """
     kind = options.adv or ("ambient" if "ambient" in stem.lower() else "axial")
     log.add("flow measured", kind, "", "told by the user" if options.adv else "from the name of the recording")
@@ -52,6 +53,12 @@ def flow_topics(
         raise RecordingError(
             f"expected an offset of the velocimeter of at least -1 s, found {offset:g} s", found=offset
         )
+    if offset > csv_time[-1] or offset + time[-1] < csv_time[0]:
+        text = (
+            f"{stem}: expected the velocimeter's recording to overlap the load cell's, {csv_time[0]:g} to "
+            f"{csv_time[-1]:g} s; found {offset:g} to {offset + time[-1]:g} s on its clock, by --adv-offset"
+        )
+        raise RecordingError(text, expected=[float(csv_time[0]), float(csv_time[-1])], found=offset)
     lost = np.round(np.diff(time) / step).astype(int) - 1
     if (lost > 0).any():
         log.add("velocimeter samples missing", int(lost[lost > 0].sum()), "1", "from gaps in its time column")

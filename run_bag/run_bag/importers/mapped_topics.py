@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -34,13 +35,15 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     """Return the topics, and warnings; channels of one topic with different times are merged, NaN in the gaps.
 
     Raises:
-        RecordingError: a column is missing or in two files, a cell is no number, or rows are out of order.
+        RecordingError: a column is missing or in two files, a cell is no number, rows are out of order, or a file
+            lasts while no other one does.
     """
     places = [(e, _place(sources, e)) for e in told.mapped]
     for source in sources:
         if isinstance(source, CsvSource):
             source.prepare([e for e, at in places if at is source])
     read = [(e, at, at.series(e)) for e, at in places]
+    _refuse_apart([(at, series) for _, at, series in read])
     start = min(_first(series) for _, _, series in read)
     parts: dict[str, list[_Part]] = {}
     for e, at, series in read:
@@ -74,6 +77,23 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
             fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
     return made, warnings
+
+
+def _refuse_apart(read: Sequence[tuple[Source, Series]]) -> None:
+    """Refuse a file of which all samples lie before or after those of the others: its clock is another one."""
+    spans: dict[Path, tuple[int, int]] = {}
+    for source, series in read:
+        if series.stamps.size:
+            own = series.origin + int(series.stamps[0]), series.origin + int(series.stamps[-1])
+            first, last = spans.get(source.path, own)
+            spans[source.path] = min(first, own[0]), max(last, own[1])
+    for path, (first, last) in spans.items():
+        others = [span for other, span in spans.items() if other != path]
+        if others and all(last < begin or end < first for begin, end in others):
+            begin, end = min(span[0] for span in others), max(span[1] for span in others)
+            expected = f"on the clock of the other files, {begin / SECOND:.3f} to {end / SECOND:.3f} s"
+            text = f"{path}: expected times {expected}; found {first / SECOND:.3f} to {last / SECOND:.3f} s"
+            raise RecordingError(text, path=path, expected=[begin, end], found=[first, last])
 
 
 def _refuse_parted(topic: str, fields: Mapping[str, Array]) -> None:
