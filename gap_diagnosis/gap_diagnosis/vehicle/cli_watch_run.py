@@ -9,6 +9,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.false_alarms import stated_rate
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.watching import Watch
 from run_bag import RunError
@@ -46,7 +47,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             if key not in told:
                 told.add(key)
                 print(f"{watch.time:.1f} s: {alarm.words} (log ratio {alarm.log_ratio:.0f})")
-    print(f"{log.duration:.0f} s watched, {len(told)} alarms")
+    print(f"{log.duration:.0f} s watched, {len(told)} alarms; false alarms [1/h]: {stated_rate(given.threshold)}")
     return 0
 
 

@@ -9,7 +9,7 @@ nearer to the failure, not only as near as a misfit of the healthy vehicle may p
 failure that is not believed (g = 0) begins at the believed state with each piece, as the failure would.
 
 A failure that does not matter (a thruster at rest) adds nothing either way. Loss of thrust is followed at two sizes, so
-that its own size comes from the parabola through both: l(s) = a s - b s^2 / 2.
+that its own size comes from the parabola through both: l(s) = a s - b s^2 / 2. So is a bias, at its size either way.
 """
 
 from collections.abc import Mapping, Sequence
@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.false_alarms import probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
 from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
@@ -39,7 +40,8 @@ _FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """A failure: of which thruster or sensor, its size with deviation, log likelihood ratio, since when [s]."""
+    """A failure: of which thruster or sensor, its size with deviation, log likelihood ratio, probability, since when
+    and found when [s]."""
 
     effect: str
     thruster: int | None
@@ -47,17 +49,24 @@ class Alarm:
     size: float
     deviation: float
     log_ratio: float
+    probability: float
     since: float
+    found: float
 
     @property
     def words(self) -> str:
         """It in a sentence."""
+        sure = f"p {self.probability:.2f}" if self.probability < 0.995 else "p > 0.99"
+        told = f"{sure}; {self.found - self.since:.0f} s after it began"
         if self.thruster is not None:
-            return (
-                f"thruster {self.thruster}: loses {100 * self.size:.0f} ± {100 * self.deviation:.0f} % thrust, "
-                f"since {self.since:.0f} s"
-            )
-        return f"{self.sensor}: off by {self.size:.3g}, since {self.since:.0f} s"
+            return f"thruster {self.thruster}: loses {_told(100 * self.size, 100 * self.deviation)} % thrust, {told}"
+        return f"{self.sensor}: off by {_told(self.size, self.deviation)} rad/s, {told}"
+
+
+def _told(value: float, deviation: float) -> str:
+    """Return both in words; the deviation has a digit that is not 0, and the value no more places than it."""
+    places = max(0, -int(np.floor(np.log10(deviation))))
+    return f"{value:.{places}f} ± {deviation:.{places}f}"
 
 
 class _Branch:
@@ -124,8 +133,7 @@ def _accumulated(  # type: ignore[no-untyped-def]
         for j in range(B - 1):
             ratios[j] += 0.5 * gained[j + 1] - forget * period
             sums[0, j] += 0.5 * (whole[0] - whole[j + 1])
-            if j < 2 * N:  # losses come in pairs of sizes
-                sums[1, j] += 0.5 * (whole[0] - whole[j + 2 if j % 2 == 0 else j])
+            sums[1, j] += 0.5 * (whole[0] - whole[j + 2 if j % 2 == 0 else j])  # each size has its other one beside
             if ratios[j] < 0.0:
                 ratios[j], sums[0, j], sums[1, j], since[j] = 0.0, 0.0, 0.0, now
 
@@ -141,9 +149,8 @@ class Watch:
         self.threshold = threshold
         self._model, self._noises, self._values = model, noises, dict(values or {})
         N = model.thrusters
-        self._losses = (rules.WATCH_LOSS, 1.0)
         self.names: list[tuple[str, int | None, str | None, float]] = [
-            ("thrust_loss", i, None, s) for i in range(N) for s in self._losses
+            ("thrust_loss", i, None, s) for i in range(N) for s in (rules.WATCH_LOSS, 1.0)
         ]
         self.names += [
             ("imu_bias", None, f"gyro {axis}", sign * rules.WATCH_BIAS) for axis in "xyz" for sign in (1.0, -1.0)
@@ -151,13 +158,18 @@ class Watch:
         self.ratios = np.zeros(len(self.names))
         self._sums = np.zeros((2, len(self.names)))
         """Since the last reset, no reading bounded: of each size's own log ratio and of the other size's."""
-        self._since = np.zeros(len(self.names))
+        self._since, self._found = np.zeros(len(self.names)), np.full(len(self.names), np.nan)
+        self.time = 0.0
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew with what sensors tell next: after a gap, or where the vehicle was lost."""
         self._branches: list[_Branch] = []
         self._P: Array | None = None
         self._flows: Array | None = None
         self._P_n: Array | None = None
         self._state: Array | None = None
-        self.time = self._begun = 0.0
+        self._begun = self.time
 
     def _effects(self, name: tuple[str, int | None, str | None, float]) -> tuple[ActiveVehicleEffect, ...]:
         effect, thruster, sensor, size = name
@@ -209,35 +221,37 @@ class Watch:
         self._state = out[3][0, -1]
         if self.time < self._begun + rules.WATCH_SETTLING:
             self.ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
-        if not done[0]:  # the vehicle is lost: begin anew with what the sensors tell
-            self._branches, self._P, self._P_n, self._state, self._begun = [], None, None, None, self.time
-            self._flows = None
+        if not done[0]:  # the vehicle is lost
+            self.begin()
+        over = self.ratios >= self.threshold
+        self._found[over & np.isnan(self._found)] = self.time
+        self._found[self.ratios <= 0.0] = np.nan
         return self._alarms()
 
     def _alarms(self) -> list[Alarm]:
-        found: list[Alarm] = []
+        """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""
+        if self.ratios.max() < self.threshold:
+            return []
+        nearer: dict[tuple[str, int | None, str | None], int] = {}
         for j in np.argsort(-self.ratios):
-            if self.ratios[j] < self.threshold:
-                break
-            effect, thruster, sensor, size = self.names[j]
-            if thruster is not None and any(a.thruster == thruster for a in found):
-                continue
-            fitted, deviation = size, abs(size)
-            if effect == "thrust_loss":
-                other = self._losses[1] if size == self._losses[0] else self._losses[0]
-                fitted, deviation = _parabola(size, self._sums[0, j], other, self._sums[1, j])
-            found.append(
-                Alarm(
-                    effect=effect,
-                    thruster=thruster,
-                    sensor=sensor,
-                    size=fitted,
-                    deviation=deviation,
-                    log_ratio=float(self.ratios[j]),
-                    since=float(self._since[j]),
-                )
-            )
-        return found
+            if self.ratios[j] > 0.0:
+                nearer.setdefault(self.names[j][:3], int(j))
+        leading = list(nearer.values())
+        sure = probabilities(list(self.ratios[leading]))
+        return [
+            self._alarm(j, float(p)) for j, p in zip(leading, sure, strict=True) if self.ratios[j] >= self.threshold
+        ]
+
+    def _alarm(self, j: int, probability: float) -> Alarm:
+        effect, thruster, sensor, size = self.names[j]
+        fitted, deviation = _parabola(size, self._sums[0, j], self.names[j ^ 1][3], self._sums[1, j])
+        if effect == "thrust_loss":
+            fitted = float(np.clip(fitted, 0.0, 1.2))
+        return Alarm(
+            effect=effect, thruster=thruster, sensor=sensor, size=fitted, deviation=deviation,
+            log_ratio=float(self.ratios[j]), probability=probability, since=float(self._since[j]),
+            found=float(self._found[j]),
+        )  # fmt: skip
 
 
 def _parabola(s: float, l: float, t: float, m: float) -> tuple[float, float]:  # noqa: E741
@@ -246,4 +260,4 @@ def _parabola(s: float, l: float, t: float, m: float) -> tuple[float, float]:  #
     a = l / s + 0.5 * b * s
     if b <= 0.0:
         return (s if l > m else t), abs(t - s)
-    return float(np.clip(a / b, 0.0, 1.2)), float(b**-0.5)
+    return float(a / b), float(b**-0.5)
