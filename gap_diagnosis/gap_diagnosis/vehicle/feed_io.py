@@ -1,62 +1,112 @@
-"""Readings as they come in, cut into pieces of a vehicle's log that follow each other without a gap."""
+"""Readings as they come in, cut into pieces of a vehicle's log that follow each other without a gap.
+
+Topics are stamped as they please. What is known is known up to the least of the throttles' latest stamps: a throttle is
+held until the next one comes. One that does not come for `silence` is waited for no longer, and counts as zero from
+then on, as drivers take it.
+"""
 
 from collections import defaultdict
+from collections.abc import Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import log_of
 from gap_diagnosis.vehicle.rules import PERIOD
-from run_bag import Channel, Run, RunError
+from run_bag import Channel, Run
 
 __all__ = ["Feed"]
 
-_KEPT = 1.5  # s of readings before a piece: what a parabola or a held throttle needs
+_KEPT = 3.5  # s of readings before a piece: what three readings of a battery or a held throttle need
 _NANO = 1_000_000_000
 
 
 class Feed:
     """Collects readings by channel; `piece` gives what has become complete."""
 
-    def __init__(self, thrusters: int, piece: float = 1.0, late: float = 0.15) -> None:
-        """Pieces of so many seconds; a piece is complete `late` [s] after its end."""
-        self._thrusters, self._piece, self._late = thrusters, piece, late
+    def __init__(self, thrusters: int, piece: float = 1.0, late: float = 0.15, silence: float = 1.0) -> None:
+        """Pieces of so many seconds; one is complete when all is known up to `late` [s] after its end.
+
+        A throttle is silent after `silence` [s], by the stamps of all readings: far longer than any loop's period.
+        """
+        self._thrusters, self._late = thrusters, round(late * _NANO)
+        self._piece, self._silence = round(piece * _NANO), round(silence * _NANO)
         self._stamps: dict[str, list[int]] = defaultdict(list)
         self._values: dict[str, list[float]] = defaultdict(list)
+        self._throttles: dict[int, int] = {}
+        self._first = self._newest = 0
         self._next: int | None = None
 
-    def add(self, channel: str, stamp: int, value: float) -> None:
-        """Take one reading, stamped [ns]; one that is older than the one before it is left out."""
-        stamps = self._stamps[channel]
-        if not stamps or stamp >= stamps[-1]:
-            stamps.append(stamp)
-            self._values[channel].append(value)
+    def add(self, stamp: int, readings: Mapping[str, float]) -> None:
+        """Take readings by channel, stamped [ns]; one that is older than the one before it is left out."""
+        self._first, self._newest = self._first or stamp, max(self._newest, stamp)
+        for channel, value in readings.items():
+            stamps = self._stamps[channel]
+            if not stamps or stamp >= stamps[-1]:
+                stamps.append(stamp)
+                self._values[channel].append(value)
+
+    def add_throttle(self, thruster: int, stamp: int, commanded: float) -> None:
+        """Take a thruster's throttle [V], as `add` does."""
+        self._throttles[thruster] = stamp
+        self.add(stamp, {f"thruster_{thruster}/throttle.commanded": commanded})
+
+    @property
+    def known(self) -> int | None:
+        """Instant [ns] up to which all throttles are known; None while one has not come that may still come."""
+        patient = self._newest - self._silence
+        if len(self._throttles) == self._thrusters:
+            return max(min(self._throttles.values()), patient)
+        return patient if self._throttles and patient >= self._first else None
+
+    @property
+    def silent(self) -> list[int]:
+        """Thrusters whose throttles are waited for no longer."""
+        oldest = self._newest - self._silence
+        return [i for i in range(self._thrusters) if self._throttles.get(i, self._first) < oldest]
 
     def piece(self) -> VehicleLog | None:
-        """Return the next piece, or None while it is not complete."""
-        newest = max((s[-1] for name, s in self._stamps.items() if s and "throttle" in name), default=None)
-        if newest is None:
+        """Return the next piece, or None while it is not complete.
+
+        Raises:
+            RunError: nothing in it tells the vehicle's motion; the next one follows after it.
+        """
+        known = self.known
+        if known is None:
             return None
         if self._next is None:
-            self._next = newest
-        end = self._next + round(self._piece * _NANO)
-        if newest < end + round(self._late * _NANO):
+            self._next = known
+        end = self._next + self._piece
+        if known < end + self._late:
             return None
-        oldest = self._next - round(_KEPT * _NANO)
+        begin, self._next = self._next, end
+        run = Run(name="watched", channels=self._channels(begin - round(_KEPT * _NANO)))
+        first = (begin - run.start) / _NANO
+        grid = np.asarray(first + PERIOD * np.arange(round(self._piece / _NANO / PERIOD)), dtype=np.float64)
+        return log_of(run, self._thrusters, grid=grid)
+
+    def _channels(self, oldest: int) -> dict[str, Channel]:
+        """Return all readings from the oldest instant [ns] on, and forget what came before."""
         channels = {}
         for name, stamps in self._stamps.items():
             keep = next((k for k, s in enumerate(stamps) if s >= oldest), len(stamps))
-            if "throttle" in name:  # held ones act on after they were told
+            held = "throttle" in name
+            if held:  # it acts on after it was told
                 keep = max(keep - 1, 0)
             del stamps[:keep], self._values[name][:keep]
             if stamps:
-                values = np.array(self._values[name])
-                channels[name] = Channel(name=name, stamps=np.array(stamps, dtype=np.int64), values=values)
-        run = Run(name="watched", channels=channels)
-        first = (self._next - run.start) / _NANO
-        grid = np.asarray(first + PERIOD * np.arange(round(self._piece / PERIOD)), dtype=np.float64)
-        self._next = end
-        try:
-            return log_of(run, self._thrusters, grid=grid)
-        except RunError:
-            return None
+                at, values = np.array(stamps, dtype=np.int64), np.array(self._values[name])
+                channels[name] = Channel(name=name, stamps=at, values=values)
+                if held:
+                    channels[name] = self._zero_where_silent(channels[name])
+        return channels
+
+    def _zero_where_silent(self, held: Channel) -> Channel:
+        stamps: NDArray[np.int64] = np.asarray(held.stamps, dtype=np.int64)
+        gone = np.flatnonzero(np.diff(np.append(stamps, self._newest)) > self._silence)
+        return Channel(
+            name=held.name,
+            stamps=np.insert(stamps, gone + 1, stamps[gone] + self._silence),
+            values=np.insert(held.values, gone + 1, 0.0),
+        )

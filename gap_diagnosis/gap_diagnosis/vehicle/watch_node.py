@@ -1,24 +1,28 @@
 """The vehicle's health on line: sequential tests on innovations, in /diagnostics; rov/thruster_failure on request.
 
-subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/depth, rov/velocity; what is not there is done without
-publishes   /diagnostics; rov/thruster_failure on request; ~/watched, stamped with each instant that all throttles have
-            come for: what a lockstep waits for, so that an alarm does not depend on how fast time is simulated
+subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/odometry, rov/depth, rov/velocity, rov/battery; what is
+            not there is done without, and a throttle that falls silent counts as zero, as for a driver
+publishes   /diagnostics; rov/thruster_failure on request; ~/watched, stamped with each instant up to which all
+            throttles are known: what a lockstep waits for, so that an alarm does not depend on how fast time passes
 """
 
 import sys
+from collections.abc import Mapping, Sequence
 from functools import partial
 from math import nan
 from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import TwistWithCovarianceStamped
+from nav_msgs.msg import Odometry
 from rclpy.node import Node
-from sensor_msgs.msg import Imu
+from sensor_msgs.msg import BatteryState, Imu
 from std_msgs.msg import Header
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.false_alarms import stated_rate
 from gap_diagnosis.vehicle.feed_io import Feed
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.watching import Alarm, Watch
@@ -29,7 +33,9 @@ from thruster_runtime.diagnostics import Diagnostics
 from thruster_runtime.errors import StartRefused
 from thruster_runtime.node_main import node_main
 from thruster_runtime.parameters import Parameter, declare
+from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, format_of, listen
+from thruster_runtime.stamps import nanoseconds
 
 __all__ = ["PARAMETERS", "VehicleWatch", "main"]
 
@@ -51,6 +57,21 @@ PARAMETERS = (
 _SURE = 0.25
 
 
+def _fields(**axes_of: str) -> dict[str, str]:
+    """Return fields of a record by their paths in the message, of parts with their axes."""
+    paths = [f"{part.replace('__', '.')}.{axis}" for part, axes in axes_of.items() for axis in axes]
+    return {path: path.replace(".", "_") for path in paths}
+
+
+_TOLD: dict[str, tuple[type, dict[str, str]]] = {
+    "rov/imu": (Imu, _fields(orientation="wxyz", angular_velocity="xyz", linear_acceleration="xyz")),
+    "rov/odometry": (Odometry, _fields(pose__pose__orientation="wxyz", twist__twist__angular="xyz")),
+    "rov/depth": (Depth, {"depth": "depth"}),
+    "rov/velocity": (TwistWithCovarianceStamped, _fields(twist__twist__linear="xyz")),
+}
+"""What is read of each topic: its type, and the record's field by the path that a recording has it under."""
+
+
 class VehicleWatch(Node):
     """One `Watch`, fed by topics."""
 
@@ -68,54 +89,70 @@ class VehicleWatch(Node):
         self._diagnostics = Diagnostics(self)
         self._failures = RecordPublisher(self, ThrusterFailure, "rov/thruster_failure")
         self._watched = RecordPublisher(self, Header, f"{self.get_name()}/watched")
-        self._throttles: dict[int, int] = dict.fromkeys(range(model.thrusters), -1)
+        self._known: int | None = None
+        self._rate = stated_rate(values["threshold"])
         for i in range(model.thrusters):
             listen(self, Throttle, f"thruster_{i}/throttle", partial(self._on_throttle, i))
             listen(self, ThrusterState, f"thruster_{i}/state", partial(self._on_state, i))
-        listen(self, Imu, "rov/imu", self._on_imu)
-        listen(self, Depth, "rov/depth", self._on_depth)
-        listen(self, TwistWithCovarianceStamped, "rov/velocity", self._on_velocity)
-        self._diagnostics.report("ok", "waiting for throttles")
+        for topic, (kind, fields) in _TOLD.items():
+            listen(self, kind, topic, partial(self._on_sensor, topic, fields))
+        self.create_subscription(BatteryState, "rov/battery", self._on_battery, RELIABLE)
+        self.get_logger().info(f"watching {model.thrusters} thrusters and the gyro; false alarms: {self._rate}")
+        self._diagnostics.report("ok", "waiting for throttles", self._values())
 
     def _on_throttle(self, i: int, throttle: Any) -> None:
-        self._feed.add(f"thruster_{i}/throttle.commanded", throttle.stamp, throttle.commanded)
-        self._throttles[i] = throttle.stamp
-        if min(self._throttles.values()) == throttle.stamp:
-            self._look(throttle.stamp)
-            self._watched.publish(_HEADER.record(throttle.stamp, ""))
+        self._feed.add_throttle(i, throttle.stamp, throttle.commanded)
+        self._advance()
 
     def _on_state(self, i: int, state: Any) -> None:
-        self._feed.add(f"thruster_{i}/state.n", state.stamp, state.n)
-        self._feed.add(f"thruster_{i}/state.sign_source", state.stamp, float(state.sign_source))
+        of = f"thruster_{i}/state"
+        self._feed.add(state.stamp, {f"{of}.n": state.n, f"{of}.sign_source": float(state.sign_source)})
 
-    def _on_imu(self, imu: Any) -> None:
-        for field, axes in (("orientation", "wxyz"), ("angular_velocity", "xyz"), ("linear_acceleration", "xyz")):
-            for axis in axes:
-                self._feed.add(f"rov/imu.{field}.{axis}", imu.stamp, getattr(imu, f"{field}_{axis}"))
+    def _on_sensor(self, topic: str, fields: Mapping[str, str], record: Any) -> None:
+        self._feed.add(record.stamp, {f"{topic}.{path}": getattr(record, name) for path, name in fields.items()})
+        self._advance()
 
-    def _on_depth(self, depth: Any) -> None:
-        self._feed.add("rov/depth.depth", depth.stamp, depth.depth)
+    def _on_battery(self, battery: BatteryState) -> None:
+        told = {"rov/battery.voltage": battery.voltage, "rov/battery.current": battery.current}
+        self._feed.add(nanoseconds(battery.header.stamp), told)
 
-    def _on_velocity(self, velocity: Any) -> None:
-        for axis in "xyz":
-            value = getattr(velocity, f"twist_twist_linear_{axis}")
-            self._feed.add(f"rov/velocity.twist.twist.linear.{axis}", velocity.stamp, value)
+    def _advance(self) -> None:
+        """Look, and say so, if all throttles are known farther than they were."""
+        known = self._feed.known
+        if known is not None and known != self._known:
+            self._known = known
+            self._look(known)
+            self._watched.publish(_HEADER.record(known, ""))
 
     def _look(self, stamp: int) -> None:
-        piece = self._feed.piece()
+        try:
+            piece = self._feed.piece()
+        except RunError as error:
+            self._watch.begin()
+            self._diagnostics.report("warn", f"not watching: {error}", self._values())
+            return
         if piece is None:
+            return
+        silent = self._feed.silent
+        if len(silent) == piece.thrusters:
+            self._watch.begin()
+            self._diagnostics.report("warn", "not watching: all throttles are silent", self._values())
             return
         alarms = self._watch.step(piece)
         if not alarms:
-            self._diagnostics.report("ok", "well", {"watched [s]": round(self._watch.time)})
+            without = f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero" if silent else ""
+            self._diagnostics.report("warn" if silent else "ok", without or "well", self._values())
             return
-        ratios = {
-            f"log ratio of {a.effect} {a.thruster if a.thruster is not None else a.sensor} [1]": a.log_ratio
-            for a in alarms
-        }
-        self._diagnostics.report("error", alarms[0].words, ratios)
+        self._diagnostics.report("error", alarms[0].words, self._values(alarms))
         if self._report_failures:
             self._fail(alarms[0], stamp)
+
+    def _values(self, alarms: Sequence[Alarm] = ()) -> dict[str, object]:
+        values: dict[str, object] = {"watched [s]": round(self._watch.time), "false alarms [1/h]": self._rate}
+        for alarm in alarms:
+            of = f"{alarm.effect} {alarm.thruster if alarm.thruster is not None else alarm.sensor}"
+            values |= {f"log ratio of {of} [1]": alarm.log_ratio, f"probability of {of} [1]": alarm.probability}
+        return values
 
     def _fail(self, alarm: Alarm, stamp: int) -> None:
         if alarm.thruster is None or alarm.deviation > _SURE or alarm.thruster in self._reported:
