@@ -15,7 +15,7 @@ from thruster_model.errors import UnfitDataError
 from thruster_model.identification import experiment_io
 from thruster_model.identification.experiment import CHANNELS
 from thruster_model.identification.preparation import noise_level, rest_window, tare_unsigned_speed
-from thruster_model.identification.speed_sign import NEAR_REST, lacks_sign, signed_speed, unsigned
+from thruster_model.identification.speed_sign import NEAR_REST, lacks_sign, signed_speed, unsigned, with_known_sign
 
 __all__ = ["read_recordings", "recordings_of"]
 
@@ -133,8 +133,8 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         expected = ", ".join(f"{prefix}/{channel}" for channel in CHANNELS.values())
         found = "; ".join(warnings) or f"found {', '.join(run)}"
         raise UnfitDataError([f"{run.name}: expected one of {expected}; {found}"])
-    if "speed" in signals and _has_magnitudes(run, prefix):
-        signals["speed"] = _signed(*signals["speed"], commands)
+    if "speed" in signals:
+        signals["speed"] = _with_sign(run, prefix, signals["speed"], commands)
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
     recordings: list[Recording] = []
     supply = _supply(run, f"{prefix}/state.supply_voltage")
@@ -193,9 +193,14 @@ def _is_raw(run: Run, prefix: str) -> bool:
     return f"{prefix}/throttle_sent.sent" in run or not lacks_sign(run[sign].values, run[speed].values)
 
 
-def _has_magnitudes(run: Run, prefix: str) -> bool:
-    sign = f"{prefix}/state.sign_source"
-    return sign in run and lacks_sign(run[sign].values, run[f"{prefix}/state.n"].values)
+def _with_sign(run: Run, prefix: str, speed: Samples, throttle: Samples) -> Samples:
+    """Return speeds with their signs; NaN where nothing tells one."""
+    sign, values = f"{prefix}/state.sign_source", run[f"{prefix}/state.n"].values
+    if sign not in run:
+        return speed
+    if lacks_sign(run[sign].values, values):
+        return _signed(*speed, throttle)
+    return speed[0], with_known_sign(run[sign].values[np.isfinite(values)], speed[1])
 
 
 def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:

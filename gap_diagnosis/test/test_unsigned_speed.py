@@ -78,3 +78,16 @@ def test_a_rotor_that_is_never_reversed_keeps_all_its_readings(sense):
     magnitude = 50.0 + 20.0 * np.sin(time)
     throttle = (np.array([0.0, 5.0]), sense * np.array([2.0, 3.0]))
     np.testing.assert_array_equal(signed_speed(time, magnitude, throttle), sense * magnitude)
+
+
+def test_single_readings_whose_sign_is_unknown_are_not_measured_unless_near_rest(tmp_path):
+    at = np.arange(0.0, 10.0, 0.02)
+    truth = np.interp(at, [0.0, 2.0, 4.0, 5.0, 7.0, 10.0], [0.0, 0.0, 80.0, 80.0, -80.0, -80.0])
+    read = truth + NOISE * np.random.default_rng(4).standard_normal(at.size)
+    unsure = (at > 5.5) & (at < 6.5) | (at < 1.0)
+    fields = {"n": np.where(unsure, np.abs(read), read), "sign_source": np.where(unsure, 0, 1)}
+    topics = [topic("state", "ThrusterState", at, fields), topic("throttle", "Throttle", at, {"commanded": truth / 30})]
+    (recording,) = read_recordings([write_run(tmp_path / "run", topics, {})])
+    speed = recording.experiment.measurements["speed"].values
+    assert np.isnan(speed[unsure & (np.abs(truth) > 5.0)]).all()
+    assert np.isfinite(speed[~unsure]).all() and np.mean(np.isfinite(speed[at < 1.0])) > 0.95

@@ -12,7 +12,7 @@ from run_bag.importers.cli_bench import main
 from run_bag.importers.decisions import Decisions
 from run_bag.importers.open_loop import open_loop_topics
 from run_bag.importers.options import BenchOptions, throttle_from_name
-from run_bag.importers.signals import infer_sign
+from run_bag.importers.signals import infer_sign, sign_unknown
 from run_bag.importers.wrench import to_thruster
 
 _spec = importlib.util.spec_from_file_location("synthetic_bench", Path(__file__).with_name("synthetic_bench.py"))
@@ -174,10 +174,14 @@ def test_controller_and_load_cell_come_onto_one_clock_and_the_sign_follows_the_t
     start = decision(imported, "start of the controller's recording")
     assert abs(start.value - offset) < 4 * start.standard_deviation + 0.005
     signed = run["thruster_0/state.n"].values
-    moving = np.abs(np.interp(grid + offset, TIME, n)) > 10
+    told = run["thruster_0/state.sign_source"].values
+    moving = (np.abs(np.interp(grid + offset, TIME, n)) > 10) & (told == 2)
     assert np.array_equal(np.sign(signed[moving]), np.sign(np.interp(grid + offset, TIME, n)[moving]))
+    assert np.all(signed[told == 0] >= 0.0) and 0 < np.sum(told == 0) < 10
     daq, fast = run["daq/thruster_0/state.n"].values, np.abs(n) > 10
-    assert np.mean(np.sign(daq[fast]) == np.sign(n[fast])) > 0.999
+    unsure = run["daq/thruster_0/state.sign_source"].values == 0
+    assert np.mean(np.sign(daq[fast & ~unsure]) == np.sign(n[fast & ~unsure])) == 1.0
+    assert np.mean(unsure[fast]) < 0.01
     throttle = run["thruster_0/throttle.commanded"].values
     assert len(throttle) == 253 and throttle[0] == 0 == throttle[-1] and np.array_equal(throttle[1:-1], u)
     assert len(run["thruster_0/speed_setpoint.n"]) == 251
@@ -203,6 +207,39 @@ def test_a_rotor_turns_round_beyond_the_dead_zone_only():
     assert np.all(infer_sign(time, np.abs(n), throttle, 0.86)[np.abs(n) > 2.0] == np.sign(n)[np.abs(n) > 2.0])
     still = np.where(time < 1.5, 2.0, -0.5)
     assert np.all(infer_sign(time, np.full(4000, 20.0), still, 0.86) == 1)
+
+
+def test_about_a_reversal_the_sign_is_unknown_until_the_throttle_is_beyond_the_dead_zone_and_the_speed_has_risen():
+    time = np.arange(6000) * 0.001
+    throttle = np.interp(time, [0.0, 1.0, 1.5, 3.0, 3.5], [2.0, 2.0, -0.6, -0.6, -2.0])
+    n = np.interp(time, [0.0, 1.0, 2.0, 3.1, 3.9], [90.0, 90.0, 0.0, 0.0, -80.0])  # rests within the dead zone
+    read = np.abs(n) + 0.3 * np.random.default_rng(2).standard_normal(time.size)
+    sign = infer_sign(time, read, throttle, 0.86)
+    unknown = sign_unknown(time, read, throttle, sign, 0.86)
+    assert unknown[2050:3100].all() and not unknown[:1900].any() and not unknown[3200:].any()
+    known = ~unknown & (np.abs(n) > 0.0)
+    assert np.array_equal(sign[known], np.sign(n[known]))
+
+
+def test_a_rotor_that_the_water_turns_within_the_dead_zone_has_no_sign_until_it_is_driven_and_has_turned_round():
+    time = np.arange(6000) * 0.001
+    throttle = np.interp(time, [0.0, 1.0, 1.5, 3.0, 3.01], [2.0, 2.0, -0.6, -0.6, -2.0])
+    # Least while the throttle is within the dead zone; a filter hides that it passes zero at 3.1 s.
+    read = np.interp(time, [0.0, 1.0, 1.8, 2.4, 3.0, 3.1, 4.0], [90.0, 90.0, 5.0, 25.0, 25.0, 8.0, 80.0])
+    n = np.where(time < 3.1, 1.0, -1.0) * read
+    read = read + 0.3 * np.random.default_rng(2).standard_normal(time.size)
+    sign = infer_sign(time, read, throttle, 0.86)
+    unknown = sign_unknown(time, read, throttle, sign, 0.86)
+    assert np.array_equal(sign[~unknown], np.sign(n[~unknown]))
+    assert unknown[1850:3100].all() and not unknown[:1700].any() and not unknown[3200:].any()
+
+
+def test_a_reversal_that_the_end_cuts_off_has_no_sign():
+    time = np.arange(3000) * 0.001
+    throttle = np.where(time < 2.9, 2.0, -2.0)
+    read = np.interp(time, [0.0, 2.9, 3.0], [80.0, 80.0, 60.0])
+    sign = np.ones(time.size)
+    assert np.array_equal(sign_unknown(time, read, throttle, sign, 0.86), time >= 2.9)
 
 
 def test_a_throttle_beyond_what_the_device_takes_is_asked_about(tmp_path, capsys):

@@ -1,6 +1,7 @@
 """Recorded runs become experiments; what cannot is refused with the run, what was expected and found."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -135,6 +136,20 @@ def test_a_slow_tachometer_keeps_its_own_instants(bench, tmp_path):
     bench.speed("thruster_0/state", SLOW, 1.2, INFERRED)
     speed = bench.prepared(tmp_path / "run").measurements["speed"]
     np.testing.assert_allclose(speed.time, SLOW[: speed.time.size], atol=1e-9)
+
+
+def test_a_reading_whose_sign_is_unknown_is_not_measured_unless_it_is_near_rest(bench, tmp_path):
+    bench.speed("thruster_0/state", SLOW, 1.2, INFERRED)
+    known = bench.prepared(tmp_path / "run").measurements["speed"]
+    topic = bench.topics["thruster_0/state"]
+    unsure = (SLOW > 4.2) & (SLOW < 4.8) | (SLOW < 1.0)  # the first stretch turns, the second rests
+    fields = {"n": np.where(unsure, np.abs(topic.fields["n"]), topic.fields["n"])}
+    fields["sign_source"] = np.where(unsure, 0, INFERRED)
+    bench.topics["thruster_0/state"] = replace(topic, fields=fields)
+    speed = bench.prepared(tmp_path / "unsure").measurements["speed"]
+    turning = (speed.time > 4.3) & (speed.time < 4.7)
+    assert np.isnan(speed.values[turning]).all() and np.isfinite(known.values[turning]).all()
+    assert np.mean(np.isfinite(speed.values[speed.time < 0.9])) > 0.95
 
 
 def test_about_a_reversal_no_sign_is_believed_that_was_inferred(bench, tmp_path):

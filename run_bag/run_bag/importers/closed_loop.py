@@ -12,9 +12,10 @@ from .bench_files import MAT_PERIOD, ControllerFile, LoadCellFile
 from .clocks import match
 from .decisions import Decisions
 from .load_cell import FRAME, describe_clock, describe_tachometer, load_topics, stamps
+from .mapped_topics import SIGN_UNKNOWN
 from .open_loop import SIGN_INFERRED
 from .options import BenchOptions, estimator_from_name
-from .signals import infer_sign
+from .signals import infer_sign, sign_unknown
 from .wrench import turns
 
 
@@ -42,16 +43,22 @@ def closed_loop_topics(
     edge = max(map(abs, options.dead_zone_edge))
     sign = infer_sign(time[:-1], n, u, edge)
     how = f"that of u, switching at the least |n| between u's change of sign and 0.25 s beyond {edge:g} V"
+    unsure = sign_unknown(time[:-1], n, u, sign, edge)
     log.add("sign of n", "inferred", "1", how)
     index = np.clip(np.searchsorted(time[:-1] + offset, csv.time, side="right") - 1, 0, len(u) - 1)
-    dense = infer_sign(csv.time, speed, np.where(csv.time < offset, 0.0, u[index]), edge)
+    acting = np.where(csv.time < offset, 0.0, u[index])
+    dense = infer_sign(csv.time, speed, acting, edge)
+    dense_unsure = sign_unknown(csv.time, speed, acting, dense, edge)
+    how = "from its least until the throttle has left the dead zone and |n| has risen again; sign_source says so"
+    share = float(np.mean(dense_unsure))
+    log.add("samples of which nothing tells the sign of n", share, "1", f"share, about reversals: {how}")
     topics = [
         _topic("thruster_0/thrust_setpoint", "ThrustSetpoint", at, {"thrust": mat.series["Td"]}),
         _throttle(csv, at, u, log),
         _topic("thruster_0/state", "ThrusterState", at,
-               {"n": sign * n, "sign_source": np.full(len(n), SIGN_INFERRED)}),
+               _signed(n, sign, unsure)),
         _topic("daq/thruster_0/state", "ThrusterState", stamps(csv.time),
-               {"n": dense * speed, "sign_source": np.full(len(speed), SIGN_INFERRED)}),
+               _signed(speed, dense, dense_unsure)),
     ]  # fmt: skip
     if "nd" in mat.series:
         topics.append(_topic("thruster_0/speed_setpoint", "SpeedSetpoint", at, {"n": mat.series["nd"]}))
@@ -71,6 +78,14 @@ def closed_loop_topics(
 
 def _topic(name: str, kind: str, at: Any, fields: dict[str, Any]) -> Topic:
     return Topic(name=name, type=f"thruster_msgs/{kind}", stamps=at, fields=fields, frame=FRAME)
+
+
+def _signed(magnitude: Any, sign: Any, unsure: Any) -> dict[str, Any]:
+    """Return the fields of a speed: with its sign where that was inferred, else as a magnitude."""
+    return {
+        "n": np.where(unsure, magnitude, sign * magnitude),
+        "sign_source": np.where(unsure, SIGN_UNKNOWN, SIGN_INFERRED),
+    }
 
 
 def _throttle(csv: LoadCellFile, at: Any, u: Any, log: Decisions) -> Topic:

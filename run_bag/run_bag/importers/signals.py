@@ -14,6 +14,7 @@ LEAST_HOLD = 0.15  # [s] a throttle of the other sign for less turns nothing rou
 REVERSAL = 0.25  # [s] in which the rotor passes zero
 MEDIAN_WINDOW = 0.5  # [s] longer than twice any glitch seen, shorter than any ramp
 SMOOTH_WINDOW = 0.05  # [s]
+RISEN = 4.0  # standard deviations by which a magnitude must have left its least for a rotor to turn for sure
 SIGN_WINDOW = 0.02  # [s] less than the sample period of a controller: its samples stay as they are
 REST_MARGIN = 0.2  # [s]
 LEAST_REST = 0.3  # [s]
@@ -117,3 +118,30 @@ def infer_sign(time: Array, speed: Array, throttle: Array, edge: float = 0.0) ->
         current, switched = float(filled[change]), lowest
     result[switched:] = current
     return result
+
+
+def sign_unknown(time: Array, speed: Array, throttle: Array, sign: Array, edge: float = 0.0) -> NDArray[np.bool_]:
+    """Return about which samples nothing tells which way the rotor turns, (N,): those of its reversals.
+
+    A reversal lasts from where the magnitude is as small as it gets, within its noise, until the throttle has left the
+    dead zone and the magnitude has risen again; one that the recording's end cuts off may have happened or not.
+
+    Args:
+        time: [s], (N,).
+        speed: magnitudes [rad/s], (N,).
+        throttle: [V], (N,).
+        sign: as `infer_sign` returns it, (N,).
+        edge: the farther edge of the dead zone [V].
+    """
+    magnitude = smooth(np.abs(speed), time, SIGN_WINDOW)
+    rise = RISEN * float(np.median(np.abs(np.diff(speed, 3)))) / (0.6745 * np.sqrt(20.0))
+    unknown = (time > time[-1] - REVERSAL) & (np.sign(throttle) * sign < 0.0)
+    turned = [0, *(int(k) + 1 for k in np.flatnonzero(np.diff(sign))), len(sign)]
+    for before, lowest, after in zip(turned[:-2], turned[1:-1], turned[2:], strict=True):
+        fallen = np.flatnonzero(magnitude[before:lowest] > magnitude[lowest] + rise)
+        first = before + int(fallen[-1]) + 1 if fallen.size else before
+        driven = lowest + np.flatnonzero((sign[lowest] * throttle > edge)[lowest:after])
+        own = magnitude[driven[0] if driven.size else after : after]
+        risen = np.flatnonzero(own > np.minimum.accumulate(own) + rise) + after - own.size
+        unknown[min(first, lowest - 1) : risen[0] if risen.size else after] = True
+    return unknown

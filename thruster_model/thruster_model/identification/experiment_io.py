@@ -23,7 +23,14 @@ from thruster_model.identification.preparation import (
     tare,
     tare_unsigned_speed,
 )
-from thruster_model.identification.speed_sign import NEAR_REST, held, lacks_sign, signed_speed, unsigned
+from thruster_model.identification.speed_sign import (
+    NEAR_REST,
+    held,
+    lacks_sign,
+    signed_speed,
+    unsigned,
+    with_known_sign,
+)
 
 __all__ = ["PreparationOptions", "prepare", "read_experiments", "throttle_channel"]
 
@@ -177,6 +184,7 @@ class _Preparation:
             told = signed_speed(time, np.abs(values), (self.grid, self.throttle))
             values = np.where(np.isfinite(told), values, np.nan)
         values, offset, offset_std = taring(time, values, self.rest)
+        values = values if signless else with_known_sign(sources, values)
         fine = 0.005
         if float(np.median(np.diff(time))) < fine:
             first = float(time[0]) - 0.5 * float(np.median(np.diff(time)))

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from run_bag.importers.signals import REVERSAL, infer_sign
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["NEAR_REST", "held", "lacks_sign", "signed_speed", "unsigned"]
+__all__ = ["NEAR_REST", "held", "lacks_sign", "signed_speed", "unsigned", "with_known_sign"]
 
 Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
@@ -31,6 +31,16 @@ def lacks_sign(sources: Array, n: Array) -> bool:
 def unsigned(sources: Array, n: Array) -> bool:
     """Tell whether the tachometer has no sign; the speeds may have been given one since."""
     return lacks_sign(sources, n) or bool(np.any(sources == _SIGN_INFERRED))
+
+
+def with_known_sign(sources: Array, n: Array) -> Array:
+    """Return speeds [rad/s], (N,), NaN where single ones have no sign, as about a reversal, and are not near rest.
+
+    Sources (N,) that are all unknown, or none at all, were never set: then the speeds have the signs that they have.
+    """
+    if not np.any(sources != _SIGN_UNKNOWN):
+        return n
+    return np.where((sources == _SIGN_UNKNOWN) & (np.abs(n) > NEAR_REST * np.nan_to_num(noise_level(n))), np.nan, n)
 
 
 def signed_speed(time: Array, magnitude: Array, throttle: tuple[Array, Array]) -> Array:
