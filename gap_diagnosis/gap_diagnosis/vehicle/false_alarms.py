@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-__all__ = ["Excursions", "most_alarms", "probabilities", "rate_at", "stated_rate", "threshold_for"]
+__all__ = ["Excursions", "excess", "most_alarms", "probabilities", "rate_at", "stated_rate", "threshold_for"]
 
 Array = NDArray[np.float64]
 TAIL = 20
@@ -74,15 +74,15 @@ def threshold_for(rate: float, peaks: Sequence[float], hours: float) -> float:
     return level + excess * float(np.log(TAIL / (hours * rate)))
 
 
-def _counted_excess() -> float:
-    """Return theta of the exponential through both counts."""
+def excess() -> float:
+    """Return theta, the mean excess of the exponential through both counts."""
     (low, more), (high, fewer) = COUNTED
     return (high - low) / float(np.log(more / fewer))
 
 
 def _counted_rate(threshold: float) -> float:
     high, fewer = COUNTED[-1]
-    return fewer / COUNTED_HOURS * float(np.exp((high - threshold) / _counted_excess()))
+    return fewer / COUNTED_HOURS * float(np.exp((high - threshold) / excess()))
 
 
 def stated_rate(threshold: float) -> str:
@@ -97,7 +97,7 @@ def stated_rate(threshold: float) -> str:
 def probabilities(log_ratios: Sequence[float]) -> Array:
     """Return of each failure, one log ratio each, how probable it is that it is the one and no false alarm."""
     ratios = np.asarray(log_ratios, dtype=np.float64)
-    weights = np.exp((ratios - ratios.max()) / _counted_excess())
+    weights = np.exp((ratios - ratios.max()) / excess())
     return np.asarray(FAILURES * weights / (FAILURES * weights.sum() + _counted_rate(float(ratios.max()))))
 
 

@@ -3,21 +3,24 @@
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.watching import Alarm, _accumulated, _parabola
+from gap_diagnosis.vehicle.watching import Alarm, _accumulated, _fitted
 
 
-def test_a_size_is_the_top_of_the_parabola_through_both_sizes() -> None:
-    a, b = 40.0, 100.0  # top at 0.4, deviation 0.1
+def test_a_size_is_a_regression_along_the_size_that_was_followed() -> None:
+    rng = np.random.default_rng(4)
+    change, noise = rng.normal(size=(40, 13)), 0.01 * rng.normal(size=(40, 13))
+    for true, followed in ((0.4, 0.3), (0.4, 1.0), (-0.01, 0.02)):
+        body, rotor = np.zeros((3, 40, 13)), np.zeros((3, 40, 1))
+        body[0] = 30.0 * true * change + noise
+        body[1] = body[0] - 30.0 * followed * change
+        _, sums, _ = accumulated(body, rotor, np.tile(np.eye(13), (40, 1, 1)), np.ones((40, 1)), np.full(2, 1e6))
+        assert _fitted(followed, *sums[:, 0])[0] == pytest.approx(true, abs=1e-4)
 
-    def l_of(s: float) -> float:
-        return a * s - 0.5 * b * s * s
 
-    assert _parabola(0.3, l_of(0.3), 1.0, l_of(1.0)) == pytest.approx((0.4, 0.1))
-
-
-def test_a_ratio_that_only_grows_with_the_size_keeps_the_larger_size() -> None:
-    size, deviation = _parabola(0.3, 5.0, 1.0, 40.0)
-    assert size == 1.0 and deviation == pytest.approx(0.7)
+def test_a_deviation_is_that_of_readings_worth_a_log_ratio_of_the_tail_and_of_a_bend() -> None:
+    theta = 48.0 / np.log(4.0)
+    assert _fitted(0.3, 400.0, 400.0) == pytest.approx((0.3, 0.3 * np.sqrt(theta) / 20.0))
+    assert _fitted(0.3, 8e8, 4e8) == pytest.approx((0.6, 0.03), rel=1e-3)
 
 
 def alarm(size: float, deviation: float, probability: float = 0.98, sensor: str | None = None) -> Alarm:
@@ -58,17 +61,15 @@ def test_log_ratios_are_cusums_of_halves_of_whitened_squares() -> None:
     r = np.einsum("kij,bkj->bki", whitener, np.nan_to_num(body)) * np.isfinite(body)
     r = np.concatenate((r, rotor / spread), axis=2)
     gain = (r[:1] ** 2 - r**2 - 0.3 * (r - r[:1]) ** 2) / (1.0 + (r[:1] / 4.0) ** 2)
-    whole = (r**2).sum(axis=2)
     for j in range(B - 1):
-        g, own, other, begun = 0.0, 0.0, 0.0, 0.0
+        g, fitted, changed, begun = 0.0, 0.0, 0.0, 0.0
         for k in range(K):
             g += 0.5 * gain[j + 1, k].sum() - 0.02
-            own += 0.5 * (whole[0, k] - whole[j + 1, k])
-            other += 0.5 * (whole[0, k] - whole[(2, 1, 4, 3)[j], k])
+            fitted += (r[0, k] * (r[0, k] - r[j + 1, k])).sum()
+            changed += ((r[0, k] - r[j + 1, k]) ** 2).sum()
             if g < 0.0:
-                g, own, other, begun = 0.0, 0.0, 0.0, 10.0 + 0.04 * (k + 1)
-        assert (ratios[j], sums[0, j], since[j]) == pytest.approx((g, own, begun))
-        assert sums[1, j] == pytest.approx(other)
+                g, fitted, changed, begun = 0.0, 0.0, 0.0, 10.0 + 0.04 * (k + 1)
+        assert (ratios[j], *sums[:, j], since[j]) == pytest.approx((g, fitted, changed, begun))
 
 
 def test_a_failure_whose_filter_has_lost_the_vehicle_is_not_believed() -> None:
