@@ -11,6 +11,8 @@ import numpy as np
 from gap_diagnosis.diagnose_io import package_version
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.content import PROGRAMME, content_of
+from gap_diagnosis.vehicle.fit import numbers_of
+from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -20,8 +22,8 @@ from gap_diagnosis.vehicle.next_experiment import NextExperiment, next_experimen
 from gap_diagnosis.vehicle.programmes import Limits
 from gap_diagnosis.vehicle.programmes_io import write_programme
 from gap_diagnosis.vehicle.report_io import report_of
-from gap_diagnosis.vehicle.search import search
-from gap_diagnosis.vehicle.verdict import Claim, Verdict, judged
+from gap_diagnosis.vehicle.search import Found, search
+from gap_diagnosis.vehicle.verdict import Verdict, judged
 from gap_diagnosis.vehicle.wiring import wiring_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings_io import load_thruster_sets
@@ -34,8 +36,8 @@ __all__ = ["Diagnosed", "diagnosed", "load_model", "provenance_of", "written"]
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnosed:
-    """The verdict, what goes into diagnosis.json, errors of free runs, the vehicle's set with the effects as YAML, and
-    what to record next, where that was asked for."""
+    """The verdict, what goes into diagnosis.json, errors of free runs, the vehicle's set, re-tuned, with the effects as
+    YAML ("": see `_with_effect`), and what to record next, where that was asked for."""
 
     verdict: Verdict
     content: dict[str, Any]
@@ -82,15 +84,24 @@ def diagnosed(
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)
     content = content_of(verdict, found, errors, wiring, logs, provenance, proposed)
-    vehicle = replace(model.vehicle, effects=(*model.vehicle.effects, *(_entry(c.refined) for c in _believed(verdict))))
     return Diagnosed(
-        verdict=verdict, content=content, errors=errors, with_effect=dump_vehicle_set(vehicle), model=model,
-        proposed=proposed,
+        verdict=verdict, content=content, errors=errors, with_effect=_with_effect(model, found, verdict, errors),
+        model=model, proposed=proposed,
     )  # fmt: skip
 
 
-def _believed(verdict: Verdict) -> Sequence[Claim]:
-    return () if verdict.name == "unknown" else verdict.claims
+def _with_effect(model: Model, found: Found, verdict: Verdict, errors: Sequence[Errors]) -> str:
+    """Return the vehicle's set, re-tuned, with what is claimed; "" where nothing is and re-tuning does not help either.
+
+    Where the verdict is unknown numbers have taken over what has no name: they are none of the vehicle.
+    """
+    steps = errors[0].steps if errors else ()
+    helps = verdict.name in ("no_gap", "parameters", "effect") and len(steps) > 1 and steps[1] < steps[0]
+    if verdict.name == "unknown" or not (verdict.claims or helps):
+        return ""
+    tuned = fitted_set(model, numbers_of(found.stages[-1].fit, found.nuisances))
+    on = tuple(_entry(c.refined) for c in verdict.claims)
+    return dump_vehicle_set(replace(tuned, name=f"{model.vehicle.name}, diagnosed", effects=(*tuned.effects, *on)))
 
 
 def _entry(refined: Any) -> EffectEntry:
@@ -102,16 +113,18 @@ def _entry(refined: Any) -> EffectEntry:
 
 
 def written(found: Diagnosed, out: Path) -> list[Path]:
-    """Write diagnosis.json, report.html, with_effect.yaml and the next experiment into a new or empty folder."""
+    """Write diagnosis.json, report.html and, where there are, with_effect.yaml and the next experiment into a new or
+    empty folder."""
     report = report_of(
         found.content, found.model.vehicle, found.errors, found.with_effect, f"Diagnosis of {found.model.vehicle.name}"
     )
     with new_folder(out) as folder:
         paths = [
             report.write(folder / "report.html"),
-            write_whole(folder / "with_effect.yaml", found.with_effect),
             write_whole(folder / "diagnosis.json", json.dumps(found.content, indent=1)),
         ]
+        if found.with_effect:
+            paths.append(write_whole(folder / "with_effect.yaml", found.with_effect))
         if found.proposed is not None:
             paths.append(write_programme(found.proposed.programme, found.model, folder / PROGRAMME))
     return [out / path.name for path in paths]

@@ -5,7 +5,7 @@ all numbers with their stated deviations as what is known before. With H = J^T J
 the share sqrt((H^-1)_jj) of its deviation: near 1, the recordings told nothing of it.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,10 +17,11 @@ from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
+from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled
 
-__all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle"]
+__all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle", "numbers_of"]
 
 Array = NDArray[np.float64]
 
@@ -71,6 +72,25 @@ class VehicleFit:
         return {n.key: n.moved for n in self.numbers}
 
 
+def numbers_of(fit: Fit, free: Mapping[Key, float]) -> tuple[FittedNumber, ...]:
+    """Return where a fit has led the numbers of these deviations, sizes of effects beside them."""
+    wide = [J.astype(np.float64) for J in fit.columns]
+    covariance = np.linalg.inv(sum((J.T @ J for J in wide), np.eye(wide[0].shape[1])))[: len(free), : len(free)]
+    share = np.sqrt(np.diag(covariance))
+    correlation = covariance / np.outer(share, share) - np.eye(len(free))
+    keys, numbers = list(free), []
+    for j, (key, deviation) in enumerate(free.items()):
+        other = int(np.argmax(np.abs(correlation[j])))
+        together = (keys[other], float(correlation[j, other])) if abs(correlation[j, other]) > 0.5 else None
+        numbers.append(
+            FittedNumber(
+                key=key, moved=float(fit.moved[j]) * deviation, before=deviation, after=float(share[j]) * deviation,
+                together=together,
+            )
+        )  # fmt: skip
+    return tuple(numbers)
+
+
 def fitted_vehicle(
     model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None
 ) -> VehicleFit:
@@ -84,22 +104,6 @@ def fitted_vehicle(
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    wide = [J.astype(np.float64) for J in fit.columns]
-    H = sum((J.T @ J for J in wide), np.eye(len(free)))
-    covariance = np.linalg.inv(H)
-    share = np.sqrt(np.diag(covariance))
-    correlation = covariance / np.outer(share, share) - np.eye(len(free))
-    keys = list(free)
-    numbers = []
-    for j, (key, deviation) in enumerate(free.items()):
-        other = int(np.argmax(np.abs(correlation[j])))
-        together = (keys[other], float(correlation[j, other])) if abs(correlation[j, other]) > 0.5 else None
-        numbers.append(
-            FittedNumber(
-                key=key, moved=float(fit.moved[j]) * deviation, before=deviation, after=float(share[j]) * deviation,
-                together=together,
-            )
-        )  # fmt: skip
     told("free runs")
     screen = Screen(model=model, runs=runs, values=fit.values)
     points = [Point(without_run(screen, fit, free, k), ()) for k in range(len(runs))]
@@ -109,5 +113,8 @@ def fitted_vehicle(
         before, after = (rms(free_runs(model, runs, at, horizon)) for at in ([Point({}, ()) for _ in runs], points))
         errors.append(LeftOut(horizon=horizon, as_stated=before, fitted=after))
     return VehicleFit(
-        numbers=tuple(numbers), errors=tuple(errors), wrench=np.asarray(runs[0].noises.wrench), left_out=len(runs) > 1
+        numbers=numbers_of(fit, free),
+        errors=tuple(errors),
+        wrench=np.asarray(runs[0].noises.wrench),
+        left_out=len(runs) > 1,
     )

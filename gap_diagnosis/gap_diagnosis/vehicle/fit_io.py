@@ -1,6 +1,7 @@
 """A vehicle's fit as files: fit.json, report.html and vehicle.yaml, the set with the body's numbers as fitted."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -35,15 +36,19 @@ def unit_of(key: Key) -> str:
     return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")
 
 
-def fitted_set(model: Model, fit: VehicleFit) -> VehicleSet:
-    """Return the vehicle's set with the body's numbers and deviations as fitted; thrusters are as they were."""
+def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
+    """Return the vehicle's set with the body's numbers and deviations as fitted; thrusters are as they were.
+
+    The source of a number says so where it moved farther than its stated deviation allows.
+    """
     vehicle = model.vehicle
     parameters = dict(vehicle.parameters)
-    for n in fit.numbers:
+    for n in numbers:
         if n.key[0] == "vehicle" and n.told:
+            far = f"; {n.moved / n.before:+.1f} stated deviations away" if n.shifted else ""
             old = parameters[n.key[1]]
             parameters[n.key[1]] = replace(
-                old, value=old.value + n.moved, standard_deviation=n.after, source="fitted to recordings"
+                old, value=old.value + n.moved, standard_deviation=n.after, source=f"fitted to recordings{far}"
             )
     return replace(vehicle, name=f"{vehicle.name}, fitted", parameters=parameters)
 
@@ -130,7 +135,7 @@ def _report(content: dict[str, Any], vehicle: VehicleSet) -> Report:
 
 def written(model: Model, fit: VehicleFit, provenance: dict[str, Any], out: Path) -> list[Path]:
     """Write fit.json, report.html and vehicle.yaml into a new or empty folder; return their paths."""
-    content, vehicle = content_of(model, fit, provenance), dump_vehicle_set(fitted_set(model, fit))
+    content, vehicle = content_of(model, fit, provenance), dump_vehicle_set(fitted_set(model, fit.numbers))
     report = _report(content, model.vehicle)
     report.section("Files")
     report.download("Vehicle set as fitted", "vehicle.yaml", vehicle)

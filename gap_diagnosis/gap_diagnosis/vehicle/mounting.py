@@ -66,7 +66,7 @@ def read_with(y: Array, R: Array) -> Array:
 
 def _turned_too(log: VehicleLog, R: Array) -> bool:
     """Return whether the attitude was told with the same turn as the gyro."""
-    there = np.isfinite(log.attitude).all(axis=1)
+    there: NDArray[np.bool_] = np.asarray(np.isfinite(log.attitude).all(axis=1))
     pairs = np.flatnonzero(there[1:] & there[:-1])
     if not pairs.size:
         return False

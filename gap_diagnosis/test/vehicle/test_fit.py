@@ -68,7 +68,7 @@ def test_the_set_written_carries_the_fitted_numbers_and_loads(fitted: tuple[Mode
     model, fit = fitted
     paths = {p.name: p for p in written(model, fit, {"runs": ["made here"]}, tmp_path / "out")}
     again = load_vehicle_set(paths["vehicle.yaml"])
-    assert again.values == pytest.approx(fitted_set(model, fit).values)
+    assert again.values == pytest.approx(fitted_set(model, fit.numbers).values)
     told = next(n for n in fit.numbers if n.key == ("vehicle", "Q_u"))
     assert again.deviation("Q_u") == pytest.approx(told.after)
     content = json.loads(paths["fit.json"].read_text("utf-8"))
