@@ -31,13 +31,25 @@ def place_of(h: Hypothesis) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _effect(claim: Claim, shrink: Share | None) -> dict[str, Any]:
+def _class(h: Hypothesis, shrink: Share | None, told: Errors | None) -> str | None:
+    """Return whether numbers far beyond their deviations do as well (parametric); None where free runs show no gap."""
+    if h.switch:
+        return "structural"
+    if told is None or not told.budget:
+        return None
+    return "structural" if shrink is not None and shrink.low > 0.0 else "parametric"
+
+
+def _effect(claim: Claim, shrink: Share | None, told: Errors | None) -> dict[str, Any]:
     h = claim.refined.hypothesis
     rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
     return {
         **place_of(h),
+        "channel": None,
+        "class": _class(h, shrink, told),
         "words": h.words,
         "probability": round(claim.probability, 4),
+        "group_probability": round(claim.group, 4),
         "parameters": {n: {"value": s, "std": d, "unit": h.units[n]} for n, s, d in rows},
         "indistinguishable_from": [{**place_of(r), "probability": round(p, 4)} for p, r in claim.rivals],
         "nameless": [{"axis": k[1], "regime": k[2], "probability": round(p, 4)} for p, k in claim.nameless],
@@ -50,8 +62,10 @@ def _logged(found: Logged) -> dict[str, Any]:
     return {
         "id": found.effect, "thruster": found.thruster, "other": None, "axis": None, "sensor": found.sensor,
         "kind": None,
+        "channel": None, "class": "structural",
         "words": found.words,
         "probability": round(found.probability, 4),
+        "group_probability": round(found.probability, 4),
         "parameters": {found.parameter: {"value": found.size, "std": found.deviation, "unit": found.unit}},
         "indistinguishable_from": [],
         "nameless": [],
@@ -91,21 +105,24 @@ def content_of(
     channels: dict[str, Any] = {}
     for each in errors:
         for name, (_, unit) in CHANNEL_GROUPS.items():
-            values = {k: _number(getattr(each, k)[name]) for k in ("as_is", "retuned", "with_effect")}
+            steps = {"as_is": each.as_is, "retuned": each.retuned, "with_effect": each.with_effect}
+            values = {k: _number(v[name]) for k, v in {**steps, "noise_floor": each.foreseen}.items()}
             if values["as_is"] is not None:
                 channels[f"rov/{name} after {each.horizon:g} s"] = {"unit": unit, **values}
+    told = next((each for each in errors if each.budget), errors[0] if errors else None)
     shrinks: dict[Hypothesis, Share | None] = {}
-    if found is not None and errors:
-        shrinks = {a.hypothesis: s for a, s in zip(found.stages[-1].accepted, errors[0].shrinks, strict=True)}
-    effects = [_effect(c, shrinks.get(c.refined.hypothesis)) for c in verdict.claims]
-    effects += [_logged(each) for each in verdict.logged]
+    if found is not None and told is not None:
+        shrinks = {a.hypothesis: s for a, s in zip(found.stages[-1].accepted, told.shrinks, strict=True)}
+    claims = [_effect(c, shrinks.get(c.refined.hypothesis), told) for c in verdict.claims]
+    effects = claims + [_logged(each) for each in verdict.logged]
     return {
         "verdict": verdict.name,
         "summary": verdict.summary,
-        "gap": {"channels": channels},
+        "gap": {**_gap(told), "channels": channels},
         "where": where_of(verdict),
         "effects": effects if verdict.name != "unknown" else [],
         "suspected": effects if verdict.name == "unknown" else [],
+        "resembles": claims if verdict.name == "unknown" else [],
         "candidates": [
             {**place_of(h), "probability": round(float(1.0 / (1.0 + np.exp(-np.clip(o, -50, 50)))), 4)}
             for o, h in verdict.candidates
@@ -114,26 +131,40 @@ def content_of(
         "p_unknown": verdict.p_unknown,
         "budget": {
             "horizons": [each.horizon for each in errors],
-            **_budget(found, errors),
+            **_budget(found, told),
             "unexplained_wrench": verdict.wrench.tolist(),
         },
         "retuned_parameters": {
             ".".join(map(str, key[1:])): {"deviations": moved, "std": left} for key, moved, left in verdict.shifted
         },
+        "unexplained": [{"signal": axis, "depends_on": on, "gain": gain} for gain, (_, axis, on) in verdict.left],
         "hidden": [{**place_of(h), "least": size, "unit": h.units[h.parameters[0]]} for h, size in _hidden(verdict)],
         "wiring": None if wiring is None else wiring.content(),
         "sensors": told_in(logs),
+        "log": [each.sentence for each in verdict.logged],
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
         "next_experiment": _next(verdict, wiring) if proposed is None else _proposed(proposed),
         "provenance": provenance,
     }
 
 
-def _budget(found: Found | None, errors: Sequence[Errors]) -> dict[str, Any]:
-    """Return where the gap goes over the shortest horizon."""
-    if found is None or not errors:
-        return {"horizon": None, "parameters": None, "causes": [], "unexplained": None, "left_out": []}
-    accepted, first = found.stages[-1].accepted, errors[0]
+def _gap(told: Errors | None) -> dict[str, Any]:
+    """Return the error of free runs over what is foreseen, the share that effects close, and of whose numbers it is."""
+    if told is None or not told.steps:
+        return {"total": None, "shrink": None, "left_out": None if told is None else told.left_out}
+    as_is, retuned, *_ = told.steps
+    total = {"as_is": as_is, "retuned": retuned, "with_effect": told.steps[-1], "noise_floor": 1.0}
+    closed = [share.share for share in told.shrinks if share is not None]
+    return {"total": total, "shrink": sum(closed) if closed else None, "left_out": told.left_out}
+
+
+def _budget(found: Found | None, first: Errors | None) -> dict[str, Any]:
+    """Return where the gap goes over the shortest horizon at which there is one, or why it cannot be said."""
+    if found is None or first is None:
+        nothing = "No recording is long enough for a free run." if found else "Nothing was fitted."
+        return {"horizon": None, "parameters": None, "causes": [], "unexplained": None, "left_out": [],
+                "why_not": nothing}  # fmt: skip
+    accepted = found.stages[-1].accepted
     tuned, *causes, rest = first.budget or (None,) * (len(accepted) + 2)
     named = [place_of(a.hypothesis) for a in accepted]
     steps = ["as_is", "retuned", *(a.hypothesis.words for a in accepted[len(accepted) + 2 - len(first.steps) :])]
@@ -142,6 +173,10 @@ def _budget(found: Found | None, errors: Sequence[Errors]) -> dict[str, Any]:
         "parameters": _share(tuned),
         "causes": [{**place, **(_share(c) or {})} for place, c in zip(named, causes, strict=True)],
         "unexplained": _share(rest),
+        "why_not": None
+        if first.budget
+        else "Errors of free runs of the model as it is are not surely above what "
+        "noise and the random wrench of calm water make: there is no gap to share out.",
         "left_out": [{"step": name, "rms": size} for name, size in zip(steps, first.steps, strict=False)],
     }
 

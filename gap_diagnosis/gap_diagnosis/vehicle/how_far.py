@@ -1,7 +1,8 @@
 """How far free runs of the model go astray over a stated horizon, on recordings that its numbers were not fitted to.
 
-With z an error over the deviation that the filter's covariance foresees for it, a random wrench and noise included, and
-E the mean of z^2 over free runs and channels, 1 where all is right, an effect closes of the gap that re-tuning leaves
+With z an error over the deviation that the filter's covariance foresees for it, noise and a random wrench as of calm
+water included, and E the mean of z^2 over free runs and channels, 1 where all is right, an effect closes of the gap
+that re-tuning leaves
 
     shrink = (E before it - E with it) / (E re-tuned - 1)
 
@@ -22,6 +23,7 @@ from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviati
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from gap_diagnosis.vehicle.refining import Fit
+from gap_diagnosis.vehicle.rules import CALM_WRENCH
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
@@ -62,6 +64,8 @@ class Errors:
     """Root mean squares by channel group at the end of the horizon: with the model as it is, re-tuned, with the
     effects; NaN: not measured.
 
+    left_out: whether each recording was predicted from numbers of the others; there is no other than one.
+    foreseen: what a right model would be off by, noise and the random wrench of calm water; NaN: not measured.
     shrinks: of the effects in order; None where re-tuning leaves nothing.
     steps: root of E as it is, re-tuned, and with each effect in turn.
     budget: shares of the whole gap: of re-tuning, of each effect, of what is left; empty where there is no gap.
@@ -71,6 +75,8 @@ class Errors:
     as_is: Mapping[str, float]
     retuned: Mapping[str, float]
     with_effect: Mapping[str, float]
+    left_out: bool
+    foreseen: Mapping[str, float]
     shrinks: tuple[Share | None, ...] = ()
     steps: tuple[float, ...] = ()
     budget: tuple[Share, ...] = ()
@@ -103,8 +109,10 @@ def left_out_errors(found: Found, horizon: float) -> Errors:
     together = (None,) * (len(found.stages[0].accepted) - 1)
     there = squares[:, np.isfinite(squares).all(axis=0)]
     shrinks = _shares(there[1:], _turns) if _is_gap(there[1]) else (None,) * (len(there) - 2)
+    foreseen = rms(np.where(np.isfinite(errors[0]), spread, np.nan))
     return Errors(
-        horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2], shrinks=(*together, *shrinks),
+        horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2], left_out=len(runs) > 1,
+        foreseen=foreseen, shrinks=(*together, *shrinks),
         steps=tuple(np.sqrt(there.mean(axis=1)).tolist()) if there.size else (),
         budget=_budget(model, runs, points[-1], horizon, spread),
     )  # fmt: skip
@@ -205,8 +213,13 @@ def _windows(log: VehicleLog, horizon: float) -> tuple[range, int, int]:
 
 
 def _spreads(model: Model, run: Prepared, at: Point, horizon: float) -> Array:
-    """Return the deviations (windows, 13) that the errors at the end of free runs should have."""
+    """Return the deviations (windows, 13) that the errors at the end of free runs should have in calm water.
+
+    A random wrench that was learned as large stands for what the model lacks: with it foreseen there would be no gap.
+    """
     starts, warm, free = _windows(run.log, horizon)
+    calm = np.minimum(run.noises.wrench, np.repeat(CALM_WRENCH, 3))
+    run = replace(run, noises=run.noises._replace(wrench=calm))
     return foreseen_deviations(model, run, at.values, at.effects, [(k, k + warm, k + warm + free) for k in starts])
 
 

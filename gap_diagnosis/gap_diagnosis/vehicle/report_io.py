@@ -54,7 +54,7 @@ def report_of(
             ),
             caption="What else was nearest.", alt="Probabilities of the next best effects, each alone.",
         )  # fmt: skip
-    _add_budget(report, content["budget"])
+    _add_budget(report, content["budget"], _whose(content["gap"]))
     report.section("How far")
     rows = [
         [f"{name} after {e.horizon:g} s", e.as_is[name], e.retuned[name], e.with_effect[name], unit]
@@ -64,7 +64,7 @@ def report_of(
     ]
     report.table(
         ["free run", "as it is", "re-tuned", "with the effects", "unit"], rows,
-        caption="Root mean square error of free runs; each recording with numbers of the others.",
+        caption=f"Root mean square error of free runs; {_whose(content['gap'])}.",
     )  # fmt: skip
     if content["retuned_parameters"]:
         report.table(
@@ -84,15 +84,24 @@ def report_of(
     if content["next_experiment"]:
         report.section("What would settle it")
         _add_next(report, content["next_experiment"])
-    report.section("Files")
-    report.download("Vehicle set with the effects", "with_effect.yaml", with_effect)
+    if with_effect:
+        report.section("Files")
+        report.download("Vehicle set, re-tuned, with the effects", "with_effect.yaml", with_effect)
     return report
 
 
-def _add_budget(report: Report, budget: dict[str, Any]) -> None:
-    if budget["parameters"] is None:
-        return
+def _whose(gap: dict[str, Any]) -> str:
+    """Return whose numbers free runs are made with."""
+    if gap["left_out"]:
+        return "each recording with numbers of the others"
+    return "of the one recording that the numbers were fitted to: none was left out, so they flatter the fit"
+
+
+def _add_budget(report: Report, budget: dict[str, Any], whose: str) -> None:
     report.section("Where the gap goes")
+    if budget["parameters"] is None:
+        report.paragraph(budget["why_not"])
+        return
     names = {"as_is": "as it is", "retuned": "re-tuned"}
     labels = [names.get(each["step"], f"+ {each['step']}") for each in budget["left_out"]]
     sizes = [each["rms"] for each in budget["left_out"]]
@@ -101,8 +110,8 @@ def _add_budget(report: Report, budget: dict[str, Any]) -> None:
             labels, [Bars(name="error", value=sizes)], quantity=Axis(name="error over what is foreseen", unit="1"),
             reference=1.0,
         ),
-        caption=f"Free runs of {budget['horizon']:g} s, each recording with numbers of the others; the dashed line is "
-        "what noise and the random wrench make of a right model.",
+        caption=f"Free runs of {budget['horizon']:g} s, {whose}; the dashed line is what noise and the random wrench "
+        "of calm water make of a right model.",
         alt="; ".join(f"{label} {size:.2f}" for label, size in zip(labels, sizes, strict=True)),
     )  # fmt: skip
     rows = [["re-tuned numbers", budget["parameters"]]]

@@ -25,10 +25,11 @@ Array = NDArray[np.float64]
 @dataclass(frozen=True, kw_only=True)
 class Claim:
     """One effect: as fitted, its probability among what the data cannot tell from it, and those rivals, of the library
-    and nameless ones."""
+    and nameless ones; group: probability that it or one of these is at work, against nothing more."""
 
     refined: Refined
     probability: float
+    group: float
     rivals: tuple[tuple[float, Hypothesis], ...]
     nameless: tuple[tuple[float, Key], ...] = ()
 
@@ -154,6 +155,7 @@ def _claim(
     return Claim(
         refined=accepted,
         probability=probability,
+        group=float(1.0 / (1.0 + probability * np.exp(-min(odds, 500.0)))),
         rivals=tuple((p, each.hypothesis) for p, each in found if isinstance(each, Refined)),
         nameless=tuple(sorted(((p, each) for p, each in found if isinstance(each, tuple)), key=lambda e: -e[0])),
     )

@@ -20,20 +20,20 @@ from thruster_model.vehicle_set_io import load_vehicle_set
 FEW = ("thrust_loss", "buoyancy_offset", "velocity_scale")
 
 
-def of(folder: Path, draw: Draw, tried: tuple[str, ...] = FEW) -> Diagnosed:
+def of(folder: Path, draw: Draw, tried: tuple[str, ...] = FEW, *, how_far: bool = False) -> Diagnosed:
     model = load_model(draw.vehicle)
     logs = [
         read_log(write_run(folder / f"run_{k}", topics), model.thrusters)
         for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
     ]
-    return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
+    return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=how_far)
 
 
 @pytest.fixture(scope="module")
 def lossy(tmp_path_factory: pytest.TempPathFactory) -> Diagnosed:
     hidden: Any = (("thrust_loss", {"thruster": 2}, {"share": 0.4}),)
     draw = Draw(seed=11, vehicle="ngs", effects=hidden, kinds=("steps",), duration=40.0)
-    return of(tmp_path_factory.mktemp("lossy"), draw)
+    return of(tmp_path_factory.mktemp("lossy"), draw, how_far=True)
 
 
 def test_a_loss_of_thrust_is_named_on_its_thruster(lossy: Diagnosed) -> None:
@@ -61,6 +61,39 @@ def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed,
     effect = load_vehicle_set(paths["with_effect.yaml"]).effects[0]
     assert (effect.id, effect.thruster) == ("thrust_loss", 2)
     assert "Diagnosis of" in paths["report.html"].read_text("utf-8")
+
+
+def test_the_set_that_is_written_has_the_numbers_re_tuned_and_marks_those_beyond_their_deviations(
+    lossy: Diagnosed, tmp_path: Path
+) -> None:
+    vehicle = load_vehicle_set(str(next(p for p in written(lossy, tmp_path / "out") if p.name == "with_effect.yaml")))
+    stated, moved = lossy.model.vehicle, lossy.content["retuned_parameters"]
+    changed = {n for n, p in vehicle.parameters.items() if p.source.startswith("fitted to recordings")}
+    assert changed and all(vehicle.values[n] != stated.values[n] for n in changed)
+    assert all(vehicle.parameters[n] == stated.parameters[n] for n in set(stated.parameters) - changed)
+    for n in changed:
+        far = abs(vehicle.values[n] - stated.values[n]) / stated.deviation(n)
+        assert ("stated deviations away" in vehicle.parameters[n].source) == (far > 3.0)
+        assert n not in moved or far == pytest.approx(abs(moved[n]["deviations"]), abs=0.2)
+
+
+def test_a_single_recording_is_said_to_have_left_none_out(lossy: Diagnosed, tmp_path: Path) -> None:
+    assert lossy.content["gap"]["left_out"] is False
+    report = next(p for p in written(lossy, tmp_path / "out") if p.name == "report.html").read_text("utf-8")
+    assert "none was left out" in report and "numbers of the others" not in report
+
+
+def test_the_keys_of_a_single_thrusters_diagnosis_are_there(lossy: Diagnosed) -> None:
+    gap, (effect,) = lossy.content["gap"], lossy.content["effects"]
+    assert gap["total"]["as_is"] > gap["total"]["with_effect"] and gap["total"]["noise_floor"] == 1.0
+    assert gap["shrink"] == pytest.approx(effect["shrink"])
+    assert all(channel["noise_floor"] > 0.0 for channel in gap["channels"].values())
+    # numbers re-tuned on this one recording do as well
+    assert (effect["shrink"], effect["class"]) == (None, "parametric")
+    assert effect["probability"] <= effect["group_probability"] <= 1.0 and effect["group_probability"] > 0.96
+    assert lossy.content["resembles"] == [] and lossy.content["log"] == []
+    budget = lossy.content["budget"]
+    assert budget["why_not"] is None and budget["parameters"] is not None
 
 
 @pytest.mark.long

@@ -1,0 +1,46 @@
+"""How far a vehicle's model goes astray: against what it is measured, and what is said where there is no gap."""
+
+from dataclasses import replace
+
+import pytest
+
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.content import content_of
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.how_far import left_out_errors
+from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.search import Found, search
+from gap_diagnosis.vehicle.verdict import judged
+from run_bag import write_run
+
+MODEL = load_model("ngs")
+
+
+@pytest.fixture(scope="module")
+def healthy(tmp_path_factory: pytest.TempPathFactory) -> Found:
+    draw = Draw(seed=12, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=14.0)
+    (topics,) = recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)
+    log = read_log(write_run(tmp_path_factory.mktemp("runs") / "run", topics), MODEL.thrusters)
+    return search(MODEL, [log], only=lambda h: False)
+
+
+def pushed(found: Found, times: float) -> Found:
+    """Return what was found with a random wrench learned as so many times as large."""
+    last = found.stages[-1]
+    runs = [replace(p, noises=p.noises._replace(wrench=times * p.noises.wrench)) for p in last.screen.runs]
+    stage = replace(last, screen=replace(last.screen, runs=runs))
+    return replace(found, stages=(*found.stages[:-1], stage))
+
+
+def test_a_random_wrench_that_was_learned_as_large_is_no_excuse_for_an_error(healthy: Found) -> None:
+    large, huge = (left_out_errors(pushed(healthy, times), 2.0) for times in (1e3, 1e5))
+    assert large.foreseen == pytest.approx(huge.foreseen, nan_ok=True)
+    assert large.steps == pytest.approx(huge.steps)
+
+
+def test_where_there_is_no_gap_a_sentence_says_so_in_place_of_shares(healthy: Found) -> None:
+    log, errors = healthy.stages[-1].screen.runs[0].log, left_out_errors(healthy, 2.0)
+    content = content_of(judged(healthy, [log]), healthy, [replace(errors, budget=())], None, [log], {"runs": ["run"]})
+    assert content["budget"]["parameters"] is None and "no gap to share out" in content["budget"]["why_not"]
+    assert content["gap"]["left_out"] is False and content["gap"]["total"]["as_is"] == errors.steps[0]
