@@ -97,7 +97,7 @@ class VehicleWatch(Node):
         for topic, (kind, fields) in _TOLD.items():
             listen(self, kind, topic, partial(self._on_sensor, topic, fields))
         self.create_subscription(BatteryState, "rov/battery", self._on_battery, RELIABLE)
-        self.get_logger().info(f"watching {model.thrusters} thrusters and the gyro; false alarms: {self._rate}")
+        self.get_logger().info(f"watching {model.thrusters} thrusters and the gyro; false alarms an hour: {self._rate}")
         self._diagnostics.report("ok", "waiting for throttles", self._values())
 
     def _on_throttle(self, i: int, throttle: Any) -> None:
