@@ -1,6 +1,6 @@
 """A vehicle's diagnosis as content for `diagnosis.json`, which other programs read."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
-from gap_diagnosis.vehicle.hypotheses import Hypothesis, described
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.oddities import Logged
@@ -139,6 +139,7 @@ def content_of(
         },
         "unexplained": [{"signal": axis, "depends_on": on, "gain": gain} for gain, (_, axis, on) in verdict.left],
         "hidden": [{**place_of(h), "least": size, "unit": h.units[h.parameters[0]]} for h, size in _hidden(verdict)],
+        "not_tried": _not_tried(found, told_in(logs)),
         "wiring": None if wiring is None else wiring.content(),
         "sensors": told_in(logs),
         "log": [each.sentence for each in verdict.logged],
@@ -183,6 +184,14 @@ def _budget(found: Found | None, first: Errors | None) -> dict[str, Any]:
 
 def _share(share: Share | None) -> dict[str, Any] | None:
     return None if share is None else {"share": share.share, "interval": [share.low, share.high]}
+
+
+def _not_tried(found: Found | None, there: Mapping[str, bool]) -> list[str]:
+    """Return the effects that were not looked for: their sensor is missing, or they were left out."""
+    if found is None:
+        return []
+    every = hypotheses(found.stages[-1].screen.model, dict.fromkeys(there, True))
+    return sorted({h.effect for h in every} - {h.effect for h in found.tried})
 
 
 def _hidden(verdict: Verdict) -> list[tuple[Hypothesis, float]]:

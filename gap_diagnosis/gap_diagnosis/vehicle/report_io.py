@@ -75,6 +75,9 @@ def report_of(
     report.section("What could not have been shown")
     missing = [name for name, there in content["sensors"].items() if not there]
     report.paragraph(f"Sensors that are missing: {', '.join(missing) or 'none'}.")
+    if content["not_tried"]:
+        names = ", ".join(each.replace("_", " ") for each in content["not_tried"])
+        report.paragraph(f"Not looked for, as their sensor is missing or they were left out: {names}.")
     if content["hidden"]:
         report.table(
             ["effect", Column(name="least size that would be claimed"), "unit"],

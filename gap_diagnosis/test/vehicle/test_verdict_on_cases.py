@@ -91,6 +91,7 @@ def test_the_keys_of_a_single_thrusters_diagnosis_are_there(lossy: Diagnosed) ->
     # numbers re-tuned on this one recording do as well
     assert (effect["shrink"], effect["class"]) == (None, "parametric")
     assert effect["probability"] <= effect["group_probability"] <= 1.0 and effect["group_probability"] > 0.96
+    assert "water_current" in lossy.content["not_tried"] and not set(FEW) & set(lossy.content["not_tried"])
     assert lossy.content["resembles"] == [] and lossy.content["log"] == []
     budget = lossy.content["budget"]
     assert budget["why_not"] is None and budget["parameters"] is not None
