@@ -36,11 +36,15 @@ __all__ = ["GROUPS", "OF_LOG", "OF_RUN", "Built", "Key", "Model"]
 Array = NDArray[np.float64]
 Key = tuple[Any, ...]
 GROUPS: dict[str, tuple[str, ...]] = {
-    "drive": ("c_u1", "c_u2"),
-    "edges": ("delta_u1", "delta_u2"),
+    "c_u1": ("c_u1",),
+    "c_u2": ("c_u2",),
+    "delta_u1": ("delta_u1",),
+    "delta_u2": ("delta_u2",),
     "rotor": ("k_n",),
     "rate": ("k_n", "drive_gain"),
     "thrust": ("c_T1", "c_T2"),
+    "c_T1": ("c_T1",),
+    "c_T2": ("c_T2",),
     "flow_loss": ("c_nv_T",),
     "flow_drag": ("c_v_T",),
     "k_v": ("k_v",),
@@ -48,7 +52,10 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "k_w": ("k_w",),
     "k_Tv": ("k_Tv",),
 }
-"""Coefficients of a thruster that move together; thrust is that on the vehicle where a table gives it."""
+"""Coefficients of a thruster that move together, as those that one published number sets do.
+
+Thrust is that on the vehicle where a table gives it; where a set has a number for each way, each moves by itself.
+"""
 _LEAST_SHARE = 0.05
 """Of a coefficient that is left of it, however far a fit goes: none of them changes its sign."""
 _TACH = ("tach_scale", "tach_lag")
@@ -121,8 +128,10 @@ class Model:
         """Return the groups of coefficients that these thrusters have and that are not zero."""
         p = self._believed[0]
         lagged = p.drive_gain == p.k_n  # a lag whose rate sets both: its steady speed must not move with it
+        each_way = "c_T1" in self.sets[0].parameters
+        passed_over = {"rotor" if lagged else "rate", *(("thrust",) if each_way else ("c_T1", "c_T2"))}
         told = (name for name in GROUPS if self._fields[name] or name == "thrust")
-        return tuple(name for name in told if name != ("rotor" if lagged else "rate"))
+        return tuple(name for name in told if name not in passed_over)
 
     def built(
         self,

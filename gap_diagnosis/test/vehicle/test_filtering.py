@@ -35,7 +35,8 @@ CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] *
 TURNED = ("imu_misalignment", {"axis": "z"}, {"angle": -0.05})
 
 
-KEYS = ("drive", "edges", "rotor", "thrust", ("flow_loss", "flow_drag"), "k_v", "k_Uv", "k_Tv")
+FLOW = ("flow_loss", "flow_drag")
+KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1")
 """Of the model, in the order of the sealed world's groups."""
 
 
