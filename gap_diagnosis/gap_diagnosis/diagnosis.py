@@ -98,11 +98,15 @@ class Diagnosis:
 
     @cached_property
     def retuned(self) -> Fitted | None:
-        """What comes out: the claimed set; without one, parameters as they predict free runs best."""
+        """What comes out: the claimed set, or parameters alone; where the model is wrong, as they predict free runs best.
+
+        Where it is right, what pushed the plant is no business of its parameters.
+        """
         if self.investigation is None:
             return None
-        chosen = self.verdict.chosen
-        return chosen.fitted if chosen is not None else self.investigation.free[0]
+        if self.verdict.verdict == "unknown":
+            return self.investigation.free[0]
+        return (self.verdict.chosen or self.investigation.none).fitted
 
     @property
     def improves(self) -> bool:

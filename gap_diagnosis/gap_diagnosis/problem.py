@@ -26,6 +26,7 @@ from gap_diagnosis.prediction import (
     simulated,
 )
 from gap_diagnosis.recording import Recording
+from gap_diagnosis.rules import RULES
 from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
 from thruster_model.effects.stages import LIBRARY
@@ -42,6 +43,9 @@ CONVENTION = 1.5e-3
 stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
 FARTHEST = 16.0
 """Deviations within which nuisances are held."""
+_LATEST, _LATEST_OF_RUN = RULES.conventional / CONVENTION, 8.0
+"""The same of conventions, of all recordings and of one by itself: beyond it a time is no matter of conventions, but a
+delay. Within 16 they took 48 ms of a delay, all recordings alike, and left nothing to be told."""
 _DIVERGED = 1e6
 
 
@@ -128,6 +132,13 @@ class Problem:
         """Which nuisances are conventions that differ from run to run, shape (nuisances,)."""
         own = [slot.kind == "convention" and slot.recording is not None for slot in self.situations]
         return np.array([*[False] * len(self.names), *own])
+
+    @cached_property
+    def _farthest(self) -> Array:
+        """Deviations within which each nuisance is held, shape (nuisances,)."""
+        conventional = [_LATEST if slot.recording is None else _LATEST_OF_RUN for slot in self.situations]
+        is_one = [slot.kind == "convention" for slot in self.situations]
+        return np.concatenate((np.full(len(self.names), FARTHEST), np.where(is_one, conventional, FARTHEST)))
 
     @property
     def nuisances(self) -> int:
@@ -334,7 +345,8 @@ class Problem:
 
     def bounded(self, x: Array) -> Array:
         """Return unknowns with sizes inside their ranges and nuisances within `FARTHEST` deviations."""
-        bounded = np.clip(x, -FARTHEST, FARTHEST)
+        bounded = np.asarray(x).copy()
+        bounded[: self.nuisances] = np.clip(x[: self.nuisances], -self._farthest, self._farthest)
         for k, slot in enumerate(self.slots):
             bounded[self.nuisances + k] = np.clip(
                 x[self.nuisances + k], slot.lower / slot.width, slot.upper / slot.width

@@ -166,6 +166,7 @@ def test_retuned_parameters_suffice_where_nothing_but_parameters_is_off():
     found = diagnose(recordings, stated)
     assert found.verdict.verdict == "parameters"
     assert not found.verdict.claims and not content(found)["effects"]
+    assert found.retuned is found.investigation.none.fitted  # not as free runs would have it, pushes and all
 
 
 def test_nothing_is_claimed_where_the_parameters_are_right():
@@ -218,9 +219,10 @@ def test_an_effect_beside_air_is_named_too():
 
 
 def test_exact_twins_are_one_group():
-    stated, recordings = campaign({"command_delay": {"time": 0.1}}, seed=8, runs=2, duration=15.0)
+    stated, recordings = campaign({"command_delay": {"time": 0.05}}, seed=8, runs=2)
     (claim,) = diagnose(recordings, stated).verdict.claims
     assert {claim.effect, *(name.split(":")[0] for name in claim.alike)} == {"command_delay", "log_alignment"}
+    assert abs(next(iter(claim.sizes.values())).value) == pytest.approx(0.05, abs=2e-3)
 
 
 @pytest.mark.long

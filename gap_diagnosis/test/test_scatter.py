@@ -89,6 +89,18 @@ def test_values_read_at_other_instants_than_their_stamps_show_by_how_far_these_s
     assert abs(size - scatter) < 4.0 * deviation
 
 
+def test_outliers_are_no_scatter_of_stamps_wherever_the_signal_was_steep(sound):
+    rng = np.random.default_rng(7)
+
+    def spoiled(time, predicted, residuals):
+        out = rng.choice(time.size, 6, replace=False, p=(w := np.abs(np.gradient(predicted, time)) + 1e-9) / w.sum())
+        spiked = residuals.copy()
+        spiked[out] += 40.0 * np.nanstd(residuals) * rng.choice([-1.0, 1.0], out.size)
+        return spiked
+
+    assert jitter_of(with_residuals(sound, spoiled))[2] < 2.0
+
+
 def test_a_disturbance_that_lasts_is_no_scatter_of_stamps_though_it_grows_with_the_slope(sound):
     rng = np.random.default_rng(6)
 
