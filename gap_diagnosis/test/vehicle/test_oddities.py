@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -47,9 +48,9 @@ def jittered(topic: Topic, rng: np.random.Generator) -> Topic:
     return replace(topic, stamps=np.sort(stamps.astype(np.int64)))
 
 
-def blind(topic: Topic, rng: np.random.Generator) -> Topic:
+def blind(topic: Topic, rng: np.random.Generator, below: float = 25.0) -> Topic:
     n = np.asarray(topic.fields["n"])
-    return replace(topic, fields={**topic.fields, "n": np.where(np.abs(n) < 25.0, 0.0, n)})
+    return replace(topic, fields={**topic.fields, "n": np.where(np.abs(n) < below, 0.0, n)})
 
 
 def coarse(topic: Topic, rng: np.random.Generator) -> Topic:
@@ -106,7 +107,7 @@ def test_what_one_of_three_recordings_shows_is_not_said_of_all() -> None:
 
 
 def test_a_diagnosis_names_what_the_log_shows_and_no_physics_beside_it(healthy: list[Topic], tmp_path: Path) -> None:
-    log = read(spoiled(healthy, "thruster_2/state", blind), tmp_path)
+    log = read(spoiled(healthy, "thruster_2/state", partial(blind, below=10.0)), tmp_path)
     few = ("thrust_loss", "dead_zone_shift", "tach_scale")
     found = diagnosed(MODEL, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in few, how_far=False).content
     assert found["verdict"] == "effect"
