@@ -98,7 +98,7 @@ class Diagnosis:
 
     @cached_property
     def retuned(self) -> Fitted | None:
-        """What comes out: the claimed set, or parameters alone; where the model is wrong, as they predict free runs best.
+        """What comes out: the claimed set, or parameters alone; if the model is wrong, as they predict free runs best.
 
         Where it is right, what pushed the plant is no business of its parameters.
         """

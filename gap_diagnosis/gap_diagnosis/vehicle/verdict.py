@@ -84,9 +84,12 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     if rough or hidden:
         p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
     shifted, logged = _shifted(found), common_to([log.oddities for log in logs])
+    held = bool(claims) and any(abs(s) > rules.HELD for _, s, _ in shifted)
+    if held:
+        p_unknown = max(p_unknown, 0.95)
     if wanting(logs):
         name, claims = "not_enough_data", ()
-    elif rough or (claims and _nameless_is_better(found)):
+    elif rough or held or (claims and _nameless_is_better(found)):
         name = "unknown"
     elif claims:
         name = "effect" if min(c.probability for c in claims) >= 0.5 else "cannot_tell"
@@ -201,6 +204,9 @@ def _summary(
         return "The recordings are too short or too quiet to say anything."
     if name == "unknown" and claims:
         says.append("More is wrong than the library explains; what follows holds only if the rest leaves it alone.")
+        key, moved, _ = max(shifted, key=lambda row: abs(row[1]), default=(("",), 0.0, 0.0))
+        if abs(moved) > rules.HELD:
+            says.append(f"It needs {'.'.join(map(str, key[1:]))} to be {moved:+.0f} deviations from what is stated.")
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(

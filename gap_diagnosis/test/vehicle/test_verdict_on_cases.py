@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw, drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import scored
@@ -51,6 +52,18 @@ def test_the_size_of_a_loss_of_thrust_lies_within_its_deviations(lossy: Diagnose
 def test_what_a_nuisance_took_over_before_the_effect_was_there_it_gives_back(lossy: Diagnosed) -> None:
     thrust = [p for name, p in lossy.content["retuned_parameters"].items() if name.startswith("thrust")]
     assert all(abs(p["deviations"]) < 4.0 for p in thrust)
+
+
+def test_effects_that_need_a_number_far_from_what_is_stated_only_resemble(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rules, "HELD", 1.6)
+    hidden: Any = (("thrust_loss", {"thruster": 2}, {"share": 0.4}),)
+    content = of(tmp_path, Draw(seed=11, vehicle="ngs", effects=hidden, kinds=("steps",), duration=20.0)).content
+    assert max(abs(p["deviations"]) for p in content["retuned_parameters"].values()) > 1.6
+    assert (content["verdict"], content["effects"]) == ("unknown", []) and content["p_unknown"] >= 0.95
+    assert [e["id"] for e in content["resembles"]] == ["thrust_loss"]
+    assert "deviations from what is stated" in content["summary"]
 
 
 def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed, tmp_path: Path) -> None:
