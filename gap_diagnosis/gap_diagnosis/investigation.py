@@ -235,7 +235,7 @@ class Investigation:
             key: max(self.gained[key], 0.0) / max(whole, 1e-9)
             for key, value in self.unsteady.items()
             if value > RULES.unsteady
-            or self.ahead[key] < RULES.ahead
+            or self.ahead[key] < 0.0
             or self.helps[key] < RULES.helps
             or self.distances[key] < RULES.apart
             or (self.nameless and self.gained[key] < self.unexplained.evidence)

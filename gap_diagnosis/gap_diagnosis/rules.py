@@ -26,7 +26,6 @@ class Rules:
         held: deviations at which a parameter counts as held at its end: nothing is believed of a model that needs it.
         unsteady: evidence, nats, that an effect's size changes with run, time or state by more than its equation may be
             off, from which on it only resembles what is at work.
-        ahead: evidence, nats, by which an effect must explain better than functions without a name would in its place.
         helps: probability, by runs left out, that an effect makes a new run no less probable; it is claimed from it on.
         even: nats by which a run may be less probable and still count as no less so. Where only the stated deviations
             of parameters speak against these, as for a gain of the throttle, new runs are foretold as well with as
@@ -56,7 +55,6 @@ class Rules:
     pressed: float = 3.0
     held: float = 15.0
     unsteady: float = 6.0
-    ahead: float = 3.0
     helps: float = 0.5
     even: float = 1.0
     conventional: float = 4.5e-3

@@ -8,7 +8,7 @@ from typing import Any
 
 from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
+from gap_diagnosis.vehicle.model import OF_RUN, Key, Model, admissible
 from run_bag.report import Column, Report
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.vehicle_parameters import definition_of
@@ -47,8 +47,9 @@ def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
         if n.key[0] == "vehicle" and n.told:
             far = f"; {n.moved / n.before:+.1f} stated deviations away" if n.shifted else ""
             old = parameters[n.key[1]]
+            value = admissible(n.key[1], old.value + n.moved)  # as the model takes it, however far a fit goes
             parameters[n.key[1]] = replace(
-                old, value=old.value + n.moved, standard_deviation=n.after, source=f"fitted to recordings{far}"
+                old, value=value, standard_deviation=n.after, source=f"fitted to recordings{far}"
             )
     return replace(vehicle, name=f"{vehicle.name}, fitted", parameters=parameters)
 

@@ -31,7 +31,7 @@ from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "OF_LOG", "OF_RUN", "Built", "Key", "Model"]
+__all__ = ["GROUPS", "OF_LOG", "OF_RUN", "Built", "Key", "Model", "admissible"]
 
 Array = NDArray[np.float64]
 Key = tuple[Any, ...]
@@ -113,7 +113,7 @@ class Model:
         base = self.vehicle.values
 
         def changed(changes: tuple[tuple[str, float], ...]) -> VehicleCoefficients:
-            values = {n: _admissible(n, base[n] + v) for n, v in changes}
+            values = {n: admissible(n, base[n] + v) for n, v in changes}
             vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
             return vehicle.coefficients._replace(full_thrust=self._full)
 
@@ -183,6 +183,7 @@ class Model:
         return Built(settings, c._replace(gyro_bias=gyro, force_bias=force, signed=int(signed), **power), tach)
 
 
-def _admissible(name: str, value: float) -> float:
+def admissible(name: str, value: float) -> float:
+    """Return a number of a vehicle within its range, in its own unit."""
     definition = definition_of(name)
     return value if definition is None else min(max(value, definition.lower), definition.upper)
