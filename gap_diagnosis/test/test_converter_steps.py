@@ -33,6 +33,7 @@ def test_without_a_reading_that_answers_there_is_nothing_to_try():
     assert likely_steps(*_base({}, channels=("ambient",)), 0.5, 60).size == 0
 
 
+@pytest.mark.long
 def test_a_step_whose_peak_a_coarse_grid_misses_is_named():
     stated, recordings = campaign({"command_quantization": {"step": 0.0907}}, seed=3, duration=20.0)
     (claim,) = diagnose(recordings, stated).verdict.claims

@@ -124,7 +124,7 @@ def test_half_a_step_heavy_tails_and_clocks_are_no_effect(rate, step, tails, mor
 @pytest.mark.parametrize(
     ("rate", "step", "effect", "truth", "parameter", "size"),
     [
-        (50.0, 1e-3, "command_lag", {"lag": 0.08, "duration": 15.0}, "time", 0.08),
+        pytest.param(50.0, 1e-3, "command_lag", {"lag": 0.08, "duration": 15.0}, "time", 0.08, marks=LONG),
         pytest.param(20.0, 2e-3, "thrust_loss", {"loss": 0.35}, "share", 0.35, marks=LONG),
         pytest.param(25.0, 5e-4, "brake_asymmetry", {"brake": 0.4}, "share", 0.4, marks=LONG),
         pytest.param(50.0, 5e-4, "brake_asymmetry", {"brake": -0.3}, "share", -0.3, marks=LONG),

@@ -28,7 +28,7 @@ def short(tmp_path_factory) -> Path:  # type: ignore[no-untyped-def]
         entry["unit"] = unit_of(name)
     assumed["duration"]["value"] = 12.0
     groups = {
-        "speed_loop": {"title": "a", "strategies": ["lookup", "dead-zone"], "change": {"truth": "simplified"}},
+        "speed_loop": {"title": "a", "strategies": ["lookup", "hq-ekf"], "change": {"truth": "simplified"}},
         "flow": {"title": "b", "strategies": ["lookup", "hq-ekf"], "vary": {"feedback": ["truth", "estimator"]}},
     }
     file = tmp_path_factory.mktemp("plan") / "short.yaml"
@@ -53,7 +53,7 @@ def test_the_command_writes_what_it_names_and_is_done_the_second_time(short: Pat
     assert {f: f.stat().st_mtime_ns for f in (tmp_path / "out/shards").iterdir()} == before
 
     text, study = read_study(tmp_path / "out")
-    assert study.seeds == 2 and set(study.strategies) == {"lookup", "dead-zone", "hq-ekf"}
+    assert study.seeds == 2 and set(study.strategies) == {"lookup", "hq-ekf"}
     assert main([*arguments[:4], "--seed", "2", *arguments[4:]]) == 1
     assert "found a study of another plan" in capsys.readouterr().err
     plan = parse_plan(short.read_text("utf-8"), origin="short.yaml")

@@ -46,7 +46,7 @@ def asymmetric(like: VehicleLog, throttles: NDArray[np.float64], seed: int) -> V
 
 @pytest.fixture(scope="module")
 def like(tmp_path_factory: pytest.TempPathFactory) -> VehicleLog:
-    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=20.0)
+    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=14.0)
     topics = next(iter(recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)))
     return read_log(write_run(tmp_path_factory.mktemp("like") / "run", topics), MODEL.thrusters)
 
