@@ -28,9 +28,14 @@ EXAMPLES = """
 
 
 def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> int:
-    """Diagnose runs; return the exit status."""
+    """Diagnose runs, of a vehicle with `--vehicle`; return the exit status."""
+    taken = user_arguments(arguments)
+    if any(each.split("=")[0] == "--vehicle" for each in taken):
+        from gap_diagnosis.vehicle.cli_diagnose_vehicle import main as of_vehicle  # loads the vehicle's model
+
+        return of_vehicle(taken, program)
     parser = _parser(program)
-    given = parser.parse_args(user_arguments(arguments))
+    given = parser.parse_args(taken)
     out = given.out
     try:
         unknown = sorted(set(given.without) - set(LIBRARY))

@@ -119,3 +119,8 @@ def test_clock_deviations_that_are_no_table_are_refused(stating):
 def test_a_clock_deviation_within_the_run_is_taken(stating):
     (recording,) = stating({"clock_deviation": {"throttle": 0.02, "flow": None}})
     assert recording.experiment.throttle_shift_std == 0.02
+
+
+def test_runs_of_a_vehicle_are_taken_by_the_same_command(tmp_path, capsys):
+    assert main([str(tmp_path), "--vehicle", "no_such_vehicle", "--out", str(tmp_path / "out")]) == 1
+    assert "no_such_vehicle" in capsys.readouterr().err
