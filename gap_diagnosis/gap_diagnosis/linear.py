@@ -187,7 +187,8 @@ def linearised(
             columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
         return columns
 
-    columns = slopes_over(_steps(problem, most))
+    steps = _steps(problem, most)
+    columns = slopes_over(steps)
     by_throttle = [
         [(a - b) / (2.0 * step) for a, b in zip(at(state, u + step), at(state, u - step), strict=True)]
         for step in _THROTTLE_STEPS
@@ -199,7 +200,7 @@ def linearised(
         # at the point itself. Where a jump between two steps looks like growth even there, none goes on.
         rates[growing] = _rates(slopes_over(_LEAST))[growing]
         rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
-    leaves = _brink(lambda v: at([state[0], v, state[2]], u)[1], state[1], _steps(problem, most)[1])
+    leaves = _brink(lambda v: at([state[0], v, state[2]], u)[1], state[1], steps[1])
     rates[:, 1, 1] -= leaves
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
     square = step @ step
