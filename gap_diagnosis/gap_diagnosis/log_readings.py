@@ -8,6 +8,9 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.problem import Problem
@@ -68,33 +71,26 @@ class LogReading:
 
     def better_for(self, found: Hypothesis) -> "LogReading | None":
         """Return another way that suits a set of effects, found in this one, better by far; None: there is none."""
-        if self.regular is None and self.straight is None:
-            return None
-        here = _evidence(found)
-        if (
-            self.regular is not None
-            and (self._gain(self.regular, found, here) >= LOG_RULES.jitter) is not self.on_regular
-        ):
+        if (self._for_regular(found) >= LOG_RULES.jitter) is not self.on_regular:
             return replace(self, on_regular=not self.on_regular)
         if self.straight is not None:
             other = replace(self, straight=not self.straight)
             if other.problem.known.size != self.problem.known.size:
                 return None  # what is not the same data cannot be compared
-            if _evidence(_read_in(other.problem, found)) > here + LOG_RULES.straight:
+            if _gain(other.problem, found, outliers=True) > LOG_RULES.straight:
                 return other
         return None
 
     def jitter(self, found: Hypothesis) -> Scatter | None:
         """Return what it says that regular stamps suit what was found better; None: they do not."""
-        if self.regular is None:
-            return None
-        gain = self._gain(self.regular, found, _evidence(found))
+        gain = self._for_regular(found)
         return jitter_of_stamps(self.as_stamped, gain) if gain >= LOG_RULES.jitter else None
 
-    def _gain(self, regular: Problem, found: Hypothesis, here: float) -> float:
-        """Return by how much regular stamps suit a set of effects better, nats; `here`: its evidence as it was read."""
-        other = _evidence(_read_in(self.as_stamped if self.on_regular else regular, found))
-        return here - other if self.on_regular else other - here
+    def _for_regular(self, found: Hypothesis) -> float:
+        """Return by how much regular stamps suit a set found in this reading better, nats; 0: none scatter."""
+        if self.regular is None:
+            return 0.0
+        return -_gain(self.as_stamped, found) if self.on_regular else _gain(self.regular, found)
 
 
 def read_as_suits(
@@ -125,24 +121,34 @@ def _first(log: Problem) -> LogReading:
     """Return the way that suits re-tuned parameters best; commands are held where both do about alike."""
     known = all(recording.straight is None for recording in log.recordings)
     best = LogReading(log=log, straight=None if known else False)
-    if not known:
-        lines = replace(best, straight=True)
-        best = lines if _plain(lines.problem) > _plain(best.problem) + LOG_RULES.straight else best
-    if best.regular is not None and _plain(best.regular) > _plain(best.as_stamped) + LOG_RULES.jitter:
-        best = replace(best, on_regular=True)
+    for _ in range(_TURNS):
+        start = best.problem.start()
+        better = best.better_for(weighed(best.problem, (), start, whitener(best.problem, start)))
+        if better is None:
+            break
+        best = better
     return best
 
 
-def _plain(problem: Problem) -> float:
-    """Return the evidence of parameters alone, under the noise of the sensors."""
-    start = problem.start()
-    return fit(problem, whitener(problem, start), start, iterations=8).evidence
+def _gain(problem: Problem, found: Hypothesis, *, outliers: bool = False) -> float:
+    """Return by how much a set of effects suits other readings better than its own, nats.
+
+    Args:
+        problem: with the other readings.
+        found: the set.
+        outliers: whether what stands out in both counts as an outlier. What stands out in one alone tells against that
+            one. Readings with wrong stamps look like outliers, so where these are asked about there are none.
+    """
+    there = _read_in(problem, found)
+    wild = [each.noise.wild for each in (there, found) if outliers and each.noise.wild is not None]
+    in_both = np.minimum(*wild) if len(wild) == 2 else None
+    return _evidence(there, in_both) - _evidence(found, in_both)
 
 
-def _evidence(found: Hypothesis) -> float:
-    """Return the evidence of a set of effects under its noise; none is an outlier: other stamps make others."""
+def _evidence(found: Hypothesis, wild: NDArray[np.float64] | None) -> float:
+    """Return the evidence of a set of effects under its noise beside outliers, see `Whitener.tamed`."""
     system, x = found.system, found.fitted.x
-    return fit(system, whitener(system, x, found.noise.levels), x, iterations=4).evidence
+    return fit(system, replace(whitener(system, x, found.noise.levels), wild=wild), x, iterations=4).evidence
 
 
 def _read_in(problem: Problem, found: Hypothesis) -> Hypothesis:

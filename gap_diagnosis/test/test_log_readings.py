@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from gap_diagnosis.log_readings import read_as_suits
+from gap_diagnosis.log_readings import LogReading, read_as_suits
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
@@ -19,8 +19,11 @@ RATE = 12.0  # [V/s]
 DT, PERIOD, LENGTH = 1e-3, 0.05, 30.0  # [s]
 
 
-def recorded(seed):
-    """Return a recording in which commands are held, and followed at a limited rate; how they act is not stated."""
+def recorded(seed, rough=0.0):
+    """Return a recording in which commands are held, and followed at a limited rate; how they act is not stated.
+
+    `rough`: share of readings that are 30 deviations off.
+    """
     rng = np.random.default_rng(seed)
     at = PERIOD * np.arange(round(LENGTH / PERIOD))
     tones, phases = rng.uniform(0.05, 0.9, (6, 1)), rng.uniform(0.0, 2.0 * np.pi, (6, 1))
@@ -31,22 +34,41 @@ def recorded(seed):
     true = {"speed": n, "ambient": ambient, "thrust": thrust, "torque": torque}
     time = 20 * DT * np.arange(n.size)
     signals = {name: (time, x + NOISE[name] * rng.standard_normal(n.size)) for name, x in true.items()}
+    for name, (_, readings) in signals.items():
+        off = rng.uniform(size=n.size) < rough
+        readings[off] += 30.0 * NOISE[name] * rng.choice([-1.0, 1.0], np.sum(off))
     return recording_of(f"run {seed}", (at, commands), signals, hold=None)
+
+
+def limited(problem):
+    """Return the set of the limited rate alone, fitted."""
+    suspect = next(each for each in suspects(set(NOISE)) if each.effect == "throttle_rate_limit")
+    posed = problem.with_effects(suspect.slots)
+    x = np.append(posed.start()[: posed.nuisances], RATE / suspect.slots[0].width)
+    return weighed(posed, (suspect,), x, whitener(posed, x))
 
 
 def test_a_limited_rate_is_taken_for_straight_lines_only_until_it_is_known():
     recordings = tuple(checked([recorded(seed) for seed in (1, 2)]).recordings)
-    suspect = next(each for each in suspects(set(NOISE)) if each.effect == "throttle_rate_limit")
     asked = []
 
     def investigated(problem, grew):
         asked.append(problem)
-        posed = problem.with_effects(suspect.slots)
-        x = np.append(posed.start()[: posed.nuisances], RATE / suspect.slots[0].width)
-        grew(weighed(posed, (suspect,), x, whitener(posed, x)))
+        grew(limited(problem))
         return "found"
 
     log = Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
     reading, found = read_as_suits(log, investigated)
     assert (reading.straight, found) == (False, "found")
     assert [problem.recordings[0] is log.recordings[0].straight for problem in asked] == [True, False]
+
+
+def test_outliers_have_no_say_in_how_commands_act():
+    log = Problem(
+        recordings=tuple(checked([recorded(seed, 0.004) for seed in (1, 2)]).recordings),
+        parameter_set=HL,
+        deviations=deviations_of(HL),
+    )
+    held, lines = (LogReading(log=log, straight=straight) for straight in (False, True))
+    assert held.better_for(limited(held.problem)) is None
+    assert lines.better_for(limited(lines.problem)) == held
