@@ -4,12 +4,18 @@ from __future__ import annotations
 
 import os
 import signal
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 from thruster_runtime.domains import reserved_domain
+
+if TYPE_CHECKING:
+    from rclpy.context import Context
+    from rclpy.executors import Executor
+    from rclpy.node import Node
 
 ROOT = Path(__file__).resolve().parent
 # Whatever the shell has: in one domain, the graphs of two processes of tests (or a live one) would hear each other.
@@ -57,6 +63,40 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         return 0 if item.path.name in BY_THE_WALL else 1 if ROOT / "gap_diagnosis" in item.path.parents else 2
 
     items.sort(key=turn)
+
+
+@pytest.fixture
+def context() -> Iterator[Context]:
+    """Return a context of this test's own, in the domain of this process."""
+    import rclpy  # only where it is needed: most tests have no graph
+
+    private = rclpy.Context()
+    rclpy.init(args=[], context=private, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
+    yield private
+    rclpy.try_shutdown(context=private)
+
+
+@pytest.fixture
+def spun(context: Context) -> Iterator[Callable[..., Executor]]:
+    """Return a function that makes an executor for nodes; after the test they leave it, it ends, and so do they."""
+    from thruster_runtime.executors import make_executor
+
+    made: list[tuple[Executor, tuple[Node, ...]]] = []
+
+    def spin(*nodes: Node, kind: str = "events") -> Executor:
+        executor = make_executor(kind, context=context)
+        made.append((executor, nodes))
+        for node in nodes:
+            executor.add_node(node)
+        return executor
+
+    yield spin
+    for executor, nodes in made:
+        for node in nodes:
+            executor.remove_node(node)
+        executor.shutdown()
+        for node in nodes:
+            node.destroy_node()
 
 
 def data_folder(variable: str, name: str, what: str) -> Path:

@@ -1,14 +1,14 @@
 """The navigation believes in the sensors that are simulated by default, and makes odometry of their messages."""
 
-import os
+from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-import rclpy
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -20,7 +20,7 @@ from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from thruster_estimation.navigation_node import NavigationNode
 from thruster_estimation.navigation_parameters import NAVIGATION_PARAMETERS, chosen_settings
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 
@@ -45,7 +45,7 @@ LATE = replace(load_sensors(), depth=replace(load_sensors().depth, phase=0.03, d
 
 @pytest.mark.parametrize(("sensors", "late"), [(load_sensors(), 0.0), (LATE, 0.055)], ids=["default", "late"])
 def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest(
-    sensors: VehicleSensors, late: float
+    context: Context, spun: Callable[..., Executor], sensors: VehicleSensors, late: float
 ) -> None:
     """Tick by tick as a plant does it: four readings of the IMU, whatever else is due, one estimate."""
     tick, c = 10_000_000, sensor_coefficients(sensors)._replace(velocity_late=late)
@@ -54,31 +54,19 @@ def test_in_lockstep_each_control_tick_has_its_odometry_of_a_vehicle_at_rest(
         acceleration=np.zeros(6), n=np.zeros(1), supply=1.0, current=0.0,
     )  # fmt: skip
     given = [Parameter(name, value=value) for name, value in navigation_parameters(sensors, c).items()]
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
     plant, navigation = Node("plant", context=context), NavigationNode(context=context, parameter_overrides=given)
-    executor = make_executor("events", context=context)
-    try:
-        publishers, subject = SensorPublishers(plant, sensors, 1), Sensors(sensors, 4, 1, c)
-        found: list[Odometry] = []
-        plant.create_subscription(Odometry, "rov/odometry", found.append, RELIABLE)
-        executor.add_node(plant)
-        executor.add_node(navigation)
-        heard = [p.publisher for (name, _), p in publishers.publishers.items() if name in ("imu", "velocity", "depth")]
-        ends = [*heard, *(p for p in navigation.publishers if p.topic_name.endswith("odometry"))]
-        assert spin_until(executor, lambda: all(p.get_subscription_count() for p in ends), 10.0)
-        for k in range(1, 401):
-            publishers.publish(subject.read(k * tick, rest))
-            if k % 4 == 0:
-                assert spin_until(executor, lambda k=k: len(found) == k // 4, 5.0)  # type: ignore[misc]
-                assert found[-1].header.stamp.nanosec + found[-1].header.stamp.sec * 10**9 == k * tick
-        last = found[-1]
-        assert last.pose.pose.position.z == pytest.approx(5.0, abs=0.02)
-        assert abs(last.twist.twist.linear.x) < 0.02 and abs(last.twist.twist.linear.z) < 0.02
-    finally:
-        for node in (plant, navigation):
-            executor.remove_node(node)
-        executor.shutdown()
-        plant.destroy_node()
-        navigation.destroy_node()
-        rclpy.try_shutdown(context=context)
+    publishers, subject = SensorPublishers(plant, sensors, 1), Sensors(sensors, 4, 1, c)
+    found: list[Odometry] = []
+    plant.create_subscription(Odometry, "rov/odometry", found.append, RELIABLE)
+    executor = spun(plant, navigation)
+    heard = [p.publisher for (name, _), p in publishers.publishers.items() if name in ("imu", "velocity", "depth")]
+    ends = [*heard, *(p for p in navigation.publishers if p.topic_name.endswith("odometry"))]
+    assert spin_until(executor, lambda: all(p.get_subscription_count() for p in ends), 10.0)
+    for k in range(1, 401):
+        publishers.publish(subject.read(k * tick, rest))
+        if k % 4 == 0:
+            assert spin_until(executor, lambda k=k: len(found) == k // 4, 5.0)  # type: ignore[misc]
+            assert found[-1].header.stamp.nanosec + found[-1].header.stamp.sec * 10**9 == k * tick
+    last = found[-1]
+    assert last.pose.pose.position.z == pytest.approx(5.0, abs=0.02)
+    assert abs(last.twist.twist.linear.x) < 0.02 and abs(last.twist.twist.linear.z) < 0.02

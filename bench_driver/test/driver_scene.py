@@ -7,13 +7,14 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from fake_line import FakeLine
 from geometry_msgs.msg import WrenchStamped
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from bench_driver.driver_node import Driver
 from bench_driver.link_records import LinkState
 from thruster_msgs.msg import FlowVelocity, LoadCellGauges, Throttle, ThrusterState
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 __all__ = ["Scene"]
@@ -29,7 +30,9 @@ class Scene:
         throttle: published every 20 ms [V]; None: nothing.
     """
 
-    def __init__(self, context: Context, protocol: str = "frames", **parameters: object) -> None:
+    def __init__(
+        self, context: Context, spun: Callable[..., Executor], protocol: str = "frames", **parameters: object
+    ) -> None:
         self.now, self.throttle = 50.0, None  # type: tuple[float, float | None]
         self.line = FakeLine(_SPEEDS[protocol])
         given = {"port": "fake", "protocol": protocol, "quiet": 0.0, "poll": 0.02, **parameters}
@@ -48,22 +51,12 @@ class Scene:
             self.heard[name] = []
             self.node.create_subscription(kind, name, self.heard[name].append, RELIABLE)
         self.commands = self.node.create_publisher(Throttle, "thruster_0/throttle", RELIABLE)
-        self.executor = make_executor("single", context=context)
-        for node in (self.driver, self.node):
-            self.executor.add_node(node)
+        self.executor = spun(self.driver, self.node, kind="single")
         assert spin_until(self.executor, self._connected, 10.0)
 
     def _connected(self) -> bool:
         heard = self.node.count_publishers("/diagnostics") == 1 and self.node.count_publishers("thruster_0/state") == 1
         return heard and self.commands.get_subscription_count() == 1
-
-    def close(self) -> None:
-        """End it all."""
-        for node in (self.driver, self.node):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.driver.destroy_node()
-        self.node.destroy_node()
 
     def command(self, throttle: float) -> None:
         """Publish a throttle [V] for now."""

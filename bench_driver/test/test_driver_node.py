@@ -1,14 +1,14 @@
 """The driver's node: each wire, and its fault table as /diagnostics tells it."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticStatus
 from driver_scene import Scene
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.parameter import Parameter
 
 from bench_driver.driver_node import Driver
@@ -23,25 +23,8 @@ ZERO = pytest.approx(0.0, abs=0.021)  # text: zero has no count
 
 
 @pytest.fixture
-def context() -> Iterator[Context]:
-    private = Context()
-    domain = int(os.environ["ROS_DOMAIN_ID"])
-    rclpy.init(args=[], context=private, domain_id=domain)
-    yield private
-    rclpy.try_shutdown(context=private)
-
-
-@pytest.fixture
-def make(context: Context) -> Iterator[Callable[..., Scene]]:
-    scenes: list[Scene] = []
-
-    def made(protocol: str = "frames", **parameters: object) -> Scene:
-        scenes.append(Scene(context, protocol, **parameters))
-        return scenes[-1]
-
-    yield made
-    for scene in scenes:
-        scene.close()
+def make(context: Context, spun: Callable[..., Executor]) -> Callable[..., Scene]:
+    return partial(Scene, context, spun)
 
 
 # ---- wires

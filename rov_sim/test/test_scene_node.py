@@ -5,7 +5,7 @@ import re
 import struct
 import time
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 import rclpy
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from tf2_msgs.msg import TFMessage
@@ -149,18 +150,17 @@ def test_each_thruster_has_its_arrow(recorded: Path) -> None:
     assert np.linalg.norm(end - start) == pytest.approx(0.03 * 4.0 * abs(np.sin(2.0 + 0.45)), rel=0.05)
 
 
-def test_foreign_frames_are_not_drawn_and_the_node_says_so(context: Context) -> None:
+def test_foreign_frames_are_not_drawn_and_the_node_says_so(context: Context, spun: Callable[..., Executor]) -> None:
     from diagnostic_msgs.msg import DiagnosticArray
     from nav_msgs.msg import Odometry
 
     scene = SceneNode(layout=LAYOUT, context=context)
-    other, executor = Node("other", context=context), make_executor("events", context=context)
+    other = Node("other", context=context)
     heard: dict[str, list[Any]] = {"/tf": [], "/diagnostics": []}
     for topic, kind in (("/tf", TFMessage), ("/diagnostics", DiagnosticArray)):
         other.create_subscription(kind, topic, heard[topic].append, RECORDER)
     poses = other.create_publisher(Odometry, "rov/odometry", RECORDER)
-    for node in (scene, other):
-        executor.add_node(node)
+    executor = spun(scene, other)
     assert spin_until(executor, lambda: poses.get_subscription_count() > 0 and scene.count_subscribers("/tf") > 0, 20.0)
     pose = Odometry(child_frame_id="base_link")
     pose.header.frame_id = "odom"
@@ -168,10 +168,6 @@ def test_foreign_frames_are_not_drawn_and_the_node_says_so(context: Context) -> 
     assert spin_until(executor, lambda: bool(heard["/diagnostics"]), 20.0)
     assert "expected map_ned and base_link_frd; found odom and base_link" in heard["/diagnostics"][0].status[0].message
     assert heard["/tf"] == []
-    for node in (scene, other):
-        executor.remove_node(node)
-        node.destroy_node()
-    executor.shutdown()
 
 
 @pytest.mark.parametrize(("vehicle", "count"), [("ngs", 6), ("bluerov2_heavy", 8)])

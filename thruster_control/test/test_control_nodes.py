@@ -1,18 +1,18 @@
 """The wires of inner loop and reference: one test for each topic, and what is refused."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import WrenchStamped
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
@@ -32,7 +32,7 @@ from thruster_msgs.msg import (
     ThrustSetpoint,
 )
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 PERIOD = 40_000_000  # ns
@@ -41,12 +41,13 @@ KINDS = {
     "thrust_setpoint": ThrustSetpoint, "throttle": Throttle, "battery": BatteryState,
 }  # fmt: skip
 KNOWN = {"n": 60.0, "v": 0.1, "ambient": 0.1}
+Spun = Callable[..., Executor]
 
 
 class Scene:
     """A node of thruster 1 in simulated time, and one that plays the rest."""
 
-    def __init__(self, context: Context, subject: type[Node], **values: Any) -> None:
+    def __init__(self, context: Context, spun: Spun, subject: type[Node] = InnerLoopNode, **values: Any) -> None:
         given = {"thruster": 1, "use_sim_time": True, **values}
         self.subject = subject(context=context, parameter_overrides=[Parameter(k, value=v) for k, v in given.items()])
         self.rest = Node("rest", context=context)
@@ -59,9 +60,7 @@ class Scene:
         topics = {name: "/rov/battery" if name == "battery" else f"/thruster_1/{name}" for name in KINDS}
         self.sent = {n: self.rest.create_publisher(KINDS[n], t, RELIABLE) for n, t in topics.items() if t in heard}
         self.clock = self.rest.create_publisher(Clock, "/clock", RELIABLE)
-        self.executor = make_executor("events", context=context)
-        self.executor.add_node(self.subject)
-        self.executor.add_node(self.rest)
+        self.executor = spun(self.subject, self.rest)
         out = [p for p in self.subject.publishers if "thruster_1" in p.topic_name or "diag" in p.topic_name]
         wires = [*self.sent.values(), self.clock, *out]
         assert spin_until(self.executor, lambda: all(p.get_subscription_count() for p in wires), 10.0)
@@ -93,33 +92,10 @@ class Scene:
     def throttles(self, count: int, timeout: float = 5.0) -> list[float]:
         return [message.commanded for message in self.after(count, timeout=timeout)]
 
-    def close(self) -> None:
-        for node in (self.subject, self.rest):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.subject.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def graph() -> Iterator[Context]:
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    yield context
-    rclpy.try_shutdown(context=context)
-
-
-@pytest.fixture
-def running(graph: Context) -> Iterator[Callable[..., Scene]]:
-    scenes: list[Scene] = []
-
-    def build(subject: type[Node] = InnerLoopNode, **values: Any) -> Scene:
-        scenes.append(Scene(graph, subject, **values))
-        return scenes[-1]
-
-    yield build
-    for scene in scenes:
-        scene.close()
+def running(context: Context, spun: Spun) -> Callable[..., Scene]:
+    return partial(Scene, context, spun)
 
 
 def law(strategy: str, T_d: float, n: float, v: float, U: float, T: float = math.nan) -> float:
@@ -328,14 +304,14 @@ def test_the_last_word_is_not_stamped_before_the_last_throttle_where_the_clock_c
     ],
     ids=str,
 )
-def test_wrong_parameters_are_refused_in_a_sentence(graph: Context, values: dict[str, Any], sentence: str) -> None:
+def test_wrong_parameters_are_refused_in_a_sentence(context: Context, values: dict[str, Any], sentence: str) -> None:
     with pytest.raises(StartRefused, match=sentence):
-        InnerLoopNode(context=graph, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
+        InnerLoopNode(context=context, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
 
 
-def test_gains_and_limits_given_as_parameters_reach_the_law(graph: Context) -> None:
+def test_gains_and_limits_given_as_parameters_reach_the_law(context: Context) -> None:
     values = {"k_P": 7.0, "rate_form": "none", "u_max": 2}
-    node = InnerLoopNode(context=graph, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
+    node = InnerLoopNode(context=context, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
     settings = node._with_speed
     assert (settings.gains.k_P, settings.gains.k_I, settings.gains.rate_form) == (7.0, 10.0, 2)
     assert settings.limits.u_max == 2.0

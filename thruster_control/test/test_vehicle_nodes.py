@@ -1,19 +1,19 @@
 """The wires of allocator and vehicle_reference: one test for each topic, what fails, and what is refused."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistStamped, WrenchStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.time import Time
@@ -31,7 +31,7 @@ from thruster_control.vehicle_set_points import set_point_at
 from thruster_control.vehicle_set_points_io import load_script
 from thruster_msgs.msg import ThrusterEstimate, ThrusterFailure, ThrustSetpoint, VehicleSetpoint
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 PERIOD = 40_000_000  # ns
@@ -45,12 +45,13 @@ KINDS: dict[str, Any] = {
 ETA, NU = (0.1, -0.2, 0.3), (0.2, -0.1, 0.05, 0.1, -0.05, 0.2)
 SP = VehicleSetPoint((0.0, 0.1, 0.5), (0.05, -0.1, 0.2), (0.01, 0.02, -0.03), (0.3, 0.0, 0.0), (0.05, 0.0, 0.0))
 GIVEN = {each.name: each.default for each in allocator_parameters.PARAMETERS}
+Spun = Callable[..., Executor]
 
 
 class Scene:
     """A node in simulated time, and one that plays the rest."""
 
-    def __init__(self, context: Context, subject: type[Node], **values: Any) -> None:
+    def __init__(self, context: Context, spun: Spun, subject: type[Node] = AllocatorNode, **values: Any) -> None:
         given = {"use_sim_time": True, **values}
         self.subject = subject(context=context, parameter_overrides=[Parameter(k, value=v) for k, v in given.items()])
         self.rest = Node("rest", context=context)
@@ -63,9 +64,7 @@ class Scene:
         wanted = {s.topic_name.lstrip("/") for s in self.subject.subscriptions} & set(KINDS)
         self.sent = {name: self.rest.create_publisher(KINDS[name], name, RELIABLE) for name in wanted}
         self.clock = self.rest.create_publisher(Clock, "/clock", RELIABLE)
-        self.executor = make_executor("events", context=context)
-        self.executor.add_node(self.subject)
-        self.executor.add_node(self.rest)
+        self.executor = spun(self.subject, self.rest)
         known = [p for p in self.subject.publishers if p.topic_name.lstrip("/") in out or "diag" in p.topic_name]
         wires = [*self.sent.values(), self.clock, *known]
         assert spin_until(self.executor, lambda: all(p.get_subscription_count() for p in wires), 10.0)
@@ -117,33 +116,10 @@ class Scene:
     def says(self, words: str) -> bool:
         return bool(spin_until(self.executor, lambda: any(words in a.status[0].message for a in self.told), 5.0))
 
-    def close(self) -> None:
-        for node in (self.subject, self.rest):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.subject.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def graph() -> Iterator[Context]:
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    yield context
-    rclpy.try_shutdown(context=context)
-
-
-@pytest.fixture
-def running(graph: Context) -> Iterator[Callable[..., Scene]]:
-    scenes: list[Scene] = []
-
-    def build(subject: type[Node] = AllocatorNode, **values: Any) -> Scene:
-        scenes.append(Scene(graph, subject, **values))
-        return scenes[-1]
-
-    yield build
-    for scene in scenes:
-        scene.close()
+def running(context: Context, spun: Spun) -> Callable[..., Scene]:
+    return partial(Scene, context, spun)
 
 
 def expected(eta: Any = ETA, nu: Any = NU, U: float = math.nan, **values: Any) -> list[float]:
@@ -345,10 +321,10 @@ def test_every_law_can_be_chosen_by_name(law: str) -> None:
     ids=str,
 )
 def test_wrong_parameters_of_the_allocator_are_refused_in_a_sentence(
-    graph: Context, values: dict[str, Any], sentence: str
+    context: Context, values: dict[str, Any], sentence: str
 ) -> None:
     with pytest.raises(StartRefused, match=sentence):
-        AllocatorNode(context=graph, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
+        AllocatorNode(context=context, parameter_overrides=[Parameter(k, value=v) for k, v in values.items()])
 
 
 # ---- vehicle_reference
@@ -432,9 +408,9 @@ def test_the_last_word_of_the_reference_takes_the_set_point_back(running: Callab
     assert math.isnan(message.attitude[0]) and math.isnan(message.acceleration[2])
 
 
-def test_a_script_that_is_not_there_is_refused_in_a_sentence(graph: Context) -> None:
+def test_a_script_that_is_not_there_is_refused_in_a_sentence(context: Context) -> None:
     with pytest.raises(StartRefused, match="parameter script: loops: expected a YAML file or one of the known scripts"):
-        VehicleReferenceNode(context=graph, parameter_overrides=[Parameter("script", value="loops")])
+        VehicleReferenceNode(context=context, parameter_overrides=[Parameter("script", value="loops")])
 
 
 @pytest.mark.parametrize(

@@ -1,19 +1,19 @@
 """The navigation's wires: one test for each topic, what is told on diagnostics, and what is refused."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import TwistWithCovarianceStamped
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import Imu
@@ -22,7 +22,7 @@ from thruster_estimation.navigation_node import NavigationNode
 from thruster_estimation.navigation_parameters import NAVIGATION_PARAMETERS
 from thruster_msgs.msg import Depth
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 TICK = 10_000_000  # ns
@@ -32,7 +32,7 @@ AT_ORIGIN = {f"{sensor}_{axis}": 0.0 for sensor in ("imu", "velocity", "depth") 
 class Scene:
     """A navigation, and a node that plays the sensors."""
 
-    def __init__(self, context: Context, **values: Any) -> None:
+    def __init__(self, context: Context, spun: Callable[..., Executor], **values: Any) -> None:
         overrides = [Parameter(name, value=value) for name, value in {**AT_ORIGIN, **values}.items()]
         self.subject = NavigationNode(context=context, parameter_overrides=overrides)
         self.rest = Node("rest", context=context)
@@ -45,9 +45,7 @@ class Scene:
         self.rest.create_subscription(Odometry, "rov/odometry", self.found.append, RELIABLE)
         self.rest.create_subscription(Odometry, "rov/odometry_enu", self.enu.append, RELIABLE)
         self.rest.create_subscription(DiagnosticArray, "/diagnostics", self.told.append, RELIABLE)
-        self.executor = make_executor("events", context=context)
-        self.executor.add_node(self.subject)
-        self.executor.add_node(self.rest)
+        self.executor = spun(self.subject, self.rest)
         ends = [*self.sent.values(), *(p for p in self.subject.publishers if "rosout" not in p.topic_name)]
         ends = [p for p in ends if "parameter_events" not in p.topic_name]
         assert spin_until(self.executor, lambda: all(p.get_subscription_count() for p in ends), 10.0)
@@ -80,33 +78,10 @@ class Scene:
     def words(self) -> list[str]:
         return [status.message for array in self.told for status in array.status]
 
-    def close(self) -> None:
-        for node in (self.subject, self.rest):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.subject.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def graph() -> Iterator[Context]:
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    yield context
-    rclpy.try_shutdown(context=context)
-
-
-@pytest.fixture
-def sailing(graph: Context) -> Iterator[Callable[..., Scene]]:
-    scenes: list[Scene] = []
-
-    def build(**values: Any) -> Scene:
-        scenes.append(Scene(graph, **values))
-        return scenes[-1]
-
-    yield build
-    for scene in scenes:
-        scene.close()
+def sailing(context: Context, spun: Callable[..., Executor]) -> Callable[..., Scene]:
+    return partial(Scene, context, spun)
 
 
 FREE = {"velocity_every": 0.0, "depth_every": 0.0}
@@ -244,9 +219,9 @@ def test_sensors_that_start_again_begin_a_new_estimate(sailing: Callable[..., Sc
     ],
     ids=str,
 )
-def test_wrong_parameters_are_refused_in_a_sentence(graph: Context, values: dict[str, Any], sentence: str) -> None:
+def test_wrong_parameters_are_refused_in_a_sentence(context: Context, values: dict[str, Any], sentence: str) -> None:
     with pytest.raises(StartRefused, match=sentence):
-        NavigationNode(context=graph, parameter_overrides=[Parameter(name, value=v) for name, v in values.items()])
+        NavigationNode(context=context, parameter_overrides=[Parameter(name, value=v) for name, v in values.items()])
 
 
 def test_the_parameter_file_holds_every_parameter_at_its_default() -> None:

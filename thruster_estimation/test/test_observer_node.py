@@ -1,16 +1,16 @@
 """The observer's wires: one test for each topic, and what is refused."""
 
 import math
-import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
-import rclpy
 import yaml
 from diagnostic_msgs.msg import DiagnosticArray
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -21,7 +21,7 @@ from thruster_estimation.settings import bench_settings
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_msgs.msg import FlowVelocity, Throttle, ThrusterEstimate, ThrusterState
 from thruster_runtime.errors import StartRefused
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 PERIOD = 40_000_000  # ns
@@ -31,7 +31,7 @@ INPUTS = {"state": ThrusterState, "flow": FlowVelocity, "throttle": Throttle, "t
 class Scene:
     """An observer of thruster 2, and a node that plays the rest."""
 
-    def __init__(self, context: Context, **values: Any) -> None:
+    def __init__(self, context: Context, spun: Callable[..., Executor], **values: Any) -> None:
         overrides = [Parameter(name, value=value) for name, value in {"thruster": 2, **values}.items()]
         self.subject = ObserverNode(context=context, parameter_overrides=overrides)
         self.rest = Node("rest", context=context)
@@ -40,9 +40,7 @@ class Scene:
         self.told: list[DiagnosticArray] = []
         self.rest.create_subscription(ThrusterEstimate, "thruster_2/estimate", self.estimates.append, RELIABLE)
         self.rest.create_subscription(DiagnosticArray, "/diagnostics", self.told.append, RELIABLE)
-        self.executor = make_executor("events", context=context)
-        self.executor.add_node(self.subject)
-        self.executor.add_node(self.rest)
+        self.executor = spun(self.subject, self.rest)
         heard = [s.topic_name for s in self.subject.subscriptions]
         ready = [p for name, p in self.sent.items() if f"/thruster_2/{name}" in heard]
         out = [p for p in self.subject.publishers if "estimate" in p.topic_name or "diag" in p.topic_name]
@@ -63,33 +61,10 @@ class Scene:
         spin_until(self.executor, lambda: len(self.estimates) > expected, 0.1)
         return len(self.estimates) == expected
 
-    def close(self) -> None:
-        for node in (self.subject, self.rest):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.subject.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def graph() -> Iterator[Context]:
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    yield context
-    rclpy.try_shutdown(context=context)
-
-
-@pytest.fixture
-def observing(graph: Context) -> Iterator[Callable[..., Scene]]:
-    scenes: list[Scene] = []
-
-    def build(**values: Any) -> Scene:
-        scenes.append(Scene(graph, **values))
-        return scenes[-1]
-
-    yield build
-    for scene in scenes:
-        scene.close()
+def observing(context: Context, spun: Callable[..., Executor]) -> Callable[..., Scene]:
+    return partial(Scene, context, spun)
 
 
 def test_a_state_becomes_an_estimate_of_its_stamp_and_frame(observing: Callable[..., Scene]) -> None:
@@ -235,14 +210,14 @@ def test_health_follows_the_estimate(observing: Callable[..., Scene]) -> None:
     ],
     ids=str,
 )
-def test_wrong_parameters_are_refused_in_a_sentence(graph: Context, values: dict[str, Any], sentence: str) -> None:
+def test_wrong_parameters_are_refused_in_a_sentence(context: Context, values: dict[str, Any], sentence: str) -> None:
     with pytest.raises(StartRefused, match=sentence):
-        ObserverNode(context=graph, parameter_overrides=[Parameter(name, value=v) for name, v in values.items()])
+        ObserverNode(context=context, parameter_overrides=[Parameter(name, value=v) for name, v in values.items()])
 
 
-def test_settings_given_as_parameters_reach_the_observer(graph: Context) -> None:
+def test_settings_given_as_parameters_reach_the_observer(context: Context) -> None:
     overrides = [Parameter(name, value=value) for name, value in {"gate": 16, "speed_noise": 2.0, "q_v": 0.01}.items()]
-    node = ObserverNode(context=graph, parameter_overrides=overrides)
+    node = ObserverNode(context=context, parameter_overrides=overrides)
     assert (node._settings.gate, node._settings.r_n, node._settings.q_v) == (16.0, 4.0, 0.01)
     node.destroy_node()
 

@@ -1,30 +1,29 @@
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import pytest
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock as ClockMessage
 
 from thruster_runtime.diagnostics import Diagnostics, diagnostic_status
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 
 
 class Scene:
     """A node with simulated time, and a listener that also moves the clock."""
 
-    def __init__(self, context: Context) -> None:
+    def __init__(self, context: Context, spun: Callable[..., Executor]) -> None:
         simulated = Parameter("use_sim_time", value=True)
         self.node = Node("subject", context=context, parameter_overrides=[simulated])
         self.listener = Node("listener", context=context)
         self.arrays: list[DiagnosticArray] = []
         self.listener.create_subscription(DiagnosticArray, "/diagnostics", self.arrays.append, RELIABLE)
         self.clock = self.listener.create_publisher(ClockMessage, "/clock", RELIABLE)
-        self.executor = make_executor("single", context=context)
-        self.executor.add_node(self.node)
-        self.executor.add_node(self.listener)
+        self.executor = spun(self.node, self.listener, kind="single")
         self.diagnostics = Diagnostics(self.node)
         assert spin_until(self.executor, self._connected, 10.0)
 
@@ -46,17 +45,10 @@ class Scene:
         spin_until(self.executor, lambda: len(self.arrays) > count, 0.2)
         return [array.status[0].message for array in self.arrays]
 
-    def close(self) -> None:
-        self.executor.shutdown()
-        self.node.destroy_node()
-        self.listener.destroy_node()
-
 
 @pytest.fixture
-def scene(context: Context) -> Iterator[Scene]:
-    scene = Scene(context)
-    yield scene
-    scene.close()
+def scene(context: Context, spun: Callable[..., Executor]) -> Scene:
+    return Scene(context, spun)
 
 
 def test_a_status_carries_level_message_and_values_as_text() -> None:

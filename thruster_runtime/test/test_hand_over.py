@@ -1,6 +1,6 @@
 """Records handed over between the nodes of an executor."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -9,7 +9,7 @@ from rclpy.executors import Executor
 from rclpy.node import Node
 
 from thruster_msgs.msg import Throttle
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.hand_over import hand_over
 from thruster_runtime.records import RecordPublisher, format_of, listen
 
@@ -31,25 +31,6 @@ class Echo(Node):
         if throttle.stamp < 4:
             self.publisher.publish(throttle._replace(stamp=throttle.stamp + 1))
         self.notes.append((f"{self.get_name()} ends", throttle.stamp))
-
-
-@pytest.fixture
-def spun(context: Context) -> Iterator[Spun]:
-    """Put nodes into an executor."""
-    executor, added = make_executor("events", context=context), []
-
-    def add(*nodes: Node) -> Executor:
-        for node in nodes:
-            executor.add_node(node)
-            added.append(node)
-        return executor
-
-    yield add
-    for node in added:
-        executor.remove_node(node)
-    executor.shutdown()
-    for node in added:
-        node.destroy_node()
 
 
 def test_what_is_handed_over_waits_until_the_callback_has_returned(context: Context, spun: Spun) -> None:

@@ -1,15 +1,16 @@
 """Lockstep: what time waits for, who is named, when it begins."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.lockstep import Lockstep, known_participants
 from thruster_runtime.qos import RELIABLE
 
@@ -19,7 +20,7 @@ PERIOD = 40_000_000
 class Graph:
     """An owner of time, a participant on each of two topics, and one who listens to /clock."""
 
-    def __init__(self, context: Context, timeout: float = 0.1) -> None:
+    def __init__(self, context: Context, spun: Callable[..., Executor], timeout: float = 0.1) -> None:
         self.owner, self.worker, self.other = (Node(name, context=context) for name in ("owner", "worker", "other"))
         self.made: list[int] = []
         self.ticks: list[int] = []
@@ -34,9 +35,7 @@ class Graph:
             "b": self.other.create_publisher(Header, "b", RELIABLE),
         }
         self.other.create_subscription(Clock, "/clock", lambda m: self.ticks.append(m.clock.nanosec), RELIABLE)
-        self.executor = make_executor("events", context=context)
-        for node in (self.owner, self.worker, self.other):
-            self.executor.add_node(node)
+        self.executor = spun(self.owner, self.worker, self.other)
 
     def _look(self) -> None:
         self.time.look()
@@ -52,20 +51,10 @@ class Graph:
     def until(self, predicate: Callable[[], bool], longest: float = 10.0) -> bool:
         return spin_until(self.executor, predicate, longest)
 
-    def close(self) -> None:
-        nodes = (self.owner, self.worker, self.other)
-        for node in nodes:
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        for node in nodes:
-            node.destroy_node()
-
 
 @pytest.fixture
-def graph(context: Context) -> Iterator[Graph]:
-    made = Graph(context)
-    yield made
-    made.close()
+def graph(context: Context, spun: Callable[..., Executor]) -> Graph:
+    return Graph(context, spun)
 
 
 def begin(graph: Graph) -> None:

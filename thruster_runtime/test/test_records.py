@@ -1,5 +1,6 @@
 import math
 import struct
+from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -10,12 +11,13 @@ from geometry_msgs.msg import WrenchStamped
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import Header
 
 from thruster_msgs.msg import FlowVelocity, ThrusterEstimate, ThrusterState, ThrustSetpoint
-from thruster_runtime.executors import EXECUTOR_KINDS, make_executor, spin_until
+from thruster_runtime.executors import EXECUTOR_KINDS, spin_until
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.records import RecordPublisher, UnreadableBytes, UnreadableType, ends_of, format_of, listen
 
@@ -23,6 +25,7 @@ texts = st.text(st.characters(min_codepoint=1, exclude_categories=["Cs"]), max_s
 numbers = st.floats(allow_nan=False)
 times = st.builds(Time, sec=st.integers(-(2**31), 2**31 - 1), nanosec=st.integers(0, 10**9 - 1))
 headers = st.builds(Header, stamp=times, frame_id=texts)
+Spun = Callable[..., Executor]
 
 
 def of(kind: type, data: bytes | Any) -> Any:
@@ -118,13 +121,14 @@ def test_a_type_with_a_sequence_is_refused_by_its_field() -> None:
 
 
 @pytest.mark.parametrize("kind", EXECUTOR_KINDS)
-def test_a_listener_gets_records_and_a_subscription_messages_of_what_is_published(context: Context, kind: str) -> None:
+def test_a_listener_gets_records_and_a_subscription_messages_of_what_is_published(
+    context: Context, spun: Spun, kind: str
+) -> None:
     node, heard, messages = rclpy.create_node("listener", context=context), [], []
     publisher = RecordPublisher(node, ThrusterState, "state")
     listen(node, ThrusterState, "state", heard.append)
     node.create_subscription(ThrusterState, "state", messages.append, RELIABLE)
-    executor = make_executor(kind, context=context)
-    executor.add_node(node)
+    executor = spun(node, kind=kind)
     assert spin_until(executor, lambda: publisher.get_subscription_count() == 2, 10.0)
     message = ThrusterState(n=60.0, sign_source=ThrusterState.SIGN_MEASURED, supply_voltage=12.0)
     message.header.stamp.sec, message.header.frame_id = 3, "thruster_0"
@@ -132,19 +136,17 @@ def test_a_listener_gets_records_and_a_subscription_messages_of_what_is_publishe
     publisher.publish(record)
     assert spin_until(executor, lambda: bool(heard) and bool(messages), 10.0)
     assert (heard, messages) == ([record], [message])
-    executor.remove_node(node)
-    executor.shutdown()
-    node.destroy_node()
 
 
 @pytest.mark.parametrize("kind", EXECUTOR_KINDS)
-def test_bytes_of_anyone_do_not_end_a_listener_and_the_next_message_is_heard(context: Context, kind: str) -> None:
+def test_bytes_of_anyone_do_not_end_a_listener_and_the_next_message_is_heard(
+    context: Context, spun: Spun, kind: str
+) -> None:
     node, heard = rclpy.create_node("listener", context=context), []
     publisher = node.create_publisher(ThrusterState, "state", RELIABLE)
     listen(node, ThrusterState, "state", heard.append)
     (listener,) = ends_of(node).listeners
-    executor = make_executor(kind, context=context)
-    executor.add_node(node)
+    executor = spun(node, kind=kind)
     assert spin_until(executor, lambda: publisher.get_subscription_count() == 1, 10.0)
     good = bytes(serialize_message(ThrusterState(header=Header(frame_id="abcd"), n=60.0)))
     for data in (good[:-20], good + bytes(4), good.replace(b"abcd", b"\xff\xfe\xfd\xfc"), good):
@@ -152,6 +154,3 @@ def test_bytes_of_anyone_do_not_end_a_listener_and_the_next_message_is_heard(con
     assert spin_until(executor, lambda: len(heard) == 2, 10.0)
     assert [record.frame_id for record in heard] == ["\ufffd" * 4, "abcd"]
     assert listener.passed_over == 2
-    executor.remove_node(node)
-    executor.shutdown()
-    node.destroy_node()

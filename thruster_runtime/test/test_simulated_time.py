@@ -1,4 +1,4 @@
-from collections.abc import Iterator
+from collections.abc import Callable
 
 import pytest
 from rclpy.context import Context
@@ -7,7 +7,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rosgraph_msgs.msg import Clock
 
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.simulated_time import share_clock
 
@@ -15,7 +15,7 @@ Graph = tuple[list[Node], Executor]
 
 
 @pytest.fixture
-def graph(context: Context) -> Iterator[Graph]:
+def graph(context: Context, spun: Callable[..., Executor]) -> Graph:
     """Two nodes in simulated time and one that is not, sharing a clock, and who sets it."""
     simulated = [Parameter("use_sim_time", value=True)]
     nodes = [
@@ -23,15 +23,7 @@ def graph(context: Context) -> Iterator[Graph]:
         for name, overrides in (("wall", []), ("a", simulated), ("b", simulated), ("source", []))
     ]
     share_clock(nodes)
-    executor = make_executor("events", context=context)
-    for node in nodes:
-        executor.add_node(node)
-    yield nodes, executor
-    for node in nodes:
-        executor.remove_node(node)
-    executor.shutdown()
-    for node in nodes:
-        node.destroy_node()
+    return nodes, spun(*nodes)
 
 
 def now(node: Node) -> int:

@@ -1,15 +1,14 @@
 """The watch's wires: what it hears of each topic, when it looks, and what it says; its arithmetic is tested apart."""
 
-import os
-from collections.abc import Iterator
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 import pytest
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray
 from nav_msgs.msg import Odometry
 from rclpy.context import Context
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from sensor_msgs.msg import BatteryState, Imu
@@ -20,7 +19,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.watch_node import VehicleWatch
 from gap_diagnosis.vehicle.watching import Alarm
 from thruster_msgs.msg import Throttle, ThrusterFailure
-from thruster_runtime.executors import make_executor, spin_until
+from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
 
@@ -49,7 +48,7 @@ class Told:
 class Scene:
     """A watch, and a node that plays the vehicle."""
 
-    def __init__(self, context: Context, **values: Any) -> None:
+    def __init__(self, context: Context, spun: Callable[..., Executor], **values: Any) -> None:
         overrides = [Parameter(name, value=value) for name, value in {"vehicle": "ngs", **values}.items()]
         self.subject = VehicleWatch(context=context, parameter_overrides=overrides)
         self.rest = Node("rest", context=context)
@@ -61,9 +60,7 @@ class Scene:
         hear(Header, "watch/watched", lambda told: self.heard.append(nanoseconds(told.stamp)), RELIABLE)
         hear(ThrusterFailure, "rov/thruster_failure", self.failures.append, RELIABLE)
         hear(DiagnosticArray, "/diagnostics", self.told.append, RELIABLE)
-        self.executor = make_executor("events", context=context)
-        for node in (self.subject, self.rest):
-            self.executor.add_node(node)
+        self.executor = spun(self.subject, self.rest)
         ends = [*self.sent.values(), *(p for p in self.subject.publishers if "/rosout" not in p.topic_name)]
         ends = [p for p in ends if "parameter_events" not in p.topic_name]
         assert spin_until(self.executor, lambda: all(p.get_subscription_count() for p in ends), 10.0)
@@ -103,25 +100,13 @@ class Scene:
     def values(self) -> dict[str, str]:
         return {each.key: each.value for each in self.told[-1].status[0].values}
 
-    def close(self) -> None:
-        for node in (self.subject, self.rest):
-            self.executor.remove_node(node)
-        self.executor.shutdown()
-        self.subject.destroy_node()
-        self.rest.destroy_node()
-
 
 @pytest.fixture
-def scene(monkeypatch: pytest.MonkeyPatch) -> Iterator[Scene]:
+def scene(monkeypatch: pytest.MonkeyPatch, context: Context, spun: Callable[..., Executor]) -> Scene:
     monkeypatch.setattr(watch_node, "read_log", lambda *_: None)
     monkeypatch.setattr(watch_node, "baseline", lambda *_: ({}, None))
     monkeypatch.setattr(watch_node, "Watch", Told)
-    context = Context()
-    rclpy.init(args=[], context=context, domain_id=int(os.environ["ROS_DOMAIN_ID"]))
-    made = Scene(context, report_failures=True)
-    yield made
-    made.close()
-    rclpy.try_shutdown(context=context)
+    return Scene(context, spun, report_failures=True)
 
 
 @pytest.mark.parametrize("apart", [0, 1_000_000])
