@@ -207,7 +207,7 @@ def test_a_run_depends_on_its_seed_alone() -> None:
 
 def test_all_strategies_of_a_seed_meet_the_same_noise_and_the_same_vehicle() -> None:
     given = assumptions(deviation=0.05, duration=0.08)
-    runs = [run(name, given).record for name in ("lookup", "simplified", "hl-nlo")]
+    runs = [run(name, given).record for name in ("lookup", "hq-ekf", "hl-kfnlo")]
     for other in runs[1:]:  # before the first throttle acts
         assert np.array_equal(runs[0].y_n, other.y_n) and np.array_equal(runs[0].told_attitude, other.told_attitude)
     assert drawn_vehicle(given, SETS, (1, 5)).thrusters == drawn_vehicle(given, SETS, (1, 5)).thrusters

@@ -103,6 +103,6 @@ def test_one_budget_is_for_all_files_of_a_run(tmp_path):
 
 @pytest.mark.parametrize("name", READERS)
 def test_mutated_files_give_a_sentence_or_a_run_and_nothing_else(tmp_path, name):
-    count, wrong = mutate_all(tmp_path, {name: READERS[name]}, seconds=1.0, seed=1)
+    count, wrong = mutate_all(tmp_path, {name: READERS[name]}, seconds=0.5, seed=1)
     assert count > 5
     assert not wrong, "\n".join(wrong[:5])

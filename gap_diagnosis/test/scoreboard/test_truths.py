@@ -9,7 +9,7 @@ from gap_diagnosis.scoreboard.generators import GENERATORS
 from gap_diagnosis.scoreboard.truths import distances, pushed
 
 
-@pytest.mark.parametrize("name", ["tank", "lab"])
+@pytest.mark.parametrize("name", ["lab", pytest.param("tank", marks=pytest.mark.long)])
 def test_what_a_parameter_does_exactly_is_as_far_as_that_parameter_is_off(name):
     generator = GENERATORS[name]
     truth = replace(generator.draw("none", 3, False), effects={"viscous_friction": {"share": 0.2}})
@@ -23,7 +23,9 @@ def test_what_no_parameter_does_is_far_off():
     assert distances(generator, truth)["tach_lag"] > 20.0
 
 
-@pytest.mark.parametrize("name", GENERATORS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[] if name == "lab" else pytest.mark.long) for name in GENERATORS]
+)
 def test_what_pushes_move_is_made_of_what_each_instant_of_theirs_moves(name):
     generator = GENERATORS[name]
     truth = next(t for t in (generator.draw("none", i, False) for i in range(20)) if _is_pushed(t))
