@@ -134,11 +134,15 @@ def _share_of_its_own(squares: Array) -> float:
     return (1.0 - alike) / (1.0 + alike)
 
 
+_OUTLIER = 25.0
+"""Square over its variance from which on it is an outlier's."""
+
+
 def _log_likelihood(square: Array, extra: Array) -> float:
     """Return that of squares whose variances are `extra` and a common one, outliers left out of that."""
     variance = float(np.median(square) / 0.4549)
     for _ in range(12):
-        weight = (square < 25.0 * (variance + extra)) / (variance + extra) ** 2
+        weight = (square < _OUTLIER * (variance + extra)) / (variance + extra) ** 2
         variance = max(float(np.sum(weight * (square - extra)) / np.sum(weight)), 1e-3 * variance)
-    capped = np.minimum(square, 25.0 * (variance + extra))
-    return float(-0.5 * np.sum(np.log(variance + extra) + capped / (variance + extra)))
+    ratio = square / (variance + extra)
+    return float(-0.5 * np.sum(np.log(variance + extra) + np.minimum(ratio, _OUTLIER)))
