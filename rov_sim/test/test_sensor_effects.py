@@ -25,6 +25,11 @@ EFFECTS = {
     "depth_bias": (("depth",), {"offset": 0.4}, {}),
     "depth_scale": (("depth",), {"share": 0.05}, {}),
     "magnetic_disturbance": (("imu",), {"angle": 0.2}, {}),
+    "compass_deviation": (
+        ("imu",),
+        {"semicircular_sin": 0.1, "semicircular_cos": -0.05, "quadrantal_sin": 0.04, "quadrantal_cos": 0.02},
+        {},
+    ),
 }
 """Sensors that are concerned, sizes, and what the effect acts on."""
 TIME = 0.01 * np.arange(401)
@@ -158,6 +163,16 @@ def test_the_thrusters_current_turns_the_heading_and_nothing_else() -> None:
     turn = Rotation.from_quat(after[:, [1, 2, 3, 0]]) * Rotation.from_quat(before[:, [1, 2, 3, 0]]).inv()
     off = np.outer(0.2 * TRUTH.current[1:], [0.0, 0.0, 1.0])
     np.testing.assert_allclose(turn.as_rotvec(), off, atol=1e-12)
+
+
+def test_a_compass_beside_iron_errs_by_the_formula_of_compass_adjusters_and_in_the_heading_alone() -> None:
+    before, after = read(exact())["imu", -1].values, read(exact(), of("compass_deviation"))["imu", -1].values
+    np.testing.assert_array_equal(after[:, 4:], before[:, 4:])
+    turn = Rotation.from_quat(after[:, [1, 2, 3, 0]]) * Rotation.from_quat(before[:, [1, 2, 3, 0]]).inv()
+    psi = Rotation.from_quat(before[:, [1, 2, 3, 0]]).as_euler("ZYX")[:, 0]
+    off = 0.1 * np.sin(psi) - 0.05 * np.cos(psi) + 0.04 * np.sin(2.0 * psi) + 0.02 * np.cos(2.0 * psi)
+    assert np.ptp(psi) > 0.2
+    np.testing.assert_allclose(turn.as_rotvec(), np.outer(off, [0.0, 0.0, 1.0]), atol=1e-12)
 
 
 def test_effects_compose() -> None:

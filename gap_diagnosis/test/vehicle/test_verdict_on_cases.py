@@ -199,6 +199,17 @@ def test_a_depth_of_a_wrong_scale_is_not_blamed_on_the_velocity_log(tmp_path: Pa
     assert abs(size["value"] - 0.08) < 3.0 * size["std"]
 
 
+def test_a_heading_that_errs_with_itself_is_not_blamed_on_the_gyro(tmp_path: Path) -> None:
+    terms = {"semicircular_sin": 0.0, "semicircular_cos": 0.06, "quadrantal_sin": 0.1, "quadrantal_cos": 0.0}
+    hidden: Any = (("compass_deviation", {}, terms),)
+    draw = Draw(seed=13, vehicle="ngs", effects=hidden, kinds=("steps",), duration=30.0)
+    found = of(tmp_path, draw, ("compass_deviation", "gyro_scale", "imu_misalignment")).content
+    (claimed,) = found["effects"]
+    assert claimed["id"] == "compass_deviation"
+    sizes = claimed["parameters"]
+    assert all(abs(sizes[name]["value"] - size) < 3.0 * sizes[name]["std"] for name, size in terms.items())
+
+
 @pytest.mark.long
 def test_four_minutes_of_dives_name_what_two_name_and_nothing_beside_it(tmp_path: Path) -> None:
     draw = replace(drawn(1491), kinds=("steps", "sines", "pulses", "sines"), duration=60.0)

@@ -167,6 +167,10 @@ def _topics(
     rate = rate + bias[0] + rng.normal(size=rate.shape) * 0.003 * factor
     force = force + bias[1] + rng.normal(size=force.shape) * 0.05 * factor
     yaw = wrong["magnetic_disturbance"][1] * supply[at, 1] if "magnetic_disturbance" in wrong else np.zeros(at.size)
+    if "compass_deviation" in wrong:
+        turns = np.exp(1j * np.arctan2(R[at, 1, 0], R[at, 0, 0]))
+        B, C, D, E = wrong["compass_deviation"][1]
+        yaw = yaw + B * turns.imag + C * turns.real + D * (turns**2).imag + E * (turns**2).real
     q = _quaternions(R[at] @ R_s, yaw, rng.normal(size=(at.size, 3)) * 0.004 * factor)
     fields: dict[str, Any] = {f"orientation.{a}": q[:, k] for k, a in enumerate("wxyz")}
     fields |= {f"angular_velocity.{a}": rate[:, k] for k, a in enumerate("xyz")}

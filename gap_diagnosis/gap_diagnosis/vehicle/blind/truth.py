@@ -195,4 +195,4 @@ def _add(
     elif effect == "tether_drag":
         w["tether"] = np.array([0.5 * 1000.0 * 1.2 * 0.008 * s, sizes["x"], sizes["y"], sizes["z"]])
     else:
-        sensors[effect] = (target.get("axis"), s)
+        sensors[effect] = (target.get("axis"), s if len(sizes) == 1 else tuple(sizes.values()))

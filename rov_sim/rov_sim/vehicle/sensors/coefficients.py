@@ -24,6 +24,7 @@ class SensorCoefficients(NamedTuple):
         gyro_scale, gyro_bias: rates times the one plus the other [1, rad/s], in the axes of the IMU.
         force_bias: of the specific force [m/s^2], in the axes of the IMU.
         magnetic_yaw: error of the yaw at all thrusters' full current [rad].
+        compass: errors of the yaw by the heading psi [rad]: times sin psi, cos psi, sin 2 psi, cos 2 psi.
         velocity_position, velocity_rotation: of the velocity log, as for the IMU.
         velocity_scale: velocities times this [1], in its axes; velocity_late: by which its stamps are late [s].
         depth_position: of the depth sensor [m]; depths times depth_scale [1], and depth_bias added [m].
@@ -39,6 +40,7 @@ class SensorCoefficients(NamedTuple):
     gyro_bias: Vector
     force_bias: Vector
     magnetic_yaw: float
+    compass: tuple[float, float, float, float]
     velocity_position: Vector
     velocity_rotation: Quaternion
     velocity_scale: Vector
@@ -64,6 +66,7 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         gyro_bias=nothing,
         force_bias=nothing,
         magnetic_yaw=0.0,
+        compass=(0.0, 0.0, 0.0, 0.0),
         velocity_position=sensors.velocity.position,
         velocity_rotation=_turn(sensors.velocity.rotation),
         velocity_scale=whole,

@@ -2,7 +2,8 @@ r"""What each sensor tells at an instant: of the truth, its coefficients `c` and
 
 With R of the body's attitude q (body to earth), R_s of the sensor's axes and r of its place, both in body axes:
 
-attitude          q_yaw * q * q_s * exp(e / 2)               q_yaw: error of the yaw, c.magnetic_yaw i about down
+attitude          q_yaw * q * q_s * exp(e / 2)               q_yaw: error of the yaw about down,
+                  c.magnetic_yaw i + c.compass . (sin psi, cos psi, sin 2 psi, cos 2 psi)
 angular velocity  c.gyro_scale R_s^T omega + c.gyro_bias + e                                       [rad/s]
 specific force    R_s^T (a - R^T g) + c.force_bias + e                                             [m/s^2]
                   a = dnu_1/dt + omega x nu_1 + domega/dt x r + omega x (omega x r)
@@ -16,7 +17,7 @@ are NaN give readings that are NaN. All of these are plain functions of numbers:
 Python the compiled ones of `live`, which give the same bits.
 """
 
-from math import cos, sin
+from math import cos, sin, sqrt
 from typing import NamedTuple
 
 from thruster_model.compilation import equation
@@ -61,6 +62,17 @@ class BatteryReading(NamedTuple):
 
 
 @equation
+def _compass_deviation(q, terms):  # type: ignore[no-untyped-def]
+    """Return the error of the yaw at an attitude [rad]; none where the nose points up or down and has no heading."""
+    north, east, _ = rotated(q, (1.0, 0.0, 0.0))
+    level = sqrt(north * north + east * east)
+    if level < 1e-6:
+        return 0.0
+    c, s = north / level, east / level
+    return terms[0] * s + terms[1] * c + terms[2] * 2.0 * s * c + terms[3] * (c * c - s * s)
+
+
+@equation
 def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: ignore[no-untyped-def]
     """Return the `ImuReading`.
 
@@ -74,7 +86,7 @@ def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: igno
     nu = (velocity[0], velocity[1], velocity[2])
     omega = (velocity[3], velocity[4], velocity[5])
     turning = (acceleration[3], acceleration[4], acceleration[5])
-    yaw = c.magnetic_yaw * current
+    yaw = c.magnetic_yaw * current + _compass_deviation(q, c.compass)
     told = quaternion_product((cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)), q)
     told = quaternion_product(quaternion_product(told, c.imu_rotation), rotation((e[0], e[1], e[2])))
     r = c.imu_position
