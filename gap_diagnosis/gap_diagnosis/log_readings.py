@@ -8,9 +8,6 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
-import numpy as np
-from numpy.typing import NDArray
-
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.problem import Problem
@@ -77,7 +74,7 @@ class LogReading:
             other = replace(self, straight=not self.straight)
             if other.problem.known.size != self.problem.known.size:
                 return None  # what is not the same data cannot be compared
-            if _gain(other.problem, found, outliers=True) > LOG_RULES.straight:
+            if _read_in(other.problem, found).evidence > found.evidence + LOG_RULES.straight:
                 return other
         return None
 
@@ -90,7 +87,7 @@ class LogReading:
         """Return by how much regular stamps suit a set found in this reading better, nats; 0: none scatter."""
         if self.regular is None:
             return 0.0
-        return -_gain(self.as_stamped, found) if self.on_regular else _gain(self.regular, found)
+        return -_gain_of_stamps(self.as_stamped, found) if self.on_regular else _gain_of_stamps(self.regular, found)
 
 
 def read_as_suits(
@@ -130,25 +127,18 @@ def _first(log: Problem) -> LogReading:
     return best
 
 
-def _gain(problem: Problem, found: Hypothesis, *, outliers: bool = False) -> float:
-    """Return by how much a set of effects suits other readings better than its own, nats.
+def _gain_of_stamps(problem: Problem, found: Hypothesis) -> float:
+    """Return by how much a set of effects suits readings with other stamps better than its own, nats.
 
-    Args:
-        problem: with the other readings.
-        found: the set.
-        outliers: whether what stands out in both counts as an outlier. What stands out in one alone tells against that
-            one. Readings with wrong stamps look like outliers, so where these are asked about there are none.
+    Readings with wrong stamps look like outliers: there are none here.
     """
-    there = _read_in(problem, found)
-    wild = [each.noise.wild for each in (there, found) if outliers and each.noise.wild is not None]
-    in_both = np.minimum(*wild) if len(wild) == 2 else None
-    return _evidence(there, in_both) - _evidence(found, in_both)
+    return _evidence(_read_in(problem, found)) - _evidence(found)
 
 
-def _evidence(found: Hypothesis, wild: NDArray[np.float64] | None) -> float:
-    """Return the evidence of a set of effects under its noise beside outliers, see `Whitener.tamed`."""
+def _evidence(found: Hypothesis) -> float:
+    """Return the evidence of a set of effects under the noise of sensors and pushes alone, no reading an outlier."""
     system, x = found.system, found.fitted.x
-    return fit(system, replace(whitener(system, x, found.noise.levels), wild=wild), x, iterations=4).evidence
+    return fit(system, whitener(system, x, found.noise.levels), x, iterations=4).evidence
 
 
 def _read_in(problem: Problem, found: Hypothesis) -> Hypothesis:
