@@ -241,6 +241,7 @@ def test_an_effect_that_is_left_out_is_not_named_and_nothing_else_is():
     assert "coulomb_friction" not in found.verdict.probabilities
 
 
+@pytest.mark.long
 def test_a_diagnosis_repeats_itself():
     stated, recordings = campaign({"flow_bias": {"offset": 0.05}}, seed=9, runs=2, duration=8.0)
     first, second = (content(diagnose(recordings, stated, seed=2)) for _ in range(2))

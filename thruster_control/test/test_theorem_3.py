@@ -39,6 +39,8 @@ from thruster_model.equations.thruster import input_map, input_map_inverse, roto
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 
+pytestmark = pytest.mark.long
+
 Array = NDArray[np.float64]
 STEP = 1e-3
 AHEAD = 1e-6  # s, over which dn_d/dt is a difference

@@ -44,6 +44,7 @@ KINDS: dict[str, Any] = {
 }  # fmt: skip
 ETA, NU = (0.1, -0.2, 0.3), (0.2, -0.1, 0.05, 0.1, -0.05, 0.2)
 SP = VehicleSetPoint((0.0, 0.1, 0.5), (0.05, -0.1, 0.2), (0.01, 0.02, -0.03), (0.3, 0.0, 0.0), (0.05, 0.0, 0.0))
+COMPILED_FOR_SECONDS = ("linear", "pid")
 GIVEN = {each.name: each.default for each in allocator_parameters.PARAMETERS}
 Spun = Callable[..., Executor]
 
@@ -303,7 +304,13 @@ def test_the_last_word_of_the_allocator_takes_the_requests_back(running: Callabl
     assert all(map(math.isnan, found))
 
 
-@pytest.mark.parametrize("law", allocator_parameters.LAWS)
+@pytest.mark.parametrize(
+    "law",
+    [
+        pytest.param(law, marks=pytest.mark.long if law in COMPILED_FOR_SECONDS else ())
+        for law in allocator_parameters.LAWS
+    ],
+)
 def test_every_law_can_be_chosen_by_name(law: str) -> None:
     thrusts = expected(law=law)
     assert all(map(math.isfinite, thrusts)) and any(thrusts)

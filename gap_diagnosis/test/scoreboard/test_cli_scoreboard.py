@@ -1,9 +1,12 @@
 """One case through the command: recorded, diagnosed from its files, kept, not run again."""
 
+import pytest
+
 from gap_diagnosis.scoreboard import cli_scoreboard, plans
 from gap_diagnosis.scoreboard.running_io import read_answers
 
 
+@pytest.mark.long
 def test_a_case_is_recorded_diagnosed_and_kept_and_the_second_time_read(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(plans.SETS, "smoke", (0, False, {"one": 1}))
     folder = tmp_path / "board"

@@ -58,6 +58,7 @@ def told(logs: list[VehicleLog], limits: Limits | None = None, how_far: bool = F
     return diagnosed(MODEL, logs, {"runs": ["foreseen"]}, only=few, how_far=how_far, experiment=limits)
 
 
+@pytest.mark.long
 def test_what_one_way_alone_cannot_tell_the_next_recording_tells(like: VehicleLog, tmp_path: Path) -> None:
     time = like.period * np.arange(like.count)
     # thruster 2 in reverse alone: less thrust there is a loss, or an asymmetry
