@@ -26,6 +26,7 @@ from thruster_model.stepper import AT_REST
 Array = NDArray[np.float64]
 DT, HELD, COUNT = 1e-3, 25, 300
 THROTTLE_LATE = 0.05
+COMPILED_FOR_SECONDS = ("airfoil", "four_quadrant")
 EXACT = Rig(speed_noise=0.0, flow_noise=0.0, turbulence=0.0, spike_share=0.0, load_noise=0.0, quantised=False)
 CLOSE: dict[str, Any] = {"rtol": 1e-9, "atol": 1e-9}
 
@@ -69,7 +70,9 @@ def assert_predicted(experiment: Experiment, p: Any, effects: ActiveEffects, see
         np.testing.assert_array_equal(by_diagnosis[signal], values, err_msg=signal)
 
 
-@pytest.mark.parametrize("model", MODELS)
+@pytest.mark.parametrize(
+    "model", [pytest.param(name, marks=pytest.mark.long if name in COMPILED_FOR_SECONDS else ()) for name in MODELS]
+)
 def test_the_emulated_bench_the_fit_and_the_diagnosis_agree_on_every_effect(model: str) -> None:
     p = load_parameter_set(model).coefficients
     levels = np.array([2.6, -3.1, 0.9, 4.0, -1.2, 0.0, 3.3, -4.4, 1.8, 2.2, -0.95, 2.9])

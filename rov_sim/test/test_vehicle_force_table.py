@@ -8,6 +8,8 @@ from thruster_model.flow_tank import simulate as simulate_in_tank
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 
+pytestmark = pytest.mark.long
+
 SET = load_parameter_set("force_table")
 PULSES = np.array([1700.0, 1700.0, 1350.0, 1350.0, 1560.0, 1440.0])
 PERIOD = 0.04
