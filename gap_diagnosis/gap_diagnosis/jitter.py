@@ -15,6 +15,7 @@ __all__ = ["jitter_in", "jitter_of", "scales_beside"]
 
 Array = NDArray[np.float64]
 _CURVED = 0.05  # of a size, by which the signals' curvature may mislead: a slope is taken for the way between instants
+_OUTLIER = 25.0  # square over its variance, from which on it is an outlier's
 
 
 class _Slope(NamedTuple):
@@ -132,10 +133,6 @@ def _share_of_its_own(squares: Array) -> float:
     """Return the share of a sample that it does not have in common with its neighbours, by their correlation."""
     alike = max(float(np.corrcoef(squares[1:], squares[:-1])[0, 1]), 0.0) if squares.size > 2 else 1.0
     return (1.0 - alike) / (1.0 + alike)
-
-
-_OUTLIER = 25.0
-"""Square over its variance from which on it is an outlier's."""
 
 
 def _log_likelihood(square: Array, extra: Array) -> float:

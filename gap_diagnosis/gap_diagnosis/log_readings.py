@@ -118,6 +118,8 @@ def _first(log: Problem) -> LogReading:
     """Return the way that suits re-tuned parameters best; commands are held where both do about alike."""
     known = all(recording.straight is None for recording in log.recordings)
     best = LogReading(log=log, straight=None if known else False)
+    if known and best.regular is None:
+        return best  # there is no other way: no fit is made to ask
     for _ in range(_TURNS):
         start = best.problem.start()
         better = best.better_for(weighed(best.problem, (), start, whitener(best.problem, start)))
