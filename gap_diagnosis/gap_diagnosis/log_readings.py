@@ -8,18 +8,21 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.plausibility import checked
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.stamps import jitter_of_stamps, on_regular_stamps
-from system_identification.fitting import fit
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.noise import whitener
 
 __all__ = ["LogReading", "read_as_suits"]
 
+Array = NDArray[np.float64]
 _TURNS = 3
 """Times that logs may be read in another way."""
 
@@ -74,7 +77,7 @@ class LogReading:
             other = replace(self, straight=not self.straight)
             if other.problem.known.size != self.problem.known.size:
                 return None  # what is not the same data cannot be compared
-            if _read_in(other.problem, found).evidence > found.evidence + LOG_RULES.straight:
+            if _ahead(other.problem, found) > LOG_RULES.straight:
                 return other
         return None
 
@@ -87,7 +90,7 @@ class LogReading:
         """Return by how much regular stamps suit a set found in this reading better, nats; 0: none scatter."""
         if self.regular is None:
             return 0.0
-        return -_gain_of_stamps(self.as_stamped, found) if self.on_regular else _gain_of_stamps(self.regular, found)
+        return -_ahead(self.as_stamped, found) if self.on_regular else _ahead(self.regular, found)
 
 
 def read_as_suits(
@@ -129,18 +132,23 @@ def _first(log: Problem) -> LogReading:
     return best
 
 
-def _gain_of_stamps(problem: Problem, found: Hypothesis) -> float:
-    """Return by how much a set of effects suits readings with other stamps better than its own, nats.
+def _ahead(problem: Problem, found: Hypothesis) -> float:
+    """Return by how much a set of effects suits another reading better than its own, nats.
 
-    Readings with wrong stamps look like outliers: there are none here.
+    By samples that count in both. One is an outlier where neither way explains it: stamps that are wrong make many that
+    the right ones do not, and those that stand out either way decide nothing.
     """
-    return _evidence(_read_in(problem, found)) - _evidence(found)
+    pair = found, _read_in(problem, found)
+    count = pair[0].system.known & pair[1].system.known
+    wild = np.minimum(*(np.ones(count.size) if each.noise.wild is None else each.noise.wild for each in pair))
+    own, other = (_weighed_by(each, count, wild) for each in pair)
+    return other.evidence - own.evidence
 
 
-def _evidence(found: Hypothesis) -> float:
-    """Return the evidence of a set of effects under the noise of sensors and pushes alone, no reading an outlier."""
-    system, x = found.system, found.fitted.x
-    return fit(system, whitener(system, x, found.noise.levels), x, iterations=4).evidence
+def _weighed_by(found: Hypothesis, count: NDArray[np.bool_], wild: Array) -> Hypothesis:
+    """Return a hypothesis weighed anew by the samples that count, with outliers as they are known."""
+    system = replace(found.system, observed=np.where(count, found.system.measured, np.nan))
+    return weighed(system, found.suspects, found.fitted.x, found.noise, near=found.fitted, wild=wild)
 
 
 def _read_in(problem: Problem, found: Hypothesis) -> Hypothesis:

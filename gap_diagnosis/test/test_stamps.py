@@ -19,8 +19,11 @@ NOISE = {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4}
 LAG, SCATTER = 0.08, 0.01  # [s]
 
 
-def problem(*, told, lag=LAG):
-    """Return that of samples at scattered instants, as given; `told`: the stamps say when they were."""
+def problem(*, told, lag=LAG, outliers=0.0):
+    """Return that of samples at scattered instants, as given; `told`: the stamps say when they were.
+
+    `outliers`: their share of the samples.
+    """
     rng = np.random.default_rng(4)
     commands = np.repeat(rng.uniform(-4.5, 4.5, 30), 500)
     happened = simulate(HL.model.coefficients(HL.values), commands, 1e-3)
@@ -34,7 +37,10 @@ def problem(*, told, lag=LAG):
         taken = regular + rng.uniform(0.0, SCATTER, regular.size)
         read = np.interp(taken, 1e-3 * np.arange(values.size), values)
         stamps = taken if told else regular + rng.uniform(0.0, SCATTER, regular.size)
-        signals[name] = (stamps, read + NOISE[name] * rng.standard_normal(read.size))
+        noise = NOISE[name] * rng.standard_normal(read.size)
+        if outliers:
+            noise += 25.0 * NOISE[name] * (rng.random(read.size) < outliers) * rng.standard_normal(read.size)
+        signals[name] = (stamps, read + noise)
     recording = recording_of("run", (1e-3 * np.arange(commands.size), commands), signals)
     recordings = tuple(checked([recording]).recordings)
     return Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
@@ -51,6 +57,25 @@ def test_samples_taken_when_their_stamps_say_are_left_there_once_the_effect_is_k
         better = reading.better_for(found)
         assert (reading if better is None else better).on_regular is False
         assert reading.jitter(found) is None
+
+
+def on_regular_stamps_or_not(given):
+    """Return how stamps are read in the end, asked on those in the log and on regular ones."""
+    for on_regular in (False, True):
+        reading = LogReading(log=given, straight=None, on_regular=on_regular)
+        start = reading.problem.start()
+        better = reading.better_for(weighed(reading.problem, (), start, whitener(reading.problem, start)))
+        yield (reading if better is None else better).on_regular
+
+
+def test_where_one_begins_does_not_decide_how_stamps_are_read():
+    assert list(on_regular_stamps_or_not(problem(told=False, lag=0.0))) == [True, True]
+    assert list(on_regular_stamps_or_not(problem(told=True, lag=0.0))) == [False, False]
+
+
+def test_outliers_have_no_say_in_how_stamps_are_read():
+    assert list(on_regular_stamps_or_not(problem(told=True, lag=0.0, outliers=0.01))) == [False, False]
+    assert list(on_regular_stamps_or_not(problem(told=False, lag=0.0, outliers=0.01))) == [True, True]
 
 
 def test_stamps_that_say_nothing_are_replaced_by_regular_ones():

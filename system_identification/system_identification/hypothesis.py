@@ -67,6 +67,7 @@ def weighed(
     steps: int = 3,
     near: Fitted | None = None,
     polish: bool = True,
+    wild: Array | None = None,
 ) -> Hypothesis:
     """Return a set of suspects, fitted from x, and the noise that is most likely beside it.
 
@@ -80,8 +81,13 @@ def weighed(
         steps: of the search for the noise's levels.
         near: a fit whose sensitivities to the nuisances serve at first.
         polish: end with sensitivities of its own.
+        wild: how many times less single rows count, (R,); None: as they stand out of what is left.
     """
     caps = caps or Caps()
+
+    def tamed(bare: Whitener, rows: Array) -> Whitener:
+        return bare.tamed(rows) if wild is None else replace(bare, wild=wild, loose=None)
+
     first = fit(system, noise, x, iterations=iterations, near=near, polish=polish)
     groups = groups_of(first, suspects)
 
@@ -90,13 +96,13 @@ def weighed(
         loose, here, whole = learned_levels(first, bare, groups)
         return Hypothesis(suspects=suspects, fitted=here, noise=whole, loose=loose)
 
-    bare = whitener(system, first.x, noise.levels).tamed(first.residuals)
+    bare = tamed(whitener(system, first.x, noise.levels), first.residuals)
     found = beside(bare)
     rows = first.residuals - found.loose.explained
     anew = learned(bare, rows, caps, steps=steps, taken=first.x.size)
     # Noise was learned from what is left beside what is loose; both together are what counts.
     for share in _SHARES:
-        tried = beside(replace(anew, levels=noise.levels.towards(anew.levels, share)).tamed(rows))
+        tried = beside(tamed(replace(anew, levels=noise.levels.towards(anew.levels, share)), rows))
         if tried.evidence > found.evidence:
             found = tried
             break
