@@ -21,6 +21,8 @@ from system_identification.noise import Whitener
 __all__ = ["as_json", "effects_of"]
 
 Array = NDArray[np.float64]
+_PUSHED = ("rotor", "axial_flow", "flow")
+"""What is pushed at random, in the order of the states."""
 
 
 def as_json(
@@ -154,7 +156,7 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             "depends_on": [f"{f.signal}: {f.name}" for f in found.unexplained.features[:3]] if found.nameless else [],
         },
         "nameless": {"share": budget.unexplained.value, "level": _nameless(found)},
-        "disturbance": dict(zip(("rotor", "flow"), levels.pushes, strict=False)),
+        "disturbance": dict(zip(_PUSHED, levels.pushes, strict=False)),
         "process_noise": {**_rates(found.noise), "memory": levels.memory},
         "retuned_without_each_run": _by_run_left_out(found.none, retuned),
         "with_causes_without_each_run": _by_run_left_out(whole, unknowns),
@@ -181,19 +183,19 @@ def _disturbance_share(as_is: float, pushed: float) -> float | None:
 
 
 def _nameless(found: Investigation) -> dict[str, float]:
-    """Return how large what has no name is, over the noise of its signal; of rotor and flow: what pushes them."""
+    """Return how large what has no name is, over the noise of its signal; of rotor and flows: what pushes them."""
     explained = found.unexplained.explained
     of_signals = {
         signal: float(np.sqrt(np.mean(explained[rows] ** 2))) / found.left.noise.level(signal)
         for signal, rows in found.none.system.signal_rows.items()
     }
-    return of_signals | dict(zip(("rotor", "flow"), found.noise.levels.pushes, strict=False))
+    return of_signals | dict(zip(_PUSHED, found.noise.levels.pushes, strict=False))
 
 
 def _rates(noise: Whitener) -> dict[str, float]:
     """Return the standard deviations of what pushes rotor [rad/s^2] and water [m/s^2] at random."""
     pushed = zip(noise.levels.pushes, noise.units, strict=False)
-    return dict(zip(("rotor", "flow"), (level * float(unit) for level, unit in pushed), strict=False))
+    return dict(zip(_PUSHED, (level * float(unit) for level, unit in pushed), strict=False))
 
 
 def _by_run_left_out(found: Hypothesis, unknowns: Array) -> dict[str, Any] | None:

@@ -56,10 +56,9 @@ def discrepancy(fitted: Fitted, noise: Whitener, unlike: Array | None = None) ->
     problem = fitted.problem
     happened = problem.happened(fitted.x)
     names, blocks = _features(fitted, happened)
-    lines = lines_of(fitted, happened)
+    lines, left = _that_take_off(lines_of(fitted, happened), fitted.white, noise)
     waves = sum((line.explained for line in lines), start=np.zeros(problem.known.size))
-    shown = noise.whiten(waves)
-    left, pull = fitted.white - shown, fitted.pull - fitted.jacobian.T @ shown
+    pull = fitted.pull - fitted.jacobian.T @ (fitted.white - left)
     white = np.hstack([noise.whiten(_in_rows(problem, signal, block)) for signal, block in blocks])
     gram, slope = white.T @ white, white.T @ left
     power = np.diag(gram).copy()
@@ -94,6 +93,20 @@ def _in_rows(problem: Problem, signal: str, block: Array) -> Array:
     rows = np.zeros((problem.known.size, block.shape[1]))
     rows[problem.signal_rows[signal]] = block
     return rows
+
+
+def _that_take_off(lines: Sequence[Line], white: Array, noise: Whitener) -> tuple[list[Line], Array]:
+    """Return the lines whose waves, whitened, take something off white rows (R,), and what these leave.
+
+    Spectra are those of residuals as they are: what pushes and re-tuned parameters explain may look like a line there.
+    """
+    kept = []
+    for line in lines:
+        less = white - noise.whiten(line.explained)
+        if less @ less < white @ white:
+            kept.append(line)
+            white = less
+    return kept, white
 
 
 def _matters(fitted: Fitted, noise: Whitener, line: Line) -> bool:

@@ -117,7 +117,10 @@ def scales_beside(fitted: Fitted, size: float) -> Array:
 
 
 def _slope(fitted: Fitted, series: Series) -> _Slope | None:
+    """Return that of a series; None: too few samples, or a converter's steps are what is left of it."""
     problem = fitted.problem
+    if series.signal in problem.opaque:
+        return None
     time = problem.recordings[series.recording].experiment.measurements[series.signal].time
     residuals = fitted.residuals[series.rows]
     values = problem.measured[series.rows] - residuals

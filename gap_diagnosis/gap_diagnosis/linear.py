@@ -33,10 +33,11 @@ _LEAST = (1e-2, 1e-4, 1e-4)
 _SMALL = 1e-3
 _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
-_PUSHED = np.array([[1.0, 0.0], [0.0, 0.0], [0.0, 1.0]])
-"""States (n, v, U) that disturbances of rotor and water push."""
-PUSHED = ("speed", "ambient")
-"""Signals that read these."""
+PUSHED = ("speed", "axial", "ambient")
+"""Signals that read the states (n, v, U), each pushed by a disturbance of its own.
+
+Turbulence moves the water at the propeller and not that around it, or both; left out, it is taken for an effect.
+"""
 
 
 class Slopes(NamedTuple):
@@ -96,7 +97,6 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
     dt = recording.experiment.dt
     every = max(1, round(_PERIOD / dt))
     slopes = linearised(problem, x, happened, dt, every, apart)
-    push = slopes.gain @ _PUSHED
     shifts, sizes = problem.situation(x, index).shifts, problem.sizes(x)
     rows, places, readings, signals = [], [], [], []
     for each in problem.series:
@@ -105,13 +105,13 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
         at = taken(each.signal, recording, sizes, shifts) / every
         rows.append(np.arange(each.first, each.last))
         places.append(_before(at, slopes))
-        readings.append(_between(slopes, push, slopes.readings[each.signal], at))
+        readings.append(_between(slopes, slopes.readings[each.signal], at))
         signals.append(np.full(at.size, problem.signal_names.index(each.signal)))
     order = np.argsort(np.concatenate(places), kind="stable")
     return Linear(
         dt=dt * every,
         transition=np.ascontiguousarray(slopes.transition),
-        push=np.ascontiguousarray(push),
+        push=np.ascontiguousarray(slopes.gain),
         unforeseen=slopes.unforeseen,
         rows=np.concatenate(rows)[order],
         places=np.concatenate(places)[order],
@@ -125,8 +125,8 @@ def _before(at: Array, slopes: Slopes) -> NDArray[np.int64]:
     return np.minimum(at.astype(np.int64), len(slopes.transition) - 1)
 
 
-def _between(slopes: Slopes, push: Array, readings: Array, at: Array) -> Array:
-    """Return d reading / d state and push, as of the instant before, of samples taken at instants `at`, (M, 5).
+def _between(slopes: Slopes, readings: Array, at: Array) -> Array:
+    """Return d reading / d state and push, as of the instant before, of samples taken at instants `at`, (M, 6).
 
     In straight lines from one instant to the next: what a sample tells must not jump as its clock moves past one.
     """
@@ -135,7 +135,7 @@ def _between(slopes: Slopes, push: Array, readings: Array, at: Array) -> Array:
     then = np.minimum(places + 1, len(readings) - 1)
     slope = (1.0 - share) * readings[places] + share * readings[then]
     moved = np.einsum("ij,ijk->ik", slope, slopes.transition[places] - np.eye(3))
-    pushed = np.einsum("ij,ijk->ik", slope, push[places])
+    pushed = np.einsum("ij,ijk->ik", slope, slopes.gain[places])
     return np.hstack((slope + share * moved, share * pushed))
 
 

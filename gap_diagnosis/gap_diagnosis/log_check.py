@@ -87,7 +87,7 @@ def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:
     if np.sum(known) < 4 * _NEIGHBOURS or not noise > 0.0:
         return np.zeros(values.size, dtype=bool)
     filled = np.interp(np.arange(values.size), np.flatnonzero(known), values[known])
-    distance = filled - median_filter(filled, 2 * _NEIGHBOURS + 1, mode="nearest")
+    distance = filled - median_filter(filled, 2 * _NEIGHBOURS + 1, mode="mirror")
     spread = float(np.median(np.abs(distance[known])) / 0.6745)
     # While the signal climbs, most samples are the median of their window: that is no sign of little noise.
     climbing = float(np.quantile(np.abs(np.diff(filled)), 0.25) / (0.3186 * np.sqrt(2.0)))

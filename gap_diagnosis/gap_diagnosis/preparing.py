@@ -191,7 +191,6 @@ def with_log_findings(
     period: Mapping[str, float] | None = None,
 ) -> Recording:
     """Return an experiment as a recording, with what its log shows and the state at its start."""
-    start, deviations = initial_state(experiment)
     repeated, standing_out, lone, lattice = {}, {}, {}, {}
     log = LogFindings(scatter=dict(scatter or {}), period=dict(period or {}))
     for name, m in experiment.measurements.items():
@@ -206,5 +205,6 @@ def with_log_findings(
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)
+    start, deviations = initial_state(experiment, standing_out)
     log = replace(log, hole=hole, repeated=repeated, spikes=standing_out, lone=lone, lattice=lattice)
     return Recording(experiment=experiment, start=start, start_std=deviations, log=log, thruster=thruster)

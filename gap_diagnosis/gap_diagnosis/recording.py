@@ -94,14 +94,21 @@ class Recording:
         return f"thruster_{self.thruster}/{CHANNELS[signal]}"
 
 
-def initial_state(experiment: Experiment, *, idle: float = 1e-9) -> tuple[PlantState, dict[str, float]]:
+def initial_state(
+    experiment: Experiment, spikes: Mapping[str, NDArray[np.bool_]], *, idle: float = 1e-9
+) -> tuple[PlantState, dict[str, float]]:
     """Return the state at the start and how uncertain it is, by field of `PlantState`.
 
     A thruster rests where no throttle is given for a while and its speed's first samples lie within four standard
     deviations of zero (and 3 rad/s); the water may still move, by what its meter does not see. Where commands come at
     once, it may run with the first one, or be about to after it: nothing before it tells.
+
+    `spikes`: by signal the samples that tell nothing, shape (M,).
     """
-    first = {name: _first(m.time, m.values) for name, m in experiment.measurements.items()}
+    first = {
+        name: _first(m.time, np.where(spikes.get(name, False), np.nan, m.values))
+        for name, m in experiment.measurements.items()
+    }
     moving = [
         name
         for name, (value, count) in first.items()
@@ -130,5 +137,6 @@ _TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
 
 
 def _first(time: Array, values: Array, span: float = 0.01) -> tuple[float, int]:
-    near = values[(time <= time[0] + span) & np.isfinite(values)]
+    known = np.isfinite(values)
+    near = values[known][time[known] <= np.min(time[known], initial=np.inf) + span]
     return (float(np.mean(near)), near.size) if near.size else (0.0, 0)

@@ -74,9 +74,9 @@ def test_the_json_is_plain_and_its_budget_adds_up(coulomb):
     assert budget["left_out"][0]["rms"] > disturbed["rms"] > noise["rms"] == pytest.approx(1.0)
     assert 0.0 < budget["gap"]["disturbance_share"] < 0.1
     assert budget["nameless"]["share"] == budget["unexplained"]["share"]
-    assert set(budget["nameless"]["level"]) == {*coulomb.problem.signal_names, "rotor", "flow"}
+    assert set(budget["nameless"]["level"]) == {*coulomb.problem.signal_names, "rotor", "axial_flow", "flow"}
     assert budget["unexplained"]["block"] is None
-    assert set(budget["process_noise"]) == {"rotor", "flow", "memory"}
+    assert set(budget["process_noise"]) == {"rotor", "axial_flow", "flow", "memory"}
     without = budget["with_causes_without_each_run"]
     if len(coulomb.problem.recordings) < 3:
         assert without is None, "parts were left out, not runs"

@@ -102,6 +102,13 @@ def test_regular_stamps_do_not_scatter():
     assert regular_stamps(0.04 * np.arange(100))[1] == pytest.approx(0.0, abs=1e-9)
 
 
+@pytest.mark.parametrize("at", [0, 1, -1])
+def test_a_spike_at_the_end_of_a_flow_is_one(at):
+    flow = 0.006 * np.random.default_rng(3).standard_normal(500)
+    flow[at] = 0.4
+    assert np.flatnonzero(spikes(flow, 0.006)).tolist() == [at % 500]
+
+
 def test_a_flow_that_climbs_and_falls_all_the_time_has_no_spikes():
     steep = 0.3 * np.sin(np.arange(750) / 18.0) + 0.006 * np.random.default_rng(7).standard_normal(750)
     assert np.sum(spikes(steep, 0.006)) <= 2

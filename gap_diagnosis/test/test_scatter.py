@@ -69,6 +69,7 @@ def with_residuals(fitted, residuals_of):
     measured = problem.measured + residuals - fitted.residuals
     return SimpleNamespace(
         problem=SimpleNamespace(
+            opaque=(),
             signal_rows=problem.signal_rows, series=problem.series, recordings=problem.recordings,
             measured=measured, known=problem.known,
         ),

@@ -29,7 +29,7 @@ def drawn(noise, run, rng):
 def test_pushes_move_readings_as_far_as_draws_of_them_do():
     stated, recordings = campaign(seed=4, spread=0.0, duration=10.0, runs=1)
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    levels = replace(noise_of(problem).levels, pushes=(3.0, 2.0), memory=0.8)
+    levels = replace(noise_of(problem).levels, pushes=(3.0, 1.5, 2.0), memory=0.8)
     noise = whitener(problem, problem.start(), levels)
     (run,) = noise.linear
     rng = np.random.default_rng(2)
@@ -44,5 +44,5 @@ def test_pushes_move_readings_as_far_as_draws_of_them_do():
 def test_nothing_moves_what_is_not_pushed():
     stated, recordings = campaign(seed=4, spread=0.0, duration=10.0, runs=1)
     problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
-    noise = whitener(problem, problem.start(), replace(noise_of(problem).levels, pushes=(0.0, 0.0)))
+    noise = whitener(problem, problem.start(), replace(noise_of(problem).levels, pushes=(0.0, 0.0, 0.0)))
     assert set(moved_by_pushes(noise).values()) == {0.0}

@@ -37,7 +37,8 @@ class ProcessNoise:
     Attributes:
         rotor: standard deviation of what is added to dn/dt [rad/s^2].
         flow: of what is added to dU/dt, of the ambient flow [m/s^2].
-        memory: correlation time of both [s].
+        axial_flow: of what is added to dv/dt, of the flow through the propeller [m/s^2].
+        memory: correlation time of all [s].
 
     Raises:
         ValueError: numbers that cannot be.
@@ -45,19 +46,21 @@ class ProcessNoise:
 
     rotor: float = 0.0
     flow: float = 0.0
+    axial_flow: float = 0.0
     memory: float = 1.5
 
     def __post_init__(self) -> None:
-        given = {"rotor": self.rotor >= 0.0, "flow": self.flow >= 0.0, "memory": self.memory > 0.0}
+        given = {name: size > 0.0 if name == "memory" else size >= 0.0 for name, size in vars(self).items()}
         wrong = [name for name, fits in given.items() if not (fits and isfinite(getattr(self, name)))]
         if wrong:
             found = ", ".join(f"{name} {getattr(self, name)}" for name in wrong)
             raise ValueError(f"process noise: expected finite numbers, 0 or more, a memory above 0; found {found}")
 
     def drawn(self, count: int, period: float, rng: np.random.Generator) -> Array:
-        """Return pushes of rotor [rad/s^2] and flow [m/s^2], each held over a period [s], (2, count)."""
-        z = rng.standard_normal((2, count + 1)).T
-        return np.ascontiguousarray(wandering(z, np.array([self.rotor, self.flow]), exp(-period / self.memory))[1:].T)
+        """Return pushes of rotor [rad/s^2], flow and axial flow [m/s^2], each held over a period [s], (3, count)."""
+        z = rng.standard_normal((3, count + 1)).T
+        sizes = np.array([self.rotor, self.flow, self.axial_flow])
+        return np.ascontiguousarray(wandering(z, sizes, exp(-period / self.memory))[1:].T)
 
 
 CALM = ProcessNoise()

@@ -104,8 +104,8 @@ def _with_sample(memory, belief, T_d, y_n, y_U, T, k, clock, wiring, observer, l
 
 
 @equation
-def _pushed(state, n, U):  # type: ignore[no-untyped-def]
-    return PlantState(state.n + n, state.v, state.ambient + U, state.u, state.heat)
+def _pushed(state, n, U, v):  # type: ignore[no-untyped-def]
+    return PlantState(state.n + n, state.v + v, state.ambient + U, state.u, state.heat)
 
 
 @compiled
@@ -114,8 +114,8 @@ def run_loop(  # type: ignore[no-untyped-def]
 ):
     """Run all periods; fill `dense` (6, N S + 1), `read` (5, N S + 1) and `out` (len(COLUMNS), N).
 
-    noise: `Disturbances`; pushes: what is added to dn/dt [rad/s^2] and dU/dt [m/s^2] over each period, at its end,
-    (2, N); observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows of
+    noise: `Disturbances`; pushes: what is added to dn/dt [rad/s^2], dU/dt and dv/dt [m/s^2] over each period, at its
+    end, (3, N); observer, law: settings; p_c: what the controller believes; plant: `PlantSide`; dense: rows of
     `stepper.ROWS`; read: what sensors make of them, `dense` itself where no sensor has an effect.
     """
     dt, S = clock.dt / clock.steps, clock.steps
@@ -148,7 +148,7 @@ def run_loop(  # type: ignore[no-untyped-def]
             throttle[: clock.delay], throttle[clock.delay :] = acting, out[1, k]
             state = advance(state, throttle, dt, substeps, p, e, gate, NOMINAL_SUPPLY, memory, dense, first)
         acting = out[1, k]
-        state = _pushed(state, pushes[0, k] * clock.dt, pushes[1, k] * clock.dt)
+        state = _pushed(state, pushes[0, k] * clock.dt, pushes[1, k] * clock.dt, pushes[2, k] * clock.dt)
     if apart:
         sense(dense, known, dense.shape[1], dt, plant.e_sensors, plant.sensors, read)
     return state

@@ -46,11 +46,11 @@ def test_a_run_repeats_bit_for_bit_from_its_seed_and_only_from_its_seed() -> Non
 
 
 def test_process_noise_is_as_large_as_stated_remembers_as_long_and_moves_the_rotor() -> None:
-    noise = ProcessNoise(rotor=30.0, flow=0.02, memory=0.5)
+    noise = ProcessNoise(rotor=30.0, flow=0.02, axial_flow=0.05, memory=0.5)
     drawn = noise.drawn(200_000, PERIOD, np.random.default_rng(0))
-    assert np.std(drawn, axis=1) == pytest.approx([30.0, 0.02], rel=0.03)
+    assert np.std(drawn, axis=1) == pytest.approx([30.0, 0.02, 0.05], rel=0.03)
     alike = [float(np.corrcoef(row[1:], row[:-1])[0, 1]) for row in drawn]
-    assert alike == pytest.approx(2 * [np.exp(-PERIOD / 0.5)], abs=0.01)
+    assert alike == pytest.approx(3 * [np.exp(-PERIOD / 0.5)], abs=0.01)
     calm, pushed = (run(plant=Plant(coefficients=TRUTH, process_noise=each), seed=4) for each in (CALM, noise))
     assert np.array_equal(calm.of("y_U")[:1], pushed.of("y_U")[:1])
     moved = pushed.true("speed") - calm.true("speed")

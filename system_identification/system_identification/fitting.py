@@ -1,6 +1,6 @@
 """Fit of a hypothesis by Levenberg and Marquardt, and its evidence by Laplace's method."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -11,7 +11,7 @@ from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from system_identification.noise import Whitener, white_noise
 from system_identification.system import System
 
-__all__ = ["Fitted", "across_jumps", "fit", "fit_past_jumps", "outlying", "reweighed"]
+__all__ = ["Fitted", "fit", "fit_past_jumps", "reweighed", "sharpened", "zooming"]
 
 Array = NDArray[np.float64]
 _DONE = 0.02  # gain of a step, in cost, at which a fit has converged
@@ -23,8 +23,8 @@ _STILL, _STILL_SIZE = 0.1, 0.02
 """By how much nuisances, in deviations, and sizes, in shares of them, may have moved from where slopes were found."""
 _SLACK = 1e-3  # share of the excess of cost over the number of rows that counts as converged too
 _ROUNDS = 6
-_DRAWS = 60
-_JUMP = 5.0  # by how much, in cost, a draw must be better than its distance tells to be worth a fit
+_FINER = 6
+"""Rounds of a finer search about a size, each about three times as fine."""
 _TRIES = 8  # dampings tried for a step, each ten times the one before
 
 
@@ -191,52 +191,53 @@ _OUTLYING = 6.0
 """Standard deviations from which a sample tells of a jump that is predicted at another instant."""
 
 
-def outlying(problem: System, residuals: Array) -> NDArray[np.bool_]:
+def _outlying(problem: System, residuals: Array) -> NDArray[np.bool_]:
     """Return which samples stand out of their own noise, and of what most of the others leave, shape (R,)."""
     white = np.abs(white_noise(problem).whiten(residuals))
     return np.asarray(white >= _OUTLYING * max(1.4826 * float(np.median(white[problem.known])), 1.0))
 
 
-def fit_past_jumps(problem: System, noise: Whitener, x: Array, *, across: bool = True) -> Fitted:
+def fit_past_jumps(problem: System, noise: Whitener, x: Array) -> Fitted:
     """Return the fit of predictions that jump where a state passes a threshold, from a start `x`.
 
     A sample that passes it on the other side than predicted costs more than all the others gain by a step, and holds
     the fit where it is: such samples are left out until the others have put the threshold right. They stand out of
-    the noise of the samples themselves, not of one that had to make room for them. `across`: try draws on the other
-    side of the last jumps too.
+    the noise of the samples themselves, not of one that had to make room for them.
     """
     own = white_noise(problem)
     rows: NDArray[np.bool_] | None = None
     for _ in range(_ROUNDS):
-        kept = ~outlying(problem, problem.residuals(x))
+        kept = ~_outlying(problem, problem.residuals(x))
         if rows is not None and np.array_equal(kept, rows):
             break
         rows = kept
         x = fit(problem, own, x, iterations=5, rows=rows).x
-    found = fit(problem, noise, x, iterations=25 if across else 8)
-    return across_jumps(found, noise) if across else found
+    return fit(problem, noise, x, iterations=8)
 
 
-def across_jumps(fitted: Fitted, noise: Whitener) -> Fitted:
-    """Return the fit from among unknowns about as probable as those of `fitted`, where samples lie across jumps.
+def zooming(spacing: float) -> Iterator[Array]:
+    """Yield factors about 1, (9,), to try on the best so far: within `spacing`, and ever more narrowly."""
+    for _ in range(_FINER):
+        yield np.exp(spacing * np.linspace(-1.0, 1.0, 9))
+        spacing *= 0.3
 
-    No slope leads across: a sample that is predicted on the wrong side of a jump, by less than the unknowns are known
-    to, is on the right side for some draws of them. Such a draw costs less than its distance from the fit tells.
+
+def sharpened(fitted: Fitted, noise: Whitener, spacings: Mapping[int, float]) -> Array:
+    """Return unknowns (K,) with those whose traces are sharp each at the likeliest of ever finer values, the rest kept.
+
+    `spacings`: by place of an unknown, how far about its value to look at first, as a share of it.
     """
-    problem, rng = fitted.problem, np.random.default_rng(0)
-    for _ in range(_ROUNDS):
-        spread = np.linalg.cholesky(fitted.covariance)
-        spread[np.sum(fitted.jacobian**2, axis=0) < 1.0] = 0.0  # of thresholds nothing is known by slopes
-        steps = rng.normal(size=(_DRAWS, fitted.x.size))
-        draws = [problem.bounded(fitted.x + spread @ step) for step in steps]
-        beyond = [_cost(problem, noise, x, None)[2] - step @ step for x, step in zip(draws, steps, strict=True)]
-        if min(beyond) > fitted.cost - _JUMP:
-            break
-        again = fit(problem, noise, draws[int(np.argmin(beyond))], iterations=25)
-        if again.cost > fitted.cost - _DONE_AT_JUMPS:
-            break
-        fitted = again
-    return fitted
+    x, cost = fitted.x, _cost(fitted.problem, noise, fitted.x, None)[2]
+    for place, spacing in spacings.items():
+        for factors in zooming(spacing):
+            for value in x[place] * factors:
+                tried = x.copy()
+                tried[place] = value
+                tried = fitted.problem.bounded(tried)
+                less = _cost(fitted.problem, noise, tried, None)[2]
+                if less < cost:
+                    x, cost = tried, less
+    return x
 
 
 def _bend(

@@ -172,7 +172,7 @@ class Whitener:
         alone = np.zeros(rows.size, dtype=np.bool_)
         for each in self.system.series:
             places = each.first + np.flatnonzero(self.system.known[each.rows])
-            apart = np.abs(rows[places] - median_filter(rows[places], size=5, mode="nearest"))
+            apart = np.abs(rows[places] - median_filter(rows[places], size=5, mode="mirror"))
             alone[places] = apart > np.sqrt(_OUTLYING) * self._own[places]
         return alone
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from system_identification.exchange import Proposal, exchanges
-from system_identification.fitting import fit
+from system_identification.fitting import fit, zooming
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.learning import Caps
 from system_identification.noise import whitener
@@ -29,8 +29,6 @@ MOST = 7
 """Effects at work together."""
 _BEST, _PLAIN = 4, 3
 """Suspects that are fitted in a step: the likeliest under the noise that was learned, and under plain noise."""
-_FINER = 6
-"""Rounds of a finer search about a size, each about three times as fine."""
 _SHARP = 4.0
 """Cost that a size must take off to be searched more finely."""
 _SIZES = 2
@@ -194,9 +192,10 @@ class _Searching:
 
     def refined(self, current: Hypothesis, each: Rated) -> Rated:
         """Return a suspect whose trace is sharp over its size at the best of ever finer sizes."""
-        spacing = each.suspect.spacing
-        for _ in range(_FINER if spacing > 0.0 and each.gain > _SHARP else 0):
-            grid = each.sizes * np.exp(spacing * np.linspace(-1.0, 1.0, 9))[:, None]
+        if each.suspect.spacing == 0.0 or each.gain <= _SHARP:
+            return each
+        for factors in zooming(each.suspect.spacing):
+            grid = each.sizes * factors[:, None]
             width = each.suspect.slots[0].width
             grid = grid[(grid[:, 0] * width <= each.suspect.slots[0].upper)]
             trial = tried(
@@ -205,7 +204,6 @@ class _Searching:
             (again,) = rated(current.fitted, current.noise, trial)
             if again.gain > each.gain:
                 each = replace(again, visibility=each.visibility, suspect=each.suspect, order=each.order)
-            spacing *= 0.3
         return each
 
     def step(self, current: Hypothesis, tries: Sequence[Rated]) -> Hypothesis | None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from system_identification.fitting import Fitted, fit, fit_past_jumps
+from system_identification.fitting import Fitted, fit, fit_past_jumps, sharpened
 from system_identification.hypothesis import Hypothesis, weighed
 from system_identification.learning import Caps
 from system_identification.noise import Whitener, whitener
@@ -99,12 +99,15 @@ class Sets:
         return self.found[keys]
 
     def settled(self, found: Hypothesis) -> Hypothesis:
-        """Return a set fitted and its noise learned again and again until neither adds evidence."""
+        """Return a set fitted and its noise learned again and again until neither adds evidence.
+
+        A size was searched where others had not yet settled: beside them it is searched again.
+        """
         keys = frozenset(found.keys)
+        sharp = {int(found.sizes_of(each)[0]): each.spacing for each in found.suspects if each.spacing > 0.0}
         for _ in range(ROUNDS):
-            again = weighed(
-                found.system, found.suspects, found.fitted.x, found.noise, near=found.fitted, caps=self.caps
-            )
+            start = sharpened(found.fitted, found.noise, sharp)
+            again = weighed(found.system, found.suspects, start, found.noise, near=found.fitted, caps=self.caps)
             gained = again.evidence - found.evidence
             if gained > 0.0:
                 self.found[keys] = found = again
@@ -117,7 +120,7 @@ class Sets:
         system = posed(current.system, suspects)
         nuisances = current.system.nuisances
         if system.jumps and not current.system.jumps:
-            fitted = fit_past_jumps(system, current.noise, start, across=False)
+            fitted = fit_past_jumps(system, current.noise, start)
         else:
             fitted = _descended(system, current.noise, start, self.bare(current))
         if np.max(np.abs(start[:nuisances])) > FAR:

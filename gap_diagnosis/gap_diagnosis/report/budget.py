@@ -116,7 +116,7 @@ def budget_in_words(content: Mapping[str, Any]) -> str:
     pushes = {name: level for name, level in budget["disturbance"].items() if level > 0.1}
     if pushes:
         text += ". Random disturbances move readings by " + " and ".join(
-            f"{level:.1f} times their noise ({name})" for name, level in pushes.items()
+            f"{level:.1f} times their noise ({name.replace('_', ' ')})" for name, level in pushes.items()
         )
     return text + "."
 
