@@ -180,7 +180,8 @@ def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]
         for name, entry in parameters.items():
             value = number(entry.get("value")) if isinstance(entry, Mapping) else None
             if value is None:
-                problems.append(f"key 'effects.{effect}.{name}': expected value and unit; found {entry!r}")
+                example = f"{{value: 0.0, unit: {units[name]}}}" if name in units else "value and unit"
+                problems.append(f"key 'effects.{effect}.{name}': expected {example}; found {entry!r}")
                 continue
             sizes[str(effect)][str(name)] = value
             if name in units and entry.get("unit") != units[name]:

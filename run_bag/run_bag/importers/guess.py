@@ -15,7 +15,7 @@ from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .bag_source import BagSource
 from .conversions import COMMANDS, conversion
 from .csv_source import CsvSource
-from .guess_rules import LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, Rule
+from .guess_rules import LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_units import guessed_time_unit, guessed_unit
 from .recording_map import Entry, Mapped
 from .sources import Array, Source
@@ -235,7 +235,8 @@ def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 else "")
-    notes = ";".join(part for part in (notes, f" {why}" if why else "") if part)
+    doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
+    notes = ";".join(part for part in (notes, f" {why}" if why else "", doubt) if part)
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
 
 

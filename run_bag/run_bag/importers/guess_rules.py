@@ -62,6 +62,9 @@ THRUSTER = (
 )
 """Of tables and other bags: the whole name, or its last part."""
 
+WHICH_FLOW = " of the water around? at the propeller it is flow.axial"
+"""Asked where a name says that it is a flow, and not which."""
+
 VEHICLE = (
     Rule("rov/imu.orientation.{part}", r"(att(itude)?_?)?(q|quat(ernion)?|orientation)_?(?P<part>[wxyz])", "1"),
     Rule("rov/imu.orientation.{angle}", rf"(att(itude)?_?|euler_?)?{_ANGLE}(_angle)?"),
