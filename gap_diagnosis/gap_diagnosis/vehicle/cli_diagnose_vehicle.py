@@ -7,9 +7,8 @@ from pathlib import Path
 
 from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
-from gap_diagnosis.vehicle.rules import PERIOD
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
@@ -25,7 +24,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     add_sets(parser)
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
-    parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
+    parser.add_argument("--period", type=float, help="of the filter [s] (default: one near 0.04 that commands keep)")
     group = parser.add_argument_group("the next experiment")
     text = "write the programme, within these limits, that best tells apart what these recordings cannot"
     group.add_argument("--experiment", action="store_true", help=text)
@@ -34,7 +33,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     try:
         refuse_full_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
-        logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
+        logs = read_logs(given.runs, model.thrusters, given.period)
         provenance = provenance_of(given.runs, model)
         found = diagnosed(
             model,

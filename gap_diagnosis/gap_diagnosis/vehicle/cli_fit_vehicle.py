@@ -9,8 +9,7 @@ from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
-from gap_diagnosis.vehicle.log_io import read_log
-from gap_diagnosis.vehicle.rules import PERIOD
+from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from safe_files.whole_files_io import refuse_full_folder
@@ -25,12 +24,12 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
     add_sets(parser)
     parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")
-    parser.add_argument("--period", type=float, default=PERIOD, help="of the filter [s] (default %(default)s)")
+    parser.add_argument("--period", type=float, help="of the filter [s] (default: one near 0.04 that commands keep)")
     given = parser.parse_args(user_arguments(arguments))
     try:
         refuse_full_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
-        logs = [read_log(path, model.thrusters, given.period) for path in given.runs]
+        logs = read_logs(given.runs, model.thrusters, given.period)
         fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True))
         provenance = provenance_of(given.runs, model)
         paths = written(model, fit, provenance, given.out)

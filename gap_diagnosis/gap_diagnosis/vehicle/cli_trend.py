@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.trend import Line, Size, followed, line_of, size_in
 from run_bag import RunError
 from run_bag.command_line import user_arguments
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if len(given.dives) < 3:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.set, given.sensors)
-        logs = [read_log(path, model.thrusters) for path in given.dives]
+        logs = read_logs(given.dives, model.thrusters)
         h = followed(model, logs, given.effect, given.thruster, given.axis)
         times, unit = _times(logs)
         sizes = []

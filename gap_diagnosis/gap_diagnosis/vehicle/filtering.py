@@ -139,8 +139,8 @@ def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[n
     done = kernel(
         sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
-        built.sensors, built.tach, log.attitude, log.told, log.speeds, log.battery, log.lateness, gains, speed_gains,
-        charge, *out,
+        built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
+        gains, speed_gains, charge, *out,
     )  # fmt: skip
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
 

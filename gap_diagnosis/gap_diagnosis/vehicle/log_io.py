@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.rules import PERIOD
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["log_of", "read_log"]
+__all__ = ["log_of", "read_log", "read_logs"]
 
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
@@ -26,19 +26,52 @@ _LARGEST = 1e6
 """[V, rad/s, m/s^2, m, m/s, A] No vehicle gives a reading beyond it."""
 
 
-def read_log(path: Path, thrusters: int, period: float = PERIOD) -> VehicleLog:
-    """Return the run in that folder as a log.
+def read_logs(paths: Sequence[Path], thrusters: int, period: float | None = None) -> list[VehicleLog]:
+    """Return the runs in these folders as logs; `period`: of the filter [s], None: one that suits their commands.
+
+    Raises:
+        RunError: one cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
+    """
+    runs = [_read(path) for path in paths]
+    period = _suited_period(runs, thrusters) if period is None else period
+    return [log_of(run, thrusters, period) for run in runs]
+
+
+def read_log(path: Path, thrusters: int) -> VehicleLog:
+    """Return the run in that folder as a log at the usual period.
 
     Raises:
         RunError: it cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
     """
+    return log_of(_read(path), thrusters)
+
+
+def _read(path: Path) -> Run:
     wanted = [*_VEHICLE, *(f"thruster_{i}/{name}" for i in range(_MOST) for name in ("throttle", "state"))]
     try:
-        run = read_run(path, wanted)
+        return read_run(path, wanted)
     except MissingTopicError as error:
         there = set(error.found) if isinstance(error.found, list) else set()
-        run = read_run(path, [topic for topic in wanted if topic in there])
-    return log_of(run, thrusters, period)
+        return read_run(path, [topic for topic in wanted if topic in there])
+
+
+def _suited_period(runs: Sequence[Run], thrusters: int) -> float:
+    """Return the period [s] near the usual one at which commands change at its instants only, where they are regular.
+
+    A command that changes within a period acts there as its mean: across a dead zone that is another drive.
+    """
+    spacings = []
+    for time in (each[0] for run in runs for i in range(thrusters) if (each := _throttle(run, i)) is not None):
+        apart = np.diff(time)
+        usual = float(np.median(apart)) if apart.size else 0.0
+        if usual > 0.0 and float(np.mean(np.abs(apart / usual - 1.0) > 0.1)) < 0.1:
+            even = apart[np.abs(apart / usual - 1.0) < 0.5]
+            spacings.append(float(np.mean(even)))
+    if not spacings or max(spacings) > 1.1 * min(spacings):
+        return PERIOD
+    spacing = float(np.median(spacings))
+    period = spacing / round(spacing / PERIOD) if spacing > PERIOD else spacing * round(PERIOD / spacing)
+    return PERIOD if abs(period / PERIOD - 1.0) < 0.01 or not 0.5 < period / PERIOD < 1.5 else period
 
 
 def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:

@@ -68,7 +68,7 @@ _VEHICLES = 512
 
 
 class Built(NamedTuple):
-    """What the kernel takes: settings with tables, sensors' coefficients, tach (N, 2)."""
+    """What a filter takes: settings with tables, sensors' coefficients, each tachometer's scale and lag [s] (N, 2)."""
 
     settings: VehicleSettings
     sensors: SensorCoefficients
@@ -161,7 +161,7 @@ class Model:
                 if effect.id == "tach_scale":
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
-                    tach[i, 1] = max(next(iter(effect.sizes.values())) / 0.04, 0.0)
+                    tach[i, 1] = max(next(iter(effect.sizes.values())), 0.0)
         changes = tuple((k[1], v) for k, v in values.items() if k[0] == "vehicle" and v)
         body = body_with(self._coefficients(changes), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)

@@ -3,7 +3,8 @@
 import numpy as np
 
 PERIOD = 0.04
-"""[s] of the filter: commands of a vehicle come at 25 Hz, and its bodies and rotors are slower than that."""
+"""[s] of the filter, about: bodies and rotors are slower than that. Where commands come at other instants than its
+multiples, it is one near it that suits them."""
 STEP = 0.02
 """[s] Longest step of the plant inside the filter: RK4 on a rotor of 14 1/s errs by 1e-5 a step then."""
 START = 1.0

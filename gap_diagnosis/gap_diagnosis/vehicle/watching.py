@@ -84,7 +84,8 @@ class _Branch:
     ) -> None:
         built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
         self.body = built.settings.coefficients
-        self._sheet, self._tables, self._sensing = sheet_of(built.settings), built.settings.tables, built[1:]
+        self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
+        self._sensing = built.sensors, built.tach / [1.0, log.period]
         self._steps = built.settings.steps_in(log.period)
         self._wrench, self._charge = np.zeros(6), followed(log)
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, log_of, scatter
+from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, _suited_period, log_of, scatter
 from run_bag import Channel, Run, RunError
 
 GRID = 0.04 * np.arange(100)
@@ -13,6 +13,32 @@ def test_a_held_throttle_gives_each_period_its_mean() -> None:
     time, values = np.array([0.0, 0.05, 0.10]), np.array([1.0, 2.0, 4.0])
     # by hand: [0, 0.04] all 1; [0.04, 0.08]: 1 for 10 ms, 2 for 30; [0.08, 0.12]: 2 for 20 ms, 4 for 20
     assert _held_mean(time, values, np.array([0.0, 0.04, 0.08]), 0.04) == pytest.approx([1.0, 1.75, 3.0])
+
+
+@pytest.mark.parametrize(
+    ("spacing", "period"),
+    [
+        (0.04, 0.04),
+        (0.05, 0.05),
+        (0.02, 0.04),
+        (1.0 / 30.0, 1.0 / 30.0),
+        (0.2, 0.04),
+        (1.0 / 15.0, 1.0 / 30.0),
+    ],
+)
+def test_commands_change_at_the_instants_of_a_period_near_the_usual_one(spacing: float, period: float) -> None:
+    name = "thruster_0/throttle.commanded"
+    stamps = np.round(1e9 * (1.0 + spacing * np.arange(500))).astype(np.int64)
+    stamps[250:] += 2_000_000_000  # a pause says nothing of how often they come
+    run = Run(name="dive", channels={name: Channel(name=name, stamps=stamps, values=np.zeros(500))})
+    assert _suited_period([run], 1) == pytest.approx(period, rel=1e-6)
+
+
+def test_commands_that_come_irregularly_have_the_usual_period() -> None:
+    name = "thruster_0/throttle.commanded"
+    stamps = np.cumsum(1e9 * np.random.default_rng(0).exponential(0.3, 200)).astype(np.int64)
+    run = Run(name="dive", channels={name: Channel(name=name, stamps=stamps, values=np.zeros(200))})
+    assert _suited_period([run], 1) == 0.04
 
 
 def test_a_reading_of_a_fast_sensor_does_not_lag_behind_what_bends() -> None:
