@@ -3,6 +3,7 @@
 import argparse
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from gap_diagnosis.vehicle.arguments_io import add_sets
@@ -34,6 +35,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
         refuse_full_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
         logs = read_logs(given.runs, model.thrusters, given.period)
+        model = replace(model, period=logs[0].period)
         provenance = provenance_of(given.runs, model)
         found = diagnosed(
             model,

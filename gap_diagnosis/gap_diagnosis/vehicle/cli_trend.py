@@ -4,6 +4,7 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -47,6 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.set, given.sensors)
         logs = read_logs(given.dives, model.thrusters)
+        model = replace(model, period=logs[0].period)
         h = followed(model, logs, given.effect, given.thruster, given.axis)
         times, unit = _times(logs)
         sizes = []

@@ -14,12 +14,13 @@ Unknowns are named by keys:
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from math import ceil
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.rules import STEP
+from gap_diagnosis.vehicle.rules import PERIOD, STEP
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
 from rov_sim.vehicle.plant import VehicleSettings
 from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coefficients
@@ -83,11 +84,13 @@ class Model:
         vehicle: its set; effects that it switches on are on.
         sets: of its thrusters, one each.
         sensors: their places.
+        period: of the filter that it is used in [s]; the plant's steps divide it.
     """
 
     vehicle: VehicleSet
     sets: tuple[ParameterSet, ...]
     sensors: VehicleSensors
+    period: float = PERIOD
 
     @cached_property
     def _full(self) -> Array:
@@ -171,8 +174,9 @@ class Model:
             initial = initial._replace(thrusters=thrusters_then)
         own = thruster_effects([a for a in active if a.id not in (*_TACH, *OF_LOG)], N)
         settings = VehicleSettings(
-            coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial, largest_step=STEP
-        )
+            coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial,
+            largest_step=self.period / ceil(self.period / STEP - 1e-9),
+        )  # fmt: skip
         c = sensing_with(sensor_coefficients(self.sensors, self.vehicle.values["gravity"]), active)
         gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))
         force = tuple(b + values.get(("force", run, a), 0.0) for a, b in enumerate(c.force_bias))

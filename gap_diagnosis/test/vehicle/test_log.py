@@ -1,9 +1,13 @@
 """Readings of any rate on one grid."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, _suited_period, log_of, scatter
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from run_bag import Channel, Run, RunError
 
 GRID = 0.04 * np.arange(100)
@@ -88,3 +92,10 @@ def test_one_of_the_two_readings_of_a_battery_is_enough(gauge: str, seen: list[b
     gyro = [f"rov/imu.angular_velocity.{axis}" for axis in "xyz"]
     log = log_of(_run([*gyro, "thruster_0/throttle.commanded", f"rov/battery.{gauge}"]), 1)
     assert np.isfinite(log.battery).any(axis=0).tolist() == seen
+
+
+@pytest.mark.parametrize("period", [0.04, 0.05, 1.0 / 30.0])
+def test_delays_of_commands_are_remembered_at_any_period(period: float) -> None:
+    model = replace(load_model("bluerov2"), period=period)
+    late = ActiveVehicleEffect(id="command_delay", thruster=2, sizes={"time": 0.11})
+    assert model.built({}, [late]).settings.steps_in(period) == (3 if period == 0.05 else 2)
