@@ -10,6 +10,7 @@ from gap_diagnosis.diagnosis import Diagnosis
 from gap_diagnosis.diagnosis_words import in_words, log_in_words, next_step
 from gap_diagnosis.how_far import ChannelErrors
 from gap_diagnosis.investigation import Investigation
+from gap_diagnosis.linear import PUSHED
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.verdict import Claim, Verdict
 from gap_diagnosis.waterfall import channels_left_out, floors_of
@@ -21,8 +22,6 @@ from system_identification.noise import Whitener
 __all__ = ["as_json", "effects_of"]
 
 Array = NDArray[np.float64]
-_PUSHED = ("rotor", "axial_flow", "flow")
-"""What is pushed at random, in the order of the states."""
 
 
 def as_json(
@@ -156,7 +155,7 @@ def _budget(diagnosis: Diagnosis) -> dict[str, Any] | None:
             "depends_on": [f"{f.signal}: {f.name}" for f in found.unexplained.features[:3]] if found.nameless else [],
         },
         "nameless": {"share": budget.unexplained.value, "level": _nameless(found)},
-        "disturbance": dict(zip(_PUSHED, levels.pushes, strict=False)),
+        "disturbance": dict(zip(PUSHED, levels.pushes, strict=False)),
         "process_noise": {**_rates(found.noise), "memory": levels.memory},
         "retuned_without_each_run": _by_run_left_out(found.none, retuned),
         "with_causes_without_each_run": _by_run_left_out(whole, unknowns),
@@ -189,13 +188,13 @@ def _nameless(found: Investigation) -> dict[str, float]:
         signal: float(np.sqrt(np.mean(explained[rows] ** 2))) / found.left.noise.level(signal)
         for signal, rows in found.none.system.signal_rows.items()
     }
-    return of_signals | dict(zip(_PUSHED, found.noise.levels.pushes, strict=False))
+    return of_signals | dict(zip(PUSHED, found.noise.levels.pushes, strict=False))
 
 
 def _rates(noise: Whitener) -> dict[str, float]:
     """Return the standard deviations of what pushes rotor [rad/s^2] and water [m/s^2] at random."""
     pushed = zip(noise.levels.pushes, noise.units, strict=False)
-    return dict(zip(_PUSHED, (level * float(unit) for level, unit in pushed), strict=False))
+    return dict(zip(PUSHED, (level * float(unit) for level, unit in pushed), strict=False))
 
 
 def _by_run_left_out(found: Hypothesis, unknowns: Array) -> dict[str, Any] | None:

@@ -33,8 +33,8 @@ _LEAST = (1e-2, 1e-4, 1e-4)
 _SMALL = 1e-3
 _THROTTLE_STEPS = (1e-3, 0.4)  # [V]: a large one reaches out of the dead zone
 _READINGS = {"speed": 3, "axial": 4, "ambient": 5, "thrust": 6, "torque": 7}  # places in the pipeline's result
-PUSHED = ("speed", "axial", "ambient")
-"""Signals that read the states (n, v, U), each pushed by a disturbance of its own.
+PUSHED = {"rotor": "speed", "axial_flow": "axial", "flow": "ambient"}
+"""What is pushed by a disturbance of its own, in the order of the states (n, v, U), and the signal that reads it.
 
 Turbulence moves the water at the propeller and not that around it, or both; left out, it is taken for an effect.
 """

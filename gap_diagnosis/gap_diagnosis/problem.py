@@ -206,7 +206,7 @@ class Problem:
     @property
     def pushed(self) -> tuple[str, ...]:
         """Signals that read the states which disturbances push."""
-        return PUSHED
+        return tuple(PUSHED.values())
 
     @property
     def spread(self) -> Array:

@@ -225,9 +225,9 @@ def zooming(spacing: float) -> Iterator[Array]:
 def sharpened(fitted: Fitted, noise: Whitener, spacings: Mapping[int, float]) -> Array:
     """Return unknowns (K,) with those whose traces are sharp each at the likeliest of ever finer values, the rest kept.
 
-    `spacings`: by place of an unknown, how far about its value to look at first, as a share of it.
+    `noise`: of the fit; `spacings`: by place of an unknown, how far about its value to look at first, as a share of it.
     """
-    x, cost = fitted.x, _cost(fitted.problem, noise, fitted.x, None)[2]
+    x, cost = fitted.x, fitted.cost
     for place, spacing in spacings.items():
         for factors in zooming(spacing):
             for value in x[place] * factors:

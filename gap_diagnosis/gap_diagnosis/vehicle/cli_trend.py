@@ -4,7 +4,6 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -47,8 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if len(given.dives) < 3:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.set, given.sensors)
-        logs = read_logs(given.dives, model.thrusters)
-        model = replace(model, period=logs[0].period)
+        logs, model = read_logs(given.dives, model)
         h = followed(model, logs, given.effect, given.thruster, given.axis)
         times, unit = _times(logs)
         sizes = []

@@ -1,6 +1,7 @@
 """Runs as vehicle logs: topics of any rate on one grid, with whatever sensors there are."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,6 +9,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.log_check import lattice_step
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import PERIOD
 from run_bag import MissingTopicError, Run, RunError, read_run
@@ -26,15 +28,17 @@ _LARGEST = 1e6
 """[V, rad/s, m/s^2, m, m/s, A] No vehicle gives a reading beyond it."""
 
 
-def read_logs(paths: Sequence[Path], thrusters: int, period: float | None = None) -> list[VehicleLog]:
-    """Return the runs in these folders as logs; `period`: of the filter [s], None: one that suits their commands.
+def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) -> tuple[list[VehicleLog], Model]:
+    """Return the runs in these folders as logs, and the model for a filter of their period.
+
+    `period`: of the filter [s], None: one that suits their commands.
 
     Raises:
         RunError: one cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
     """
     runs = [_read(path) for path in paths]
-    period = _suited_period(runs, thrusters) if period is None else period
-    return [log_of(run, thrusters, period) for run in runs]
+    period = _suited_period(runs, model.thrusters) if period is None else period
+    return [log_of(run, model.thrusters, period) for run in runs], replace(model, period=period)
 
 
 def read_log(path: Path, thrusters: int) -> VehicleLog:
