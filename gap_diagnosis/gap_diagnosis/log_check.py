@@ -58,8 +58,9 @@ def repeated_samples(values: Array) -> Mask:
     """Return which samples repeat the one before them though a noisy sensor would not, shape (M,).
 
     Stretches of zeros and long constant stretches are the sensor's, not the log's. Where values lie on a lattice,
-    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat. On a fine
-    lattice, which rounding to decimals may have blurred, chance gives the value before last as often again.
+    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat. By chance a
+    reading is the next value up or down, each, as often as it is the same again: so it is on whole rpm, too, of which a
+    rotor runs through too many to show a lattice.
     """
     same = np.zeros(values.size, dtype=bool)
     same[1:] = (values[1:] == values[:-1]) & (values[1:] != 0.0)
@@ -68,7 +69,10 @@ def repeated_samples(values: Array) -> Mask:
         if last - first > LONGEST_REPEAT:
             same[first:last] = False
     share = float(np.mean(same))
-    chance = float(np.mean((values[2:] == values[:-2]) & (values[2:] != values[1:-1]) & (values[2:] != 0.0)))
+    apart = np.abs(np.diff(values))
+    apart = apart[apart > 1e-9 * np.ptp(values)]
+    next_value = np.count_nonzero(apart < 1.5 * np.min(apart, initial=np.inf))
+    chance = 0.5 * float(next_value + 2) / values.size
     step = lattice_step(values[~same])
     if step > 0.0:
         noise = noise_level(values)

@@ -42,6 +42,15 @@ def test_readings_of_a_fine_converter_written_with_few_decimals_are_no_repeats(d
     assert not repeated_samples(readings).any()
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_whole_rpm_of_a_noisy_tachometer_are_no_repeats(seed):
+    rng, time = np.random.default_rng(seed), np.arange(1140) / 20.0
+    speed = 800.0 * np.sin(0.9 * time) * np.sin(0.31 * time) + 11.5 * rng.standard_normal(time.size)
+    readings = np.round(speed) * (np.pi / 30.0)
+    assert np.any(readings[1:] == readings[:-1])
+    assert not repeated_samples(readings).any()
+
+
 def test_repeated_samples_are_marked_one_by_one():
     kept = RNG.random(800) >= 0.2
     kept[0] = True

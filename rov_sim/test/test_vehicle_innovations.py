@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, states_of, states_width
+from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -29,10 +29,11 @@ def throttles() -> Array:
 
 def run(
     settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0,
-    voltages: Array | None = None, charge: Array | None = None, speeds: Array | None = None,
+    voltages: Array | None = None, charge: Array | None = None, speeds: Array | None = None, older: float = 0.0,
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return innovations (K, 13) and states (K, ...) for attitudes, voltages and speeds told, nothing else; late: the
-    IMU [s]; charge: as of `innovations`, by default not followed. Speeds correct those of the rotors by half."""
+    """Return innovations of the body and of N rotors (K, 13 + N) and states (K, ...) for attitudes, voltages and speeds
+    told, nothing else; late: the IMU [s]; charge: as of `innovations`, by default not followed; older: readings, than
+    their instants, in periods. Speeds correct those of the rotors by half."""
     battery = np.full((K, 2), np.nan)
     if voltages is not None:
         battery[:, 0] = voltages
@@ -44,11 +45,11 @@ def run(
         sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
-        battery, np.zeros(K), gains, np.full((K, N), 0.5),
-        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge, *out,
+        battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),
+        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge, np.full(past_width(N), np.nan), *out,
     )  # fmt: skip
     assert done == K
-    return out[0], out[3]
+    return np.hstack(out[:2]), out[3]
 
 
 def test_without_gains_it_is_the_plant(settings: VehicleSettings, throttles: Array) -> None:
@@ -58,7 +59,7 @@ def test_without_gains_it_is_the_plant(settings: VehicleSettings, throttles: Arr
     assert states[:, 3:7] == pytest.approx(truth.attitude[:-1], rel=0.0, abs=1e-5)
     assert states[:, 7:13] == pytest.approx(truth.velocity[:-1], rel=0.0, abs=1e-5)
     assert np.abs(e[:, :3]).max() < 1e-5
-    assert np.all(np.isnan(e[:, 3:]))
+    assert np.all(np.isnan(e[:, 3:CHANNELS]))
 
 
 @pytest.mark.parametrize("halves", [1, 3, 4])
@@ -72,6 +73,21 @@ def test_a_late_imu_is_expected_to_tell_what_was(settings: VehicleSettings, thro
     for gains in (none, some):
         late, _ = run(settings, throttles, told, gains, halves * PERIOD / 2.0)
         assert np.abs(late[whole, :3]).max() < 0.05 * np.abs(believed[whole, :3]).max()
+
+
+@pytest.mark.parametrize("eighths", [1, 4, 7])
+def test_readings_between_instants_are_expected_as_it_was_then(
+    settings: VehicleSettings, throttles: Array, eighths: int
+) -> None:
+    truth = simulate(settings, np.repeat(throttles, 8, axis=0), PERIOD / 8.0)
+    at = np.maximum(8 * np.arange(K) - eighths, 0)
+    told = truth.attitude[at], truth.n[at]
+    none = np.zeros((K, CORRECTED, CHANNELS))
+    late, _ = run(settings, throttles, told[0], none, speeds=told[1], older=eighths / 8.0)
+    taken_as_now, _ = run(settings, throttles, told[0], none, speeds=told[1])
+    whole = slice(2, K)
+    for of, share in ((slice(0, 3), 0.1), (slice(CHANNELS, None), 0.15)):
+        assert np.abs(late[whole, of]).max() < share * np.abs(taken_as_now[whole, of]).max()
 
 
 def test_with_gains_it_follows_the_attitude_that_is_told(settings: VehicleSettings, throttles: Array) -> None:

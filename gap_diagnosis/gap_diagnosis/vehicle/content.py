@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
 from gap_diagnosis.vehicle.oddities import Logged
+from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
 from gap_diagnosis.vehicle.wiring import Wiring
@@ -86,7 +87,13 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
     ]
     for gain, (_, axis, feature) in verdict.left[:2]:
         rows.append(
-            {"block": "body", "thruster": None, "axis": axis, "regime": feature, "weight": min(gain / 50.0, 1.0)}
+            {
+                "block": "sensor" if axis in READINGS else "body",
+                "thruster": None,
+                "axis": axis,
+                "regime": feature,
+                "weight": min(gain / 50.0, 1.0),
+            }
         )
     if not rows and verdict.name == "unknown":
         worst = int(np.argmax(verdict.wrench / np.array([1.0, 1.0, 1.0, 0.2, 0.2, 0.2])))

@@ -79,7 +79,7 @@ def diagnosed(
         verdict = replace(verdict, summary=f"{wiring.sentences[0]} {verdict.summary}")
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
-    errors = tuple(left_out_errors(found, h) for h in horizons)
+    errors = left_out_errors(found, horizons)
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)
@@ -95,7 +95,7 @@ def _with_effect(model: Model, found: Found, verdict: Verdict, errors: Sequence[
 
     Where the verdict is unknown numbers have taken over what has no name: they are none of the vehicle.
     """
-    steps = errors[0].steps if errors else ()
+    steps: tuple[float, ...] = errors[0].steps if errors else ()
     helps = verdict.name in ("no_gap", "parameters", "effect") and len(steps) > 1 and steps[1] < steps[0]
     if verdict.name == "unknown" or not (verdict.claims or helps):
         return ""

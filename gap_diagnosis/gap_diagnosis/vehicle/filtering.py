@@ -14,18 +14,19 @@ from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations, states_of, states_width
+from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
 
 __all__ = [
-    "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen", "foreseen_deviations",
-    "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
+    "LOST", "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
+    "foreseen_deviations", "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
-_FARTHEST = 50.0  # deviations: beyond it a model is wrong, not more or less so
+LOST = 50.0
+"""Deviations of a whitened reading beyond which a model is wrong, not more or less so."""
 _LOGS = 64
 """Recordings whose beginning is kept, and their commands as they act: a fit asks for the same ones ever again."""
 
@@ -102,7 +103,7 @@ def _shifted(
     log: VehicleLog, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect] = ()
 ) -> VehicleLog:  # fmt: skip
     """Return a log whose commands act later by what values and effects of the log say."""
-    late, rate = values.get(("late",), 0.0), 0.0
+    late, rate = values.get(("late", "commands"), 0.0), 0.0
     for effect in effects:
         if effect.id == "log_alignment":
             late -= effect.sizes["throttle"]
@@ -113,12 +114,15 @@ def _shifted(
 
 @lru_cache(maxsize=_LOGS)
 def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
-    """Return a log whose commands act later, by more and more; each is a mean over a shifted period, exact where
-    commands are held."""
-    whole, share = np.divmod((late + rate * log.period * np.arange(log.count)) / log.period, 1.0)
-    row = np.arange(log.count) - whole.astype(int)
-    here, before = (log.throttles[np.clip(at, 0, log.count - 1)] for at in (row, row - 1))
-    return replace(log, throttles=(1.0 - share[:, None]) * here + share[:, None] * before)
+    """Return a log whose commands act later, by more and more.
+
+    They do by whole periods, to the nearest; by the rest readings tell of an earlier state, or a later one. A mean of
+    the commands of two periods would be another drive, across a dead zone.
+    """
+    total = (late + rate * log.period * np.arange(log.count)) / log.period
+    whole = np.ceil(total - 0.5).astype(int)
+    row = np.clip(np.arange(log.count) - whole, 0, log.count - 1)
+    return replace(log, throttles=log.throttles[row], lateness=log.lateness + (total - whole)[:, None])
 
 
 def followed(log: VehicleLog) -> Array:
@@ -140,7 +144,7 @@ def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[n
         sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
         built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
-        gains, speed_gains, charge, *out,
+        gains, speed_gains, charge, np.full(past_width(N), np.nan), *out,
     )  # fmt: skip
     return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
 
@@ -160,7 +164,8 @@ def foreseen(
     row = np.arange(K) % like.count
     blank = replace(
         like, name="foreseen", throttles=throttles, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)),
-        told=np.zeros((K, 13)), speeds=np.zeros((K, N)), battery=np.zeros((K, 2)), lateness=like.lateness[row],
+        told=np.zeros((K, 13)), speeds=np.zeros((K, N)), battery=np.zeros((K, 2)),
+        lateness=np.zeros((K, like.lateness.shape[1])),
     )  # fmt: skip
     built = model.built(values, effects, run=-1, signed=like.signed, initial=initial_state(blank))
     # without gains the innovations are what is expected, with the other sign
@@ -205,7 +210,11 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
 
 @compiled
 def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, first, weights, out):  # type: ignore[no-untyped-def]
-    """Fill rows of `out` from the first instant on; a filter that is lost foresees nothing."""
+    """Fill rows of `out` from the first instant on; a filter that is lost foresees nothing.
+
+    A reading that falls out, as those do of which the recording ends before they come, counts as one that is as far off
+    as chance has it: without any it would be a gain.
+    """
     N = rotor.shape[1]
     for k in range(first, out.shape[0]):
         lost = False
@@ -214,18 +223,20 @@ def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, 
         for i in range(out.shape[1]):
             told = 0.0
             if lost:
-                told = _FARTHEST
+                told = LOST
             elif i >= 13 + N:
                 told = battery[k, i - 13 - N] / deviations[i - 13 - N]
             elif i >= 13:
                 told = rotor[k, i - 13] / spread[k, i - 13]
+            elif np.isfinite(base[k, i]) and np.isnan(body[k, i]):
+                told = 1.0
             elif np.isfinite(base[k, i]):
                 for j in range(i + 1):  # the inverse of a factor is lower triangular
                     if not np.isnan(body[k, j]):
                         told += whitener[k, i, j] * body[k, j]
             if not np.isnan(told):
                 weight = weights[k, i] if weights.size else 1.0
-                out[k, i] = weight * min(max(told, -_FARTHEST), _FARTHEST)
+                out[k, i] = weight * min(max(told, -LOST), LOST)
 
 
 def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]

@@ -106,7 +106,7 @@ def fitted_vehicle(
     runs, fit = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
     told("free runs")
     screen = Screen(model=model, runs=runs, values=fit.values)
-    points = [Point(without_run(screen, fit, free, k), ()) for k in range(len(runs))]
+    points = [without_run(screen, fit, free, k) for k in range(len(runs))]
     longest = max(log.duration for log in logs)
     errors = []
     for horizon in (h for h in rules.HORIZONS if h + 4.0 < longest):

@@ -26,7 +26,7 @@ def name_of(key: Key) -> str:
     if kind == "shared":
         return f"{key[1]} of all thrusters"
     if kind == "late":
-        return "commands act late"
+        return "commands act late" if key[1] == "commands" else "the IMU is late"
     return " ".join(map(str, key[1:]))
 
 

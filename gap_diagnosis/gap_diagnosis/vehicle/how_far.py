@@ -19,10 +19,11 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviations
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
-from gap_diagnosis.vehicle.refining import Fit
+from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.rules import CALM_WRENCH
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
@@ -89,30 +90,37 @@ class Point(NamedTuple):
     effects: Sequence[ActiveVehicleEffect]
 
 
-def left_out_errors(found: Found, horizon: float) -> Errors:
-    """Return the errors of each run predicted from numbers of the other runs; with one run, from its own."""
+def left_out_errors(found: Found, horizons: Sequence[float]) -> tuple[Errors, ...]:
+    """Return the errors of each run predicted from numbers of the other runs, over each horizon [s]; with one run, from
+    its own."""
     last = found.stages[-1].screen
     model, runs = last.model, last.runs
     points: list[list[Point]] = [[Point({}, ()) for _ in runs]]
     if found.stages[0].accepted:  # the search began with effects
         points.append([Point(found.retuned, ()) for _ in runs])
     for stage in found.stages:
-        fit, on = stage.fit, stage.screen.effects
-        points.append([Point(without_run(stage.screen, fit, found.nuisances, k), on) for k in range(len(runs))])
+        points.append([without_run(stage.screen, stage.fit, found.nuisances, k) for k in range(len(runs))])
+    # effects with which the search began came all at once: the last of them has their share
+    together = len(found.stages[0].accepted) - 1
+    return tuple(_errors(model, runs, points, together, horizon) for horizon in horizons)
+
+
+def _errors(
+    model: Model, runs: Sequence[Prepared], points: Sequence[Sequence[Point]], together: int, horizon: float
+) -> Errors:  # fmt: skip
+    """Return the errors at the points of each step: as stated, re-tuned, with one effect more each."""
     errors = [free_runs(model, runs, each, horizon) for each in points]
     spread = np.concatenate(
         [_spreads(model, run, at, horizon) for run, at in zip(runs, points[-1], strict=True)]
     )  # fmt: skip
     squares = np.array([_over(each, spread) for each in errors])
     whole = [rms(each) for each in (errors[0], errors[1], errors[-1])]
-    # effects with which the search began came all at once: the last of them has their share
-    together = (None,) * (len(found.stages[0].accepted) - 1)
     there = squares[:, np.isfinite(squares).all(axis=0)]
     shrinks = _shares(there[1:], _turns) if _is_gap(there[1]) else (None,) * (len(there) - 2)
     foreseen = rms(np.where(np.isfinite(errors[0]), spread, np.nan))
     return Errors(
         horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2], left_out=len(runs) > 1,
-        foreseen=foreseen, shrinks=(*together, *shrinks),
+        foreseen=foreseen, shrinks=((None,) * together + shrinks),
         steps=tuple(np.sqrt(there.mean(axis=1)).tolist()) if there.size else (),
         budget=_budget(model, runs, points[-1], horizon, spread),
     )  # fmt: skip
@@ -189,21 +197,22 @@ def free_runs(model: Model, runs: Sequence[Prepared], points: Sequence[Point], h
     )
 
 
-def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> dict[Key, float]:
-    """Return the numbers as all recordings but one have them, to first order; its own biases are its own.
+def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> Point:
+    """Return numbers and effects as all recordings but one have them, along the columns of the joint fit; the one's
+    biases are its own. With one recording there are no others.
 
-    At the joint fit the slope of all is zero, so that of the others alone is minus the one's: x + H^-1 J_k^T r_k. With
-    one recording there are no others.
+    One step without checking what it gains (x + H^-1 J_k^T r_k, the slope of all being zero) went to a negative mass
+    where an effect was missing.
     """
-    if len(fit.columns) == 1:
-        return dict(fit.values)
-    wide = [J.astype(np.float64) for J in fit.columns]
-    H = np.eye(wide[0].shape[1]) + sum(J.T @ J for j, J in enumerate(wide) if j != k)
-    moved = fit.moved + np.linalg.solve(H, wide[k].T @ screen.residual(k).ravel())[: len(fit.moved)]
-    return {
-        key: fit.values[key] if key[0] in OF_RUN else float(v) * d
-        for (key, d), v in zip(free.items(), moved, strict=True)
-    }
+    others = [j for j in range(len(fit.columns)) if j != k]
+    if not others:
+        return Point(fit.values, [a.active for a in fit.effects])
+    left = Screen(model=screen.model, runs=[screen.runs[j] for j in others], values={})
+    problem = Problem(screen=left, nuisances=free, effects=tuple(a.hypothesis for a in fit.effects))
+    columns = [fit.columns[j] for j in others]
+    found = problem.fit(fit.moved, [a.sizes for a in fit.effects], columns, product_of(columns))
+    own = {key: value for key, value in fit.values.items() if key[0] in OF_RUN}
+    return Point({**found.values, **own}, [a.active for a in found.effects])
 
 
 def _windows(log: VehicleLog, horizon: float) -> tuple[range, int, int]:

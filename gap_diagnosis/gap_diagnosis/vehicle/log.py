@@ -26,7 +26,7 @@ class VehicleLog:
         told: (K, 13): gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9 [m], velocity 10-12 [m/s].
         speeds: (K, N) [rad/s]; signed: whether they tell the direction.
         battery: (K, 2) voltage, current drawn [V, A].
-        lateness: (K,), of the velocity's instants before the grid's, in periods.
+        lateness: (K, 5 + N), of readings before the instants, in periods, as `innovations` has them.
         noise: (13,) of the channels, each reading on the grid [rad, rad/s, m/s^2, m, m/s]; NaN: not there.
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
         start: of the recording's clock [ns].

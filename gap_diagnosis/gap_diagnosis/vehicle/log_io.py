@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import PERIOD
+from rov_sim.vehicle.innovations import LATE
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
 
@@ -39,6 +40,10 @@ def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) 
     runs = [_read(path) for path in paths]
     period = _suited_period(runs, model.thrusters) if period is None else period
     return [log_of(run, model.thrusters, period) for run in runs], replace(model, period=period)
+
+
+_SAME_PERIOD = 1e-5
+"""Share by which a period is the usual one: commands stay within a millisecond of its instants in a hundred s."""
 
 
 def read_log(path: Path, thrusters: int) -> VehicleLog:
@@ -75,7 +80,8 @@ def _suited_period(runs: Sequence[Run], thrusters: int) -> float:
         return PERIOD
     spacing = float(np.median(spacings))
     period = spacing / round(spacing / PERIOD) if spacing > PERIOD else spacing * round(PERIOD / spacing)
-    return PERIOD if abs(period / PERIOD - 1.0) < 0.01 or not 0.5 < period / PERIOD < 1.5 else period
+    near = abs(period / PERIOD - 1.0) < _SAME_PERIOD
+    return PERIOD if near or not 0.5 < period / PERIOD < 1.5 else period
 
 
 def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:
@@ -122,20 +128,20 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     if missing:
         notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
     told, noise = np.full((K, 13), np.nan), np.full(13, np.nan)
-    for at, channel in ((3, rates), (6, force), (9, depth)):
+    lateness = np.zeros((K, len(LATE) + thrusters))
+    for at, channel, sensor in ((3, rates, "imu"), (6, force, "imu"), (9, depth, "depth"), (10, velocity, "velocity")):
         if channel is not None:
-            width = channel[1].shape[1]
-            told[:, at : at + width], noise[at : at + width] = _at_instants(*channel, grid, period)
-    lateness = np.zeros(K)
-    if velocity is not None:
-        told[:, 10:13], noise[10:13], lateness = _nearest(*velocity, grid, period)
+            columns = slice(at, at + channel[1].shape[1])
+            told[:, columns], noise[columns], late = _at_instants(*channel, grid, period)
+            lateness[:, LATE.index(sensor)] = late
     quaternions = np.full((K, 4), np.nan)
     if attitude is not None:
-        quaternions, noise[:3] = _attitudes(*attitude, grid, period)
-    speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes, odd)
+        quaternions, noise[:3], lateness[:, LATE.index("attitude")] = _attitudes(*attitude, grid, period)
+    speeds, speed_noise, signed = _speeds(run, thrusters, grid, period, notes, odd, lateness[:, len(LATE) :])
     power, power_noise = np.full((K, 2), np.nan), np.full(2, np.nan)
     if battery is not None:
-        power[:, list(gauges)], power_noise[list(gauges)] = _at_instants(*battery, grid, period)
+        power[:, list(gauges)], power_noise[list(gauges)], late = _at_instants(*battery, grid, period)
+        lateness[:, LATE.index("battery")] = late
         power[:, 1] = -power[:, 1]
     return VehicleLog(
         name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
@@ -248,21 +254,22 @@ def scatter(values: Array) -> Array:
     return np.array([np.hypot(noise_level(column), lattice_step(column) / np.sqrt(12.0)) for column in values.T])
 
 
-def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array]:
-    """Return readings at the instants (K, m) and the noise of one of them (m,).
+def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array, Array]:
+    """Return readings at the instants (K, m), the noise of one of them (m,), by how many periods each is older (K,).
 
     Fast sensors: a parabola through five readings, whose middle does not lag behind what bends, as a mean would; a
     mean over 40 ms of a vehicle's rate errs by three times a gyro's noise where a thruster starts. Slow ones: each
-    reading at the instant nearest to it.
+    reading at the instant at or after it; a rotor that starts is 20 rad/s faster half a period later.
     """
     spacing = float(np.median(np.diff(time))) if time.size > 1 else np.inf
     noise = scatter(values)
-    out = np.full((grid.size, values.shape[1]), np.nan)
+    out, late = np.full((grid.size, values.shape[1]), np.nan), np.zeros(grid.size)
     if spacing > 0.9 * period:
-        place = np.round((time - grid[0]) / period).astype(int)
+        place = np.ceil((time - grid[0]) / period - 1e-6).astype(int)
         keep = (place >= 0) & (place < grid.size)
         out[place[keep]] = values[keep]
-        return out, noise
+        late[place[keep]] = np.maximum(place[keep] - (time[keep] - grid[0]) / period, 0.0)
+        return out, noise, late
     smooth = values
     if spacing < 0.4 * period and time.size > 5:
         weights = np.array([-3.0, 12.0, 17.0, 12.0, -3.0]) / 35.0
@@ -274,36 +281,26 @@ def _at_instants(time: Array, values: Array, grid: Array, period: float) -> tupl
     near &= (grid >= time[0] - 1e-9) & (grid <= time[-1] + 1e-9)
     for j in range(values.shape[1]):
         out[near, j] = np.interp(grid[near], time, smooth[:, j])
-    return out, noise
+    return out, noise, late
 
 
-def _attitudes(time: Array, q: Array, grid: Array, period: float) -> tuple[Array, Array]:
+def _attitudes(time: Array, q: Array, grid: Array, period: float) -> tuple[Array, Array, Array]:
     q = q / np.linalg.norm(q, axis=1, keepdims=True)
     flip = np.cumprod(np.concatenate(([1.0], np.where((q[1:] * q[:-1]).sum(axis=1) < 0.0, -1.0, 1.0))))
     q = q * flip[:, None]
-    mean, noise = _at_instants(time, q, grid, period)
+    mean, noise, late = _at_instants(time, q, grid, period)
     mean /= np.linalg.norm(mean, axis=1, keepdims=True)
-    return mean, np.full(3, 2.0 * float(np.sqrt(np.mean(noise**2))))
-
-
-def _nearest(time: Array, values: Array, grid: Array, period: float) -> tuple[Array, Array, Array]:
-    """Return single readings at the instant at or after each, and by how many periods they are older than it."""
-    out, late = np.full((grid.size, values.shape[1]), np.nan), np.zeros(grid.size)
-    place = np.ceil((time - grid[0]) / period - 1e-6).astype(int)
-    keep = (place >= 0) & (place < grid.size)
-    out[place[keep]] = values[keep]
-    late[place[keep]] = place[keep] - (time[keep] - grid[0]) / period
-    return out, scatter(values), np.maximum(late, 0.0)
+    return mean, np.full(3, 2.0 * float(np.sqrt(np.mean(noise**2)))), late
 
 
 def _speeds(
-    run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: list[Oddity] | None
+    run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: list[Oddity] | None, lateness: Array
 ) -> tuple[Array, Array, bool]:
     speeds, noise, signed = np.full((grid.size, thrusters), np.nan), np.full(thrusters, np.nan), True
     for i in range(thrusters):
         channel = _sensor(run, "tachometer", [f"thruster_{i}/state.n"], odd, thruster=i)
         if channel is not None:
-            out, scattered = _at_instants(*channel, grid, period)
+            out, scattered, lateness[:, i] = _at_instants(*channel, grid, period)
             speeds[:, i], noise[i] = out[:, 0], scattered[0]
             source = f"thruster_{i}/state.sign_source"
             signed = signed and (source not in run or bool(np.median(run[source].values) > 0.5))

@@ -6,9 +6,9 @@ Unknowns are named by keys:
     ("own", group, i)            the same of one thruster, beside
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
-    ("late",)                    by which commands act later than they are stamped [s]
+    ("late", what)               by which commands act, or the IMU is read, later than stamps say or before them [s]
     ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
-    ("nameless", axis, feature)  wrench on an axis in proportion to a feature of the motion [N, N m]
+    ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
 """
 
 from collections.abc import Callable, Mapping, Sequence
@@ -184,7 +184,11 @@ class Model:
             name: getattr(c, name) * (1.0 + values.get(("power", name), 0.0))
             for name in ("nominal_voltage", "idle_current", "current_at_full")
         }
-        return Built(settings, c._replace(gyro_bias=gyro, force_bias=force, signed=int(signed), **power), tach)
+        sensors = c._replace(
+            gyro_bias=gyro, force_bias=force, imu_late=c.imu_late + values.get(("late", "imu"), 0.0),
+            signed=int(signed), **power,
+        )  # fmt: skip
+        return Built(settings, sensors, tach)
 
 
 def admissible(name: str, value: float) -> float:

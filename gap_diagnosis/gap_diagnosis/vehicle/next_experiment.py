@@ -21,11 +21,11 @@ from gap_diagnosis.vehicle.gram import Gram
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.learning import learned_from
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import OF_RUN, Model
+from gap_diagnosis.vehicle.model import OF_RUN
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.programmes import Limits, Programme, pulses, sweeps
 from gap_diagnosis.vehicle.refining import Fit, Problem
-from gap_diagnosis.vehicle.screening import Screen, nameless_names
+from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown, stage_at
 from gap_diagnosis.vehicle.verdict import Verdict
@@ -67,7 +67,7 @@ def next_experiment(
     """
     last = found.stages[-1]
     model = last.screen.model
-    pairs, hidden_now = _undecided(verdict), _hidden(last.gram, model)
+    pairs, hidden_now = _undecided(verdict), _hidden(last.gram)
     if not pairs and hidden_now == 0:
         return None
     tried = sweeps(model, limits, period=logs[0].period)
@@ -85,9 +85,7 @@ def next_experiment(
             for a, b in pairs
         )
         judged.append(
-            NextExperiment(
-                programme=programme, separates=separates, hidden_now=hidden_now, hidden_then=_hidden(both, model)
-            )
+            NextExperiment(programme=programme, separates=separates, hidden_now=hidden_now, hidden_then=_hidden(both))
         )
     return max(judged, key=_worth, default=None)
 
@@ -141,10 +139,9 @@ def _together(first: Gram, second: Gram) -> Gram:
     return replace(first, names=names, deviations=deviations, A=A, b=np.zeros(len(names)), scatter=scatter)
 
 
-def _numbers(gram: Gram, model: Model) -> list[int]:
+def _numbers(gram: Gram) -> list[int]:
     """Return the columns of the numbers that are uncertain."""
-    nameless = nameless_names(model)
-    return [j for j, name in enumerate(gram.names) if not _place(name) and name not in nameless]
+    return [j for j, name in enumerate(gram.names) if not _place(name) and name[:1] != ("nameless",)]  # type: ignore[index]
 
 
 def _place(name: object) -> Hypothesis | None:
@@ -163,7 +160,7 @@ def _distance(gram: Gram, last: Stage, h: Hypothesis, rival: Hypothesis) -> floa
         x = np.array(fitted[h].sizes) / np.array(h.scale)
     # an effect that is on keeps its columns at its size; those of the others stand beside
     others = [j for j, name in enumerate(gram.names) if _place(name) in fitted and j not in own]
-    base = sorted({*_numbers(gram, last.screen.model), *beside, *others})
+    base = sorted({*_numbers(gram), *beside, *others})
     if not own:
         return 0.0
     S = _left(gram, own, base)
@@ -179,6 +176,6 @@ def _left(gram: Gram, own: Sequence[int], base: Sequence[int]) -> Array:
     return np.asarray(gram.A[np.ix_(own, own)] - across.T @ np.linalg.solve(inner, across))
 
 
-def _hidden(gram: Gram, model: Model) -> int:
+def _hidden(gram: Gram) -> int:
     """Return how many effects of one size could not be shown at any size within their range."""
-    return sum(size > h.most for h, size in least_shown(gram, _numbers(gram, model)))
+    return sum(size > h.most for h, size in least_shown(gram, _numbers(gram)))

@@ -43,7 +43,7 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
-    found["late",] = TIMING
+    found |= {("late", "commands"): TIMING, ("late", "imu"): TIMING}
     if any(log.there["battery"] for log in logs):
         found |= {("power", name): share for name, share in _POWER.items()}
     return found

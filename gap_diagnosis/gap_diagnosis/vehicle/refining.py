@@ -20,11 +20,13 @@ from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import Columns, descended, normal
+from gap_diagnosis.vehicle.filtering import LOST
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import OF_RUN, Key
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from thruster_model.errors import VehicleError
 
 __all__ = ["Fit", "Problem", "Refined"]
 
@@ -171,11 +173,10 @@ class Problem:
         return np.concatenate((np.ones(len(self.nuisances)), own))
 
     def held(self, x: Array) -> Array:
-        """Return a point whose sizes are within their ranges, and whose commands act as late as loops and buses do."""
+        """Return a point whose sizes are within their ranges, and whose stamps are as late as loops and buses are."""
         m, x = len(self.nuisances), x.copy()
-        if ("late",) in self.nuisances:
-            at = list(self.nuisances).index(("late",))
-            x[at] = np.clip(x[at], -rules.LATEST, rules.LATEST)
+        late = [j for j, key in enumerate(self.nuisances) if key[0] == "late"]
+        x[late] = np.clip(x[late], -rules.LATEST, rules.LATEST)
         lower = [v for h in self.effects for v in h.lower]
         upper = [v for h in self.effects for v in h.upper]
         scale = np.array(self._scale)
@@ -208,9 +209,18 @@ class Problem:
         return rules.TIMING if unit == "s" else 0.0
 
     def _residual(self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None) -> Array:
+        """Return whitened innovations of run k, flat; where there is no such model, those of a filter that is lost."""
+        found = self._innovations(k, x, effects)
+        return np.full(self.screen.residual(k).size, LOST) if found is None else found
+
+    def _innovations(self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None) -> Array | None:
+        """Return whitened innovations of run k, flat; None: there is no such model."""
         on = self.effects if effects is None else effects
         active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
-        return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
+        try:
+            return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
+        except (VehicleError, ValueError):
+            return None
 
     def scored(self, x: Array) -> tuple[list[Array], float]:
         """Return innovations (rows,) of each run and the log likelihood at a point, priors included."""
@@ -250,8 +260,9 @@ class Problem:
                     there = x.copy()
                     there[j] += step
                     there = self.held(there)
-                    if abs(there[j] - x[j]) > 0.5 * abs(step):
-                        J[:, j] = (self._residual(k, there) - each) / (there[j] - x[j])
+                    moved = there[j] - x[j]
+                    if abs(moved) > 0.5 * abs(step) and (found := self._innovations(k, there)) is not None:
+                        J[:, j] = (found - each) / moved
                         break
 
             side_by_side(fill, range(first, len(x)))

@@ -46,6 +46,8 @@ MOST_EFFECTS = 3
 """At a time: more have never been told apart from one recording session."""
 REFINED = 8
 """Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
+REFINED_LATE = 2
+"""The same of delays of all alike with which a search may begin. Set by reason."""
 REFINED_BACK = 4
 """The same of those of one thruster, from where its own numbers are as believed. Set by reason: where one was needed,
 it was the first (tuning seed 1491, four recordings of a minute)."""

@@ -1,25 +1,39 @@
 """The columns of nuisances, hypotheses and nameless dependences, made by running the filter at each probe."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
 from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.body_axes import pushed_by
 from rov_sim.vehicle.innovations import states_of
 from thruster_model.errors import VehicleError
 
-__all__ = ["Screen", "nameless_names"]
+__all__ = ["READINGS", "Screen", "nameless_names"]
 
 Array = NDArray[np.float64]
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
+_TOLD = {
+    **{f"gyro {a}": 3 + k for k, a in enumerate("xyz")}, "depth": 9,
+    **{f"velocity {a}": 10 + k for k, a in enumerate("xyz")},
+}  # fmt: skip
+"""Columns of `VehicleLog.told` that an error of a reading may be in."""
+_PROBES = {
+    **dict.fromkeys(_AXES[:3], 1.0), **dict.fromkeys(_AXES[3:], 0.1),
+    **{place: 0.01 if place.startswith("gyro") else 0.02 for place in _TOLD}, "heading": 0.02,
+}  # fmt: skip
+"""[N, N m, rad/s, rad, m, m/s] By which nameless dependences are tried, by what they act on."""
+READINGS = {**{place: place.split()[0] for place in _TOLD}, "heading": "attitude"}
+"""Places of nameless dependences that are errors of a reading, not wrenches, with their sensor (`VehicleLog.there`)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -49,12 +63,19 @@ class Screen:
         return [self.residual(k).ravel() for k in range(len(self.runs))]
 
     def at(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
-        """Return whitened innovations of run k elsewhere; those of the point where there is no such model."""
+        """Return whitened innovations of run k elsewhere.
+
+        Raises:
+            VehicleError, ValueError: there is no such model.
+        """
+        return whitened(self.runs[k], filtered(self.model, self.runs[k], values, effects))
+
+    def _beside(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
+        """Return what is different elsewhere from the point; nothing where there is no such model."""
         try:
-            result = filtered(self.model, self.runs[k], values, effects)
+            return self.at(k, values, effects) - self.residual(k)
         except (VehicleError, ValueError):
-            return self.residual(k)
-        return whitened(self.runs[k], result)
+            return np.zeros_like(self.residual(k))
 
     def of_nuisance(self, key: Key, deviation: float) -> Column:
         """Return the column of a nuisance, over its deviation (it then has the deviation 1)."""
@@ -64,7 +85,7 @@ class Screen:
             if key[0] in OF_RUN and key[1] != k:
                 return np.zeros_like(self.residual(k))
             moved = {**self.values, key: self.values.get(key, 0.0) + step}
-            return (self.at(k, moved, self.effects) - self.residual(k)) / (step / deviation)
+            return self._beside(k, moved, self.effects) / (step / deviation)
 
         return Column(key, 1.0, change)
 
@@ -100,36 +121,63 @@ class Screen:
             active = h.active(sizes)
         except ValueError:
             return np.zeros_like(self.residual(k))
-        return self.at(k, self.values, (*self.effects, active)) - self.residual(k)
+        return self._beside(k, self.values, (*self.effects, active))
 
-    def of_nameless(self, name: Key, probe: float) -> Column:
-        """Return the column of a wrench on one axis in proportion to a feature of the motion; see `features`.
+    def of_nameless(self, name: Key) -> Column:
+        """Return the column of a wrench on an axis, or an error of a reading, that goes with a feature.
 
-        The feature's mean square is 1 over all runs: where there is less of it there is less of the wrench.
+        It is over its probe. The feature's mean square is 1 over all runs: where there is less of it there is less of
+        what it does; see `features`.
         """
-        _, axis, feature = name
+        _, place, feature = name
         told = [features(run, feature) for run in self.runs]
         scale = max(float(np.sqrt(np.mean(np.concatenate(told) ** 2))), 1e-9)
 
         def change(k: int) -> Array:
-            wrench = np.zeros((self.runs[k].log.count, 6))
-            wrench[:, _AXES.index(axis)] = probe / scale * told[k]
-            result = filtered(self.model, self.runs[k], self.values, self.effects, wrench)
-            return whitened(self.runs[k], result) - self.residual(k)
+            run, extra, size = (
+                self.runs[k],
+                None,
+                _PROBES[place] / scale * told[k],
+            )
+            if place in _AXES:
+                extra = np.zeros((run.log.count, 6))
+                extra[:, _AXES.index(place)] = size
+            else:
+                run = replace(run, log=_misread(run.log, place, size))
+            result = filtered(self.model, run, self.values, self.effects, extra)
+            return whitened(run, result) - self.residual(k)
 
         return Column(name, 1.0, change)
 
 
-def nameless_names(model: Model) -> list[Key]:
-    """Return the names of all nameless dependences that are tried: none that an effect of the library is."""
+def _misread(log: VehicleLog, place: str, size: Array) -> VehicleLog:
+    """Return a log whose readings of one kind are larger by so much (K,)."""
+    if place == "heading":
+        q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
+        turned = Rotation.from_rotvec(np.outer(size, [0.0, 0.0, 1.0])) * Rotation.from_quat(q[:, [1, 2, 3, 0]])
+        return replace(log, attitude=np.where(np.isfinite(log.attitude), turned.as_quat()[:, [3, 0, 1, 2]], np.nan))
+    told = log.told.copy()
+    told[:, _TOLD[place]] += size
+    return replace(log, told=told)
+
+
+def nameless_names(model: Model, there: Mapping[str, bool]) -> list[Key]:
+    """Return the names of all nameless dependences that are tried: none that an effect of the library is.
+
+    Wrenches, and errors of the readings of those sensors that told anything (`VehicleLog.there`).
+    """
     K_t = model.vehicle.configuration
-    features = [f"thrust {i}" for i in range(model.thrusters)]
-    features += ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
-    features += [f"{a}|{a}|" for a in "uvwpqr"]
-    features += ["time", "start or end", "depth"]
+    names = [f"thrust {i}" for i in range(model.thrusters)]
+    names += ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
+    names += [f"{a}|{a}|" for a in "uvwpqr"]
+    names += ["time", "start or end", "depth"]
     named = {(_AXES[a], f"{c}|{c}|") for a, c in enumerate("uvwpqr")}  # its own drag
     named |= {(a, f"thrust {i}") for i in range(model.thrusters) for a in pushed_by(K_t, i)}  # its wake on the hull
-    return [("nameless", axis, f) for axis in _AXES for f in features if (axis, f) not in named]
+    of_body = [("nameless", axis, f) for axis in _AXES for f in names if (axis, f) not in named]
+    errors: dict[str, tuple[str, ...]] = {f"gyro {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "pqr", strict=True)}
+    errors |= {f"velocity {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "uvw", strict=True)}
+    errors |= {"depth": ("u|u|", "time"), "heading": ("time",)}
+    return of_body + [("nameless", place, f) for place, of in errors.items() for f in of if there[READINGS[place]]]
 
 
 def features(prepared: Prepared, feature: str) -> Array:

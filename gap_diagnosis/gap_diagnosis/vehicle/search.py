@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
@@ -25,9 +26,10 @@ from rov_sim.vehicle.innovations import CHANNELS
 __all__ = ["Found", "search"]
 
 Array = NDArray[np.float64]
+_Rivals = tuple[tuple[float, Refined], ...]
+_BETTER = float(np.log(rules.SUSPECTED))
+"""Log odds from which on a rival takes the place of an accepted effect."""
 _Start = tuple[Array, list[tuple[float, ...]]]
-_CARRIED = (0.3, 1.0, 2.0)
-"""Sizes, in expected ones, of masses and lengths whose place is looked for."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -47,8 +49,8 @@ class Found:
     calm: Stage | None
     retuned: Mapping[Key, float]
     odds: tuple[float, ...]
-    rivals: tuple[tuple[tuple[float, Refined], ...], ...]
-    left: tuple[tuple[float, Refined], ...]
+    rivals: tuple[_Rivals, ...]
+    left: _Rivals
     nuisances: dict[Key, float]
     tried: tuple[Hypothesis, ...]
 
@@ -70,15 +72,15 @@ def search(
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    runs, fit = _rewired(model, logs, free, tried, retuned)
+    (runs, fit), rivals = _begun(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
+        rivals = _weighed_again(model, runs, fit, free, tried, rivals)
     stages: list[Stage] = []
-    rivals: list[tuple[tuple[float, Refined], ...]] = [() for _ in fit.effects]
     odds = [np.inf for _ in fit.effects]
-    left: tuple[tuple[float, Refined], ...] = ()
+    left: _Rivals = ()
     for depth in range(rules.MOST_EFFECTS + 1):
-        stage = stage_at(model, runs, fit, free, tried, nameless_names(model))
+        stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
@@ -100,6 +102,14 @@ def search(
             rest = [a for j, a in enumerate(fit.effects) if j != spare]
             del stages[spare - (len(odds) - len(stages))], odds[spare], rivals[spare]
             runs, fit = _settled_with(rest, model, logs, free, runs, fit.values)
+        rivals = _weighed_again(model, runs, fit, free, tried, rivals)
+        k = max(range(len(rivals)), key=lambda k: rivals[k][0][0] if rivals[k] else -np.inf)
+        if rivals[k] and rivals[k][0][0] > _BETTER:
+            (gain, better), *others = rivals[k]
+            told(f"in place of {fit.effects[k].hypothesis.words}, by {gain:.1f}: {better.hypothesis.words}")
+            rivals[k] = tuple((o - gain, each) for o, each in ((0.0, fit.effects[k]), *others))
+            exchanged = [better if j == k else a for j, a in enumerate(fit.effects)]
+            runs, fit = _settled_with(exchanged, model, logs, free, runs, fit.values)
     calm = _calmed(model, logs, stages[-1], free)
     return Found(
         stages=tuple(stages),
@@ -132,60 +142,135 @@ def _spare(
     """
     on, numbers = fit.effects, len(free)
     screen = Screen(model=model, runs=runs, values={})
-    ends = np.cumsum([numbers, *(len(a.sizes) for a in on)])
     odds = {}
     for k, a in enumerate(on[:-1]):
         if a.hypothesis.switch:
             continue
         rest = [each for each in on if each is not a]
         less = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in rest))
-        kept = np.delete(np.arange(ends[-2]), np.arange(ends[k], ends[k + 1]))  # those of the last one are made anew
-        columns = tuple(c[:, kept] for c in fit.columns)
+        columns = tuple(c[:, _without_sizes_of(fit, k, numbers)] for c in fit.columns)
         again = less.fit(fit.moved, [each.sizes for each in rest], columns, product_of(columns))
         odds[k] = fit.log_evidence - again.log_evidence + log_prior(a.hypothesis, tried)
     least = min(odds, key=lambda k: odds[k], default=None)
     return least if least is not None and odds[least] < np.log(rules.CLAIM) else None
 
 
-def _rewired(
+def _weighed_again(
+    model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis],
+    rivals: Sequence[_Rivals],
+) -> list[_Rivals]:  # fmt: skip
+    """Return the rivals of each accepted effect with their log odds against it beside all that is on now, best first.
+
+    When one is accepted the next ones are still missing, and numbers and noises make up for them: a shift of the centre
+    of mass was a payload, by 400, while the IMU's delay was not settled.
+    """
+    on, screen = fit.effects, Screen(model=model, runs=runs, values={})
+    found = []
+    for k, own in enumerate(on):
+        kept = _without_sizes_of(fit, k, len(free))
+        columns = tuple(c[:, kept] for c in fit.columns)
+        product, rest = product_of(columns), [a for j, a in enumerate(on) if j != k]
+        again = []
+        for _, rival in rivals[k][: rules.REFINED_BACK]:
+            if rival.hypothesis.place in {a.hypothesis.place for a in rest}:
+                continue
+            effects = (*(a.hypothesis for a in rest), rival.hypothesis)
+            problem = Problem(screen=screen, nuisances=free, effects=effects)
+            there = problem.fit(fit.moved, [*(a.sizes for a in rest), rival.sizes], columns, product)
+            if there.log_evidence > fit.log_evidence - rules.FAR_BEHIND:
+                there = problem.fit(there.moved, [a.sizes for a in there.effects])
+            prior = log_prior(rival.hypothesis, tried) - log_prior(own.hypothesis, tried)
+            again.append((there.log_evidence - fit.log_evidence + prior, there.effects[-1]))
+        found.append(tuple(sorted(again, key=lambda each: -each[0])))
+    return found
+
+
+def _without_sizes_of(fit: Fit, k: int, numbers: int) -> NDArray[np.int64]:
+    """Return the columns of a fit but those of its effect k; the first ones are those of so many uncertain numbers."""
+    ends = np.cumsum([numbers, *(len(a.sizes) for a in fit.effects)])
+    return np.delete(np.arange(ends[-1]), np.arange(ends[k], ends[k + 1]))
+
+
+def _begun(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
     retuned: tuple[list[Prepared], Fit],
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit with the wrong wires without which they are far less likely; without any: `retuned`.
+) -> tuple[tuple[list[Prepared], Fit], list[_Rivals]]:  # fmt: skip
+    """Return recordings and fit with the wrong wires, or the delay, without which they are far less likely, and rivals
+    of each; without any: `retuned`.
 
-    Numbers that are fitted with a thruster the wrong way round are no place to look for it from. So the believed ones
-    are asked, where a thruster's own numbers have moved far. A thruster that they would rather have stopped is not
-    wired wrongly; whether it has stopped is told from among all effects, most of which would do as well here.
+    Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
+    from. So the believed ones are asked.
     """
     far = {
         k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
     }
     switches = [h for h in tried if h.switch and far & {h.thruster, h.other}]
-    on: list[Hypothesis] = []
-    best = _foreseen(model, logs, on) if switches else 0.0
+    delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
+    nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
+    wires = _wired_wrongly(model, logs, switches, nothing)
+    late, *others = _delayed(model, logs, delays, nothing) or [None]
+    for on, beside in ((wires, []), ([late] if late else [], others)):
+        if on:
+            first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+            found = settled(model, logs, free, first, on, {}, anew=True)
+            if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
+                return found, [tuple((0.0, each) for each in beside) for _ in on]
+    return retuned, []
+
+
+def _wired_wrongly(
+    model: Model, logs: Sequence[VehicleLog], switches: list[Hypothesis], nothing: float
+) -> list[Refined]:  # fmt: skip
+    """Return the wrong wires with which believed numbers foresee recordings far better; nothing: without any.
+
+    A thruster that they would rather have stopped is not wired wrongly; whether it has stopped is told from among all
+    effects, most of which would do as well here.
+    """
+    on: list[Refined] = []
+    best = nothing
     while switches and len(on) < rules.MOST_EFFECTS:
-        scores = side_by_side(lambda h: _foreseen(model, logs, [*on, h]), switches)
+        scores = side_by_side(lambda h: _foreseen(model, logs, [*on, _of_size(h)]), switches)
         likeliest = switches[scores.index(max(scores))]
         if max(scores) < best + np.log(rules.CLAIM):
             break
         switches.remove(likeliest)
         if likeliest.effect in WIRING:
             best = max(scores)
-            on.append(likeliest)
+            on.append(_of_size(likeliest))
         else:
             switches = [h for h in switches if likeliest.thruster not in (h.thruster, h.other)]
-    if not on:
-        return retuned
-    first = prepared(model, logs, {}, [h.active(()) for h in on], start=None, rounds=0)
-    found = settled(
-        model, logs, free, first, [Refined(hypothesis=h, sizes=(), deviations=()) for h in on], {}, anew=True
-    )
-    return found if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM) else retuned
+    return on
 
 
-def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Hypothesis]) -> float:
-    """Return the log likelihood of recordings under the believed numbers, with switches on."""
-    found = prepared(model, logs, {}, [h.active(()) for h in on], start=None, rounds=0)
+def _delayed(
+    model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
+) -> list[Refined]:  # fmt: skip
+    """Return the delays of all alike with which believed numbers foresee recordings far better, each at its best size,
+    the likeliest first."""
+    tried = [_of_size(h, size) for h in delays for size in h.further]
+    scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
+    if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
+        return []
+    order = sorted(range(len(tried)), key=lambda j: -scores[j])
+    found = []
+    for h in list(dict.fromkeys(tried[j].hypothesis for j in order))[: rules.REFINED_LATE]:
+
+        def of(size: float, h: Hypothesis = h) -> float:
+            return -_foreseen(model, logs, [_of_size(h, (float(size),))])
+
+        longest = h.further[-1][0]
+        best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
+        found.append((float(best.fun), _of_size(h, (float(best.x),))))
+    return [each for _, each in sorted(found, key=lambda each: each[0])]
+
+
+def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:
+    return Refined(hypothesis=h, sizes=sizes, deviations=())
+
+
+def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Refined]) -> float:
+    """Return the log likelihood of recordings under the believed numbers, with effects on."""
+    found = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
     rotors = slice(CHANNELS, CHANNELS + model.thrusters)
     return sum(log_likelihood(p) - 0.5 * float(np.sum(whitened(p, p.base)[:, rotors] ** 2)) for p in found)
 
@@ -200,7 +285,9 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
     runs = prepared(model, logs, last.fit.values, on, start=noises._replace(wrench=calm), rounds=0)
     effects = tuple(a.hypothesis for a in last.fit.effects)
     problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
-    return stage_at(model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, (), nameless_names(model))
+    return stage_at(
+        model, runs, problem.fit(last.fit.moved, sizes, exact=True), free, (), nameless_names(model, told_in(logs))
+    )
 
 
 def _refined(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[float, Fit]]:
@@ -234,8 +321,8 @@ def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, 
     starts = [_start(stage, h, problem, share * x) for share in (1.0, 0.5, 0.0)]
     starts = [max(starts, key=lambda there: problem.score(*there))]
     starts += _handed_over(stage, h, problem, free, x)
-    if h.carrier:  # what a place makes of it is bent: no start tells by itself where it leads
-        starts += [_start(stage, h, problem, _beside(stage, known, at, size)) for size in _CARRIED]
+    if h.carrier:  # no start tells by itself where it leads
+        starts += [_start(stage, h, problem, _beside(stage, known, at, size[0] / h.scale[0])) for size in h.further]
     found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
     return max(found_from, key=lambda fit: fit.log_evidence), problem
 

@@ -17,7 +17,6 @@ from gap_diagnosis.vehicle.screening import Screen
 __all__ = ["Stage", "least_shown", "log_prior", "of_any_size", "stage_at"]
 
 Array = NDArray[np.float64]
-_NAMELESS_PROBE = {"surge": 1.0, "sway": 1.0, "heave": 1.0, "roll": 0.1, "pitch": 0.1, "yaw": 0.1}
 _ODDS = rules.P_EFFECT / (1.0 - rules.P_EFFECT)
 
 
@@ -76,7 +75,7 @@ def stage_at(
         places[h] = list(range(len(columns), len(columns) + len(new)))
         columns += new
     first = len(columns)
-    columns += [screen.of_nameless(name, _NAMELESS_PROBE[name[1]]) for name in nameless_of]
+    columns += [screen.of_nameless(name) for name in nameless_of]
     width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
     gram = gathered(screen.residuals(), columns, base=known, block=width)
     sizes = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]

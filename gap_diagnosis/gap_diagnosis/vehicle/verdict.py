@@ -14,6 +14,7 @@ from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.refining import Refined
+from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown
 
@@ -89,7 +90,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         p_unknown = max(p_unknown, 0.95)
     if wanting(logs):
         name, claims = "not_enough_data", ()
-    elif rough or held or (claims and _nameless_is_better(found)):
+    elif rough or held or (claims and _nameless_is_better(found)) or _misread(claims, nameless):
         name = "unknown"
     elif claims:
         name = "effect" if min(c.probability for c in claims) >= 0.5 else "cannot_tell"
@@ -110,6 +111,21 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         wrench=wrench, logged=logged,
         summary=_summary(name, claims, logged, small, found, nameless, rough, wrench, shifted),
     )  # fmt: skip
+
+
+def _misread(claims: Sequence[Claim], nameless: Sequence[tuple[float, Key]]) -> bool:
+    """Return whether a sensor that a claim is about errs in another way too, which has no name.
+
+    The claim is then the nearest error that has one: a gyro that clips was a gyro of another scale.
+    """
+    read = {READINGS[place] for _, (_, place, _) in nameless if place in READINGS}
+    return any(claim.refined.hypothesis.read_by in read for claim in claims)
+
+
+def _acts(key: Key) -> str:
+    """Return what a nameless dependence does, in words that a subject precedes."""
+    _, place, feature = key
+    return f"{'shows in' if place in READINGS else 'acts on'} {place} and goes with {feature}"
 
 
 def _rough(last: Stage) -> bool:
@@ -216,8 +232,7 @@ def _summary(
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
         alike = [rival.words for _, rival in claim.rivals[:4]]
         if claim.nameless:
-            _, axis, feature = claim.nameless[0][1]
-            alike.append(f"something on {axis} that goes with {feature} and is in no library")
+            alike.append(f"something that {_acts(claim.nameless[0][1])} and is in no library")
         if alike:
             says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
     says += [each.sentence for each in logged]
@@ -231,8 +246,7 @@ def _summary(
     if name == "cannot_tell" and not claims:
         says.append(f"Something may be there, but not surely: {found.left[0][1].hypothesis.words} is the nearest.")
     if nameless:
-        _, axis, feature = nameless[0][1]
-        says.append(f"What is left acts on {axis} and goes with {feature}: no effect of the library does that.")
+        says.append(f"What is left {_acts(nameless[0][1])}: no effect of the library does that.")
     if rough:
         says.append(
             f"A wrench of {wrench[:3].max():.1f} N and {wrench[3:].max():.2f} N m comes and goes unexplained, more "

@@ -31,7 +31,7 @@ from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations, states_of, states_width
+from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
@@ -88,11 +88,12 @@ class _Branch:
         self._sensing = built.sensors, built.tach / [1.0, log.period]
         self._steps = built.settings.steps_in(log.period)
         self._wrench, self._charge = np.zeros(6), followed(log)
+        self._past = np.full(past_width(log.thrusters), np.nan)
 
     def follow(self, other: "_Branch") -> None:
         """Take the state of another branch of this bank."""
         self._sheet[STATE] = other._sheet[STATE]
-        self._wrench, self._charge = other._wrench, other._charge.copy()
+        self._wrench, self._charge, self._past = other._wrench, other._charge.copy(), other._past.copy()
 
     def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: Array, out: tuple[Array, ...]) -> bool:
         """Fill out as `innovations` does and return whether the state stayed finite; keep: (K,), of the wrench."""
@@ -101,7 +102,7 @@ class _Branch:
         done = kernel(
             self._sheet, np.ascontiguousarray(log.throttles), self._steps, log.period / self._steps, carried,
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
-            log.lateness, gains, speed_gains, self._charge, *out,
+            log.lateness, gains, speed_gains, self._charge, self._past, *out,
         )  # fmt: skip
         self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
         return bool(done == log.count)

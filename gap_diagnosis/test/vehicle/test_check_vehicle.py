@@ -35,7 +35,7 @@ def sound(tmp_path_factory: pytest.TempPathFactory) -> list[Finding]:
 def test_sensors_wiring_and_what_could_be_told_are_named(sound: list[Finding]) -> None:
     good = told(sound, "good")
     assert {"dive: gyro", "dive: attitude", "dive: depth", "dive: velocity", "dive: tachometer"} <= set(good)
-    assert good["dive: gyro"].startswith("1999 readings, one every 0.01 s")
+    assert good["dive: gyro"].startswith("2000 readings, one every 0.01 s")
     assert good["wiring"] == "Commands move the vehicle as the set states."
     shown, of, all_of_them = good["effects that would show"].split(",")[0].split()
     assert of == "of" and 0.8 * int(all_of_them) < int(shown) < int(all_of_them)

@@ -1,5 +1,6 @@
 """Commands that act later than they are stamped; innovations of the right model, which are white noise."""
 
+from dataclasses import dataclass
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -7,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle import filtering, rules
-from gap_diagnosis.vehicle.blind.draws import Draw, drawn
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
@@ -21,13 +22,24 @@ from rov_sim.vehicle.innovations import states_of
 from run_bag import write_run
 
 
-def test_a_command_that_acts_later_gives_each_period_a_share_of_the_one_before(monkeypatch: pytest.MonkeyPatch) -> None:
-    log: Any = type("Log", (), {"period": 0.04, "count": 4, "throttles": np.array([[0.0], [4.0], [4.0], [0.0]])})()
-    monkeypatch.setattr(filtering, "replace", lambda log, throttles: throttles)
-    # by hand: 10 ms of 40 are still the period before, or already the one after
-    assert _shifted(log, {("late",): 0.01})[:, 0] == pytest.approx([0.0, 3.0, 4.0, 1.0])
-    assert _shifted(log, {("late",): -0.01})[:, 0] == pytest.approx([1.0, 4.0, 3.0, 0.0])
+def test_commands_act_later_by_whole_periods_and_readings_tell_of_earlier_states_by_the_rest() -> None:
+    log: Any = VehicleLogStub(period=0.04, throttles=np.array([[0.0], [4.0], [3.0], [0.0]]), lateness=np.zeros((4, 6)))
+    for late, throttles, rest in ((0.01, [0.0, 4.0, 3.0, 0.0], 0.25), (0.03, [0.0, 0.0, 4.0, 3.0], -0.25)):
+        for sign, acting in ((1.0, throttles), (-1.0, [0.0, 4.0, 3.0, 0.0] if rest > 0.0 else [4.0, 3.0, 0.0, 0.0])):
+            shifted = _shifted(log, {("late", "commands"): sign * late})
+            assert shifted.throttles[:, 0].tolist() == acting
+            assert shifted.lateness == pytest.approx(sign * rest)
     assert _shifted(log, {}) is log
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class VehicleLogStub:
+    """What is shifted of a log."""
+
+    period: float
+    throttles: np.ndarray
+    lateness: np.ndarray
+    count: int = 4
 
 
 CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] * 3)
@@ -84,7 +96,11 @@ def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
 
 
 def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -> None:
-    draw = drawn(1211)
+    hidden: Any = (("imu_misalignment", {"axis": "z"}, {"angle": -0.051}),)
+    draw = Draw(
+        seed=1211, vehicle="bluerov2_heavy", effects=hidden, deviations=1.09, wrench=0.127, time=6.9, noise=0.43,
+        kinds=("sines", "steps"),
+    )  # fmt: skip
     model = load_model(draw.vehicle)
     for run, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
         log = read_log(write_run(tmp_path / f"run_{run}", topics), model.thrusters)

@@ -48,7 +48,7 @@ def test_commands_that_come_irregularly_have_the_usual_period() -> None:
 def test_a_reading_of_a_fast_sensor_does_not_lag_behind_what_bends() -> None:
     time = np.arange(0.0, 4.0, 0.01)
     parabola = (3.0 * time**2)[:, None]
-    told, _ = _at_instants(time, parabola, GRID[2:-2], 0.04)
+    told, _, _ = _at_instants(time, parabola, GRID[2:-2], 0.04)
     assert told[:, 0] == pytest.approx(3.0 * GRID[2:-2] ** 2, abs=1e-9)
 
 
@@ -57,14 +57,14 @@ def test_the_noise_of_a_reading_is_told_within_a_tenth() -> None:
     time = np.arange(0.0, 40.0, 0.01)
     values = np.sin(time)[:, None] + 0.02 * rng.normal(size=(time.size, 1))
     assert scatter(values)[0] == pytest.approx(0.02, rel=0.1)
-    told, noise = _at_instants(time, values, 0.04 * np.arange(1, 990), 0.04)
+    told, noise, _ = _at_instants(time, values, 0.04 * np.arange(1, 990), 0.04)
     error = told[:, 0] - np.sin(0.04 * np.arange(1, 990))
     assert np.std(error) == pytest.approx(noise[0], rel=0.1)
 
 
 def test_slow_readings_stand_at_their_instants_and_nowhere_else() -> None:
     time = np.arange(0.0, 3.9, 0.2)
-    told, _ = _at_instants(time, time[:, None], GRID, 0.04)
+    told, _, _ = _at_instants(time, time[:, None], GRID, 0.04)
     seen = np.isfinite(told[:, 0])
     assert seen.sum() == time.size and told[seen, 0] == pytest.approx(time)
 

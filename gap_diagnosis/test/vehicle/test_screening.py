@@ -19,7 +19,7 @@ def test_where_there_is_less_of_a_feature_there_is_less_of_its_wrench(monkeypatc
     monkeypatch.setattr(screening, "filtered", lambda model, run, values, effects, extra=0.0: extra)
     monkeypatch.setattr(screening, "whitened", lambda run, result: np.asarray(result))
     model: Any = None
-    column = Screen(model=model, runs=runs, values={}).of_nameless(("nameless", "pitch", "u|u|"), 0.1)
+    column = Screen(model=model, runs=runs, values={}).of_nameless(("nameless", "pitch", "u|u|"))
     first, second = (column.change(k)[:, 4] for k in (0, 1))
     np.testing.assert_allclose(second, 0.25 * first)
     assert np.mean(np.concatenate((first, second)) ** 2) == pytest.approx(0.1**2)

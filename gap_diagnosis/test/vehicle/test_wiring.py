@@ -42,7 +42,7 @@ def driven(
     none = np.full(13, np.nan)
     return VehicleLog(
         name="made here", period=0.04, throttles=u, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), told=told,
-        speeds=np.full((K, N), np.nan), battery=np.full((K, 2), np.nan), lateness=np.zeros(K), noise=none,
+        speeds=np.full((K, N), np.nan), battery=np.full((K, 2), np.nan), lateness=np.zeros((K, 5 + N)), noise=none,
         speed_noise=np.full(N, np.nan), battery_noise=np.full(2, np.nan),
     )  # fmt: skip
 

@@ -19,17 +19,29 @@ from numpy.typing import NDArray
 
 from rov_sim.vehicle.kernel import advance_together, measured, record_width
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
-from rov_sim.vehicle.tables import BODY, STATE, TURNING, Body
+from rov_sim.vehicle.tables import BODY, SLOPE, STATE, TURNING, Body
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
-__all__ = ["CHANNELS", "CORRECTED", "States", "innovations", "record_width", "states_of", "states_width"]
+__all__ = [
+    "CHANNELS",
+    "CORRECTED",
+    "LATE",
+    "States",
+    "innovations",
+    "past_width",
+    "record_width",
+    "states_of",
+    "states_width",
+]
 
 CHANNELS, CORRECTED = 13, 16
 """Channels that correct the body's state, and what they correct."""
-_IMU, _LOG, _BOTH = 0, 10, 13
-"""Columns of what IMU and velocity log would tell, and how many."""
+LATE = ("attitude", "imu", "depth", "velocity", "battery")
+"""Sensors whose readings may be older than the instant they are taken at; the tachometers follow."""
+_KNOWN = BODY + 8
+"""Columns of `kernel.measured` that sensors other than tachometers read."""
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _NO_VELOCITY = (0.0, 0.0, 0.0)
 
@@ -52,6 +64,11 @@ def states_width(thrusters: int) -> int:
     return 19 + 3 * thrusters
 
 
+def past_width(thrusters: int) -> int:
+    """Return how many numbers `innovations` remembers of an instant, of a vehicle with so many thrusters."""
+    return _KNOWN + 6 + 3 * thrusters
+
+
 def states_of(rows: NDArray[np.float64]) -> States:
     """Return what rows of `states` hold, (..., 19 + 3 N)."""
     N = (rows.shape[-1] - 19) // 3
@@ -61,7 +78,7 @@ def states_of(rows: NDArray[np.float64]) -> States:
 @compiled
 def innovations(  # type: ignore[no-untyped-def]
     sheet, commands, steps, step, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery, lateness,
-    gains, speed_gains, charge, out, out_n, out_b, states,
+    gains, speed_gains, charge, past, out, out_n, out_b, states,
 ):  # fmt: skip
     """Run the filter over K periods; return how many were done, fewer than K where the state is no longer finite.
 
@@ -71,51 +88,75 @@ def innovations(  # type: ignore[no-untyped-def]
         body, layout, p, e: `Tables`; c: `SensorCoefficients`.
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
         attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
-        lateness: (K,), by which the velocity in row k was measured before instant k, in periods. Of an IMU that is late
-            by c.imu_late a row is taken as many whole periods later, and expected as it was the rest of one before.
+        lateness: (K, 5 + N), by which readings of the sensors `LATE` and of the tachometers in row k were made before
+            instant k, in periods; each is compared with what was expected then. Of an IMU that is late by c.imu_late a
+            row is taken as many whole periods later, to the nearest, and expected as it was, or will be, the rest of
+            one from then.
         gains: (K, 16, 13); speed_gains: (K, N).
         charge: (4,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
             periods, infinite: never; readings of it so far, whose mean it is until then; periods since the last one.
             Left as it is at the end, for what follows.
+        past: (`past_width`,), what was believed one period before the first instant; NaN: nothing. Left as it is one
+            period before what follows.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
     sheet, body, layout, p, e, tach = borrowed((sheet, body, layout, p, e, tach))
     commands, extra, attitude, told, speeds, battery = borrowed((commands, extra, attitude, told, speeds, battery))
     gains, speed_gains, out, out_n, out_b, states = borrowed((gains, speed_gains, out, out_n, out_b, states))
+    lateness, past = borrowed((lateness, past))
     K, N = commands.shape
     row = np.empty(record_width_of(N))
     gate, w, wrench = np.ones(N), np.zeros(6), np.zeros(6)
     lagging = np.zeros(N)
     for i in range(N):
         lagging[i] = sheet[STATE, BODY + i]
-    history, then = np.zeros((K, _BOTH)), np.zeros(_BOTH)
+    # of each instant: the body, each rotor's speed and slope, then velocities and speeds half a period later
+    n_at, slope_at, middle_at = _KNOWN, _KNOWN + N, _KNOWN + 2 * N
+    history, then = np.zeros((K + 1, past.size)), np.zeros(_KNOWN)
+    history[0] = past
     error, dx = np.zeros(CHANNELS), np.zeros(CORRECTED)
-    old = c.imu_late / (steps * step)
-    whole = int(old)
+    period = steps * step
+    half = steps // 2
+    halved = half / steps
+    old = c.imu_late / period
+    whole = int(np.ceil(old - 0.5))
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
         fed = _charged(body, charge[0])
         measured(sheet, gate, wrench, fed, layout, p, e, row)
-        imu = imu_measured(row[3:7], row[7:13], row[13:19], row[20], c, _NO_IMU)
-        log = velocity_measured(row[7:13], c, _NO_VELOCITY)
-        for j in range(_LOG):
-            history[k, j] = imu[j]
-        history[k, _LOG], history[k, _LOG + 1], history[k, _LOG + 2] = log.x, log.y, log.z
+        history[k + 1, :_KNOWN] = row[:_KNOWN]
+        for i in range(N):
+            n, lag = row[_KNOWN + i], tach[i, 1]
+            lagging[i] = n + (np.exp(-1.0 / lag) * (lagging[i] - n) if lag > 0.0 else 0.0)
+            slope = (n - lagging[i]) / lag if lag > 0.0 else period * sheet[SLOPE, BODY + i]
+            history[k + 1, n_at + i], history[k + 1, slope_at + i] = lagging[i], slope
+        if k == 0 and np.isnan(history[0, 0]):
+            history[0] = history[1]
+            history[0, middle_at : middle_at + 6] = row[7:13]
+            history[0, middle_at + 6 :] = history[0, n_at : n_at + N]
         of_now = min(k + whole, K - 1)
-        _then(history, k, old - whole, _IMU, _LOG, then)
-        _then(history, k, lateness[k] + c.velocity_late / (steps * step), _LOG, _BOTH, then)
-        predicted = normalised((then[0], then[1], then[2], then[3]))
+        there = 1.0 if k + whole < K else np.nan
+        ago = old - whole
+        _then(history, k, ago + lateness[of_now, 1], period, halved, middle_at, then)
+        imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
+        for j in range(6):
+            out[k, 3 + j] = there * (told[of_now, 3 + j] - imu[4 + j])
+        if lateness[of_now, 0] != lateness[of_now, 1]:
+            _then(history, k, ago + lateness[of_now, 0], period, halved, middle_at, then)
+            imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
+        predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
         seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
         turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
-        out[k, 0], out[k, 1], out[k, 2] = turn
-        for j in range(6):
-            out[k, 3 + j] = told[of_now, 3 + j] - then[4 + j]
-        out[k, 9] = told[k, 9] - depth_measured(row[0:3], row[3:7], c, (0.0,))
-        for j in range(3):
-            out[k, 10 + j] = told[k, 10 + j] - then[_LOG + j]
-        power = battery_measured(row[19], row[20], c, (0.0, 0.0))
+        out[k, 0], out[k, 1], out[k, 2] = there * turn[0], there * turn[1], there * turn[2]
+        _then(history, k, lateness[k, 2], period, halved, middle_at, then)
+        out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
+        _then(history, k, lateness[k, 3] + c.velocity_late / period, period, halved, middle_at, then)
+        log = velocity_measured(then[7:13], c, _NO_VELOCITY)
+        out[k, 10], out[k, 11], out[k, 12] = told[k, 10] - log.x, told[k, 11] - log.y, told[k, 12] - log.z
+        _then(history, k, lateness[k, 4], period, halved, middle_at, then)
+        power = battery_measured(then[19], then[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
         charge[3] += 1.0
         if np.isfinite(out_b[k, 0]) and charge[1] < np.inf:
@@ -138,19 +179,23 @@ def innovations(  # type: ignore[no-untyped-def]
             w[j] += dx[9 + j]
             wrench[j] = w[j] + extra[k, j]
         sheet[STATE, 2] += dx[15]
-        if old > 0.0:  # what comes next tells of this instant too, and of what is believed of it now
-            imu = imu_measured(sheet[STATE, 3:7], sheet[STATE, 7:13], row[13:19], row[20], c, _NO_IMU)
-            for j in range(_LOG):
-                history[k, j] = imu[j]
         for i in range(N):
-            n = row[BODY + 8 + i]
-            follow = np.exp(-1.0 / tach[i, 1]) if tach[i, 1] > 0.0 else 0.0
-            lagging[i] = follow * lagging[i] + (1.0 - follow) * n
-            expected = tach[i, 0] * lagging[i]
+            reached = sheet[STATE, BODY + i]
+            first, share = _place(k, lateness[k, 5 + i])
+            expected = tach[i, 0] * _between(
+                history[first, n_at + i], history[first + 1, n_at + i], history[first, slope_at + i],
+                history[first + 1, slope_at + i], history[first, middle_at + 6 + i],
+                halved if tach[i, 1] == 0.0 else 0.0, share,
+            )  # fmt: skip
             out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
             if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
                 side = 1.0 if c.signed or expected >= 0.0 else -1.0
                 sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
+            if tach[i, 1] == 0.0:
+                history[k + 1, n_at + i] += sheet[STATE, BODY + i] - reached
+        # what is told next may tell of this instant too, and of what is believed of it now
+        history[k + 1, :BODY] = sheet[STATE, :BODY]
+        for i in range(N):
             states[k, 19 + i] = sheet[STATE, BODY + i]
             states[k, 19 + N + i] = row[BODY + 8 + 4 * N + i]
             states[k, 19 + 2 * N + i] = sheet[STATE, BODY + N + i]
@@ -158,12 +203,16 @@ def innovations(  # type: ignore[no-untyped-def]
             states[k, j] = sheet[STATE, j]
         for j in range(6):
             states[k, 13 + j] = w[j]
-        advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
+        advance_together(sheet, commands[k], half, step, gate, wrench, fed, layout, p, e)
+        history[k + 1, middle_at : middle_at + 6] = sheet[STATE, 7:13]
+        history[k + 1, middle_at + 6 :] = sheet[STATE, BODY : BODY + N]
+        advance_together(sheet, commands[k], steps - half, step, gate, wrench, fed, layout, p, e)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):
             if not np.isfinite(sheet[STATE, j]):
                 return k
+    past[:] = history[K]
     return K
 
 
@@ -177,17 +226,48 @@ def _charged(body, charge):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _then(history, k, ago, begin, end, out):  # type: ignore[no-untyped-def]
-    """Fill columns of `out` with what they were `ago` periods before row k, in a history up to there."""
-    at = max(k - ago, 0.0)
+def _then(history, k, ago, period, halved, middle_at, out):  # type: ignore[no-untyped-def]
+    """Fill `out` with what was believed `ago` periods before instant k, in a history up to it.
+
+    Velocities bend where a thruster starts, by more than a gyro's noise within a period.
+    """
+    first, share = _place(k, ago)
+    for j in range(_KNOWN):
+        a, b = history[first, j], history[first + 1, j]
+        if 7 <= j < 13:
+            slopes = period * history[first, j + 6], period * history[first + 1, j + 6]
+            out[j] = _between(a, b, slopes[0], slopes[1], history[first, middle_at + j - 7], halved, share)
+        else:
+            out[j] = a + share * (b - a)
+
+
+@inlined
+def _place(k, ago):  # type: ignore[no-untyped-def]
+    """Return the row of a history before what was `ago` periods before instant k, and the share of a period after it.
+
+    Row k + 1 is that of instant k; beyond it the share is above 1.
+    """
+    at = max(k + 1 - ago, 0.0)
     first = min(int(at), k)
-    share = at - first
-    for j in range(begin, end):
-        out[j] = history[first, j]
-        if first < k:
-            out[j] += share * (history[first + 1, j] - out[j])
-        elif k > 0:
-            out[j] += share * (history[k, j] - history[k - 1, j])
+    return first, at - first
+
+
+@inlined
+def _between(a, b, slope_a, slope_b, middle, halved, share):  # type: ignore[no-untyped-def]
+    """Return the value at a share of a period between its ends a and b.
+
+    It has the slopes there, over the period, and the value `middle` at the share `halved`, 0: nowhere. Beyond the end
+    it goes on with the slope there.
+    """
+    if share > 1.0:
+        return b + (share - 1.0) * slope_b
+    line = b - a
+    first, both = slope_a - line, line - slope_b
+    more = 0.0
+    if halved > 0.0:
+        bend = (middle - a - halved * line) / (halved * (1.0 - halved))
+        more = ((both - first) * halved - (bend - first)) / (halved * (1.0 - halved))
+    return a + share * line + share * (1.0 - share) * (first + share * (both - first - more + share * more))
 
 
 @compiled

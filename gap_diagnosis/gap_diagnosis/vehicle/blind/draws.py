@@ -37,6 +37,7 @@ EFFECTS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "water_current": (("north", 0.05, 0.3), ("east", 0.05, 0.3)),
     "tether_drag": (("length", 10.0, 60.0),),
     "gyro_scale": (("share", 0.05, 0.2),),
+    "imu_delay": (("time", 0.04, 0.2),),
     "imu_bias": (("rate", 0.01, 0.05),),
     "imu_misalignment": (("angle", 0.05, 0.25),),
     "velocity_delay": (("time", 0.1, 0.6),),
@@ -58,6 +59,10 @@ OF_THRUSTER = (
 OUTSIDE = ("lift", "breathing_thrust", "leak")
 SETS = ("bluerov2_heavy", "ngs")
 KINDS = ("steps", "sines", "pulses")
+PERIODS = (0.02, 0.04, 0.05, 0.1)
+"""[s] Between commands."""
+EVERY = {"imu": 0.01, "depth": 0.1, "velocity": 0.2, "tachometer": 0.04, "battery": 0.2}
+"""[s] Between readings."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -74,6 +79,7 @@ class Draw:
         noise: factor of the sensors' noises.
         kinds: of the runs; duration [s] of each.
         missing: sensors that are not there.
+        period: between commands [s]; every: between readings, by sensor [s]; whole: tachometers tell whole rpm.
     """
 
     seed: int
@@ -87,6 +93,9 @@ class Draw:
     kinds: tuple[str, ...] = ("steps", "sines")
     duration: float = 45.0
     missing: tuple[str, ...] = field(default=())
+    period: float = 0.04
+    every: Mapping[str, float] = field(default_factory=lambda: EVERY)
+    whole: bool = False
 
 
 def _place(rng: np.random.Generator, effect: str, thrusters: int) -> dict[str, Any]:
@@ -139,4 +148,11 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
         deviations=float(rng.uniform(0.4, 1.2)), wrench=float(rng.uniform(0.02, 0.4)),
         time=float(np.exp(rng.uniform(np.log(0.5), np.log(10.0)))), noise=float(np.exp(rng.uniform(-1.1, 1.1))),
         kinds=tuple(str(k) for k in rng.choice(KINDS, 2, replace=False)), missing=missing,
+        period=float(rng.choice(PERIODS)),
+        every={
+            "imu": float(rng.choice((0.01, 0.02, 0.024, 0.04))), "depth": float(rng.choice((0.1, 0.2))),
+            "velocity": float(rng.choice((0.124, 0.2))), "tachometer": float(rng.choice((0.04, 0.05, 0.1))),
+            "battery": 0.2,
+        },
+        whole=bool(rng.random() < 0.5),
     )  # fmt: skip

@@ -18,7 +18,7 @@ from thruster_model.vehicle_set import VehicleSet
 __all__ = ["recorded", "recorded_run"]
 
 Array = NDArray[np.float64]
-PERIOD, NANO = 0.04, 1_000_000_000
+NANO, RPM = 1_000_000_000, np.pi / 30.0
 
 
 def recorded(
@@ -29,8 +29,8 @@ def recorded(
     return [recorded_run(draw, truth, vehicle, sensors, k, kind) for k, kind in enumerate(draw.kinds)]
 
 
-def _wander(rng: np.random.Generator, K: int, size: float, time: float) -> Array:
-    keep = np.exp(-PERIOD / time)
+def _wander(rng: np.random.Generator, K: int, size: float, periods: float) -> Array:
+    keep = np.exp(-1.0 / periods)
     z = rng.normal(size=K) * size
     out = np.empty(K)
     now = z[0]
@@ -40,19 +40,20 @@ def _wander(rng: np.random.Generator, K: int, size: float, time: float) -> Array
     return out
 
 
-def _programme(rng: np.random.Generator, kind: str, K: int, K_t: Array, level: float) -> tuple[Array, Array]:
+def _programme(
+    rng: np.random.Generator, kind: str, t: Array, K_t: Array, level: float
+) -> tuple[Array, Array]:  # fmt: skip
     """Return commands (K, N) [V] beyond the dead zone and set points (K, 4) of roll, pitch, yaw, depth.
 
-    kind: hold (station keeping), sines, steps or pulses.
+    t: instants of commands (K,) [s]; kind: hold (station keeping), sines, steps or pulses.
     """
-    N = K_t.shape[1]
-    t = PERIOD * np.arange(K)
+    K, N = len(t), K_t.shape[1]
     share = np.linalg.pinv(K_t)[:, [0, 1, 2, 5]]
     share /= np.abs(share).max(axis=0)
     wanted, push = np.zeros((K, 4)), np.zeros((K, 4))
     wanted[:, 3] = 3.0
     commands = np.zeros((K, N))
-    hold = max(int(rng.uniform(1.5, 4.0) / PERIOD), 1)
+    hold = max(int(rng.uniform(1.5, 4.0) / t[1]), 1)
     blocks = np.arange(K) // hold
     if kind == "hold":
         pass  # station keeping: feedback alone
@@ -84,15 +85,15 @@ def recorded_run(
 ) -> list[Topic]:  # fmt: skip
     """Return the topics of one run of a world; its number draws programme and noises."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(79, run)))
-    K, N = int(draw.duration / PERIOD), len(truth.thrusters)
-    steps = round(PERIOD / STEP)
+    K, N = int(draw.duration / draw.period), len(truth.thrusters)
+    steps, t = round(draw.period / STEP), np.arange(K, dtype=np.float64) * draw.period
     K_t = vehicle.configuration
-    commands, wanted = _programme(rng, kind, K, K_t, float(rng.uniform(1.0, 2.2)))
+    commands, wanted = _programme(rng, kind, t, K_t, float(rng.uniform(1.0, 2.2)))
     size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
-    wrench = np.column_stack([_wander(rng, K, s, draw.time) for s in size])
+    wrench = np.column_stack([_wander(rng, K, s, draw.time / draw.period) for s in size])
     gains = _feedback(vehicle, K_t, quiet=kind == "pulses")
     noise = rng.normal(size=(K, 12)) * np.array([0.004] * 3 + [0.003] * 3 + [0.006, 0.01] + [0.0] * 4)
-    _outside(draw.outside, wrench, truth, K, rng)
+    _outside(draw.outside, wrench, truth, t, rng)
     sent, out = np.zeros((K, N)), np.zeros((K * steps, 18))
     out_n, supply = np.zeros((K * steps, N)), np.zeros((K * steps, 2))
     done = run_world(
@@ -105,9 +106,8 @@ def recorded_run(
     return _topics(draw, truth, sensors, rng, sent, out, out_n, supply)
 
 
-def _outside(kind: str, wrench: Array, truth: Truth, K: int, rng: np.random.Generator) -> None:
-    """Change the wrench by something that the library does not have and that does not depend on the motion."""
-    t = PERIOD * np.arange(K)
+def _outside(kind: str, wrench: Array, truth: Truth, t: Array, rng: np.random.Generator) -> None:
+    """Change the wrench (K, 6) by something that the library does not have and that does not depend on the motion."""
     if kind == "leak":
         wrench[:, 2] += 4.0 * t / t[-1]
         wrench[:, 4] += 0.4 * t / t[-1]
@@ -143,11 +143,17 @@ def _topics(
     def stamps(at: NDArray[Any]) -> NDArray[np.int64]:
         return t0 + np.round(at * STEP * 1e9).astype(np.int64)
 
-    topics = [
-        Topic.of_thruster(i, "throttle", PERIOD * np.arange(K), {"commanded": sent[:, i], "sent": np.full(K, np.nan)})
-        for i in range(N)
-    ]
-    at = np.arange(5, len(out) - 2, 5)
+    unsent, at_command = np.full(K, np.nan), draw.period * np.arange(K)
+    topics = [Topic.of_thruster(i, "throttle", at_command, {"commanded": sent[:, i], "sent": unsent}) for i in range(N)]
+
+    def reading(sensor: str) -> NDArray[np.int64]:
+        """Return the instants, in steps, at which a sensor reads."""
+        every = round(draw.every[sensor] / STEP)
+        return np.arange(1 + rng.integers(every), len(out) - 2, every)
+
+    at = told_at = reading("imu")
+    if "imu_delay" in wrong:
+        at = np.maximum(told_at - round(wrong["imu_delay"][1] / STEP), 1)
     R = out[:, 3:12].reshape(-1, 3, 3)
     v, w = out[:, 12:15], out[:, 15:18]
     R_s = np.eye(3)
@@ -175,13 +181,13 @@ def _topics(
     fields: dict[str, Any] = {f"orientation.{a}": q[:, k] for k, a in enumerate("wxyz")}
     fields |= {f"angular_velocity.{a}": rate[:, k] for k, a in enumerate("xyz")}
     fields |= {f"linear_acceleration.{a}": force[:, k] for k, a in enumerate("xyz")}
-    topics.append(_vehicle("rov/imu", stamps(at), fields))
-    at = np.arange(50, len(out), 50)
+    topics.append(_vehicle("rov/imu", stamps(told_at), fields))
+    at = reading("depth")
     place = np.einsum("kij,j->ki", R[at], np.asarray(s.depth.position))
     depth = out[at, 2] + place[:, 2] + rng.normal(size=at.size) * 0.006 * factor
     topics.append(_vehicle("rov/depth", stamps(at), {"depth": depth}))
     if "velocity" not in draw.missing:
-        at = np.arange(100, len(out), 100)
+        at = reading("velocity")
         late = round(wrong["velocity_delay"][1] / STEP) if "velocity_delay" in wrong else 0
         then = np.maximum(at - late, 0)
         told = v[then] + np.cross(w[then], np.asarray(s.velocity.position))
@@ -193,12 +199,13 @@ def _topics(
         fields = {f"twist.twist.linear.{a}": told[:, k] for k, a in enumerate("xyz")}
         topics.append(_vehicle("rov/velocity", stamps(at), fields))
     if "tachometer" not in draw.missing:
-        at = np.arange(20, len(out), 20)
+        at = reading("tachometer")
         for i in range(N):
             told = n[at, i] + rng.normal(size=at.size) * 1.2 * factor
+            told = np.round(told / RPM) * RPM if draw.whole else told
             topics.append(Topic.of_thruster(i, "state", at * STEP, {"n": told, "sign_source": np.ones(at.size, int)}))
     if "battery" not in draw.missing:
-        at = np.arange(100, len(out), 100)
+        at = reading("battery")
         voltage = 16.0 * supply[at, 0] + rng.normal(size=at.size) * 0.02 * factor
         current = 1.5 + 100.0 * supply[at, 1] + rng.normal(size=at.size) * 0.3 * factor
         topics.append(_vehicle("rov/battery", stamps(at), {"voltage": voltage, "current": -current}))
