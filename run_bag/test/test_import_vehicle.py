@@ -218,3 +218,11 @@ def test_what_gravity_and_water_do_not_allow_is_said_at_once(tmp_path, capsys, c
     text = guessed(capsys, usual)
     imported(tmp_path, text, write_table(tmp_path / "dive.csv", columns(**change)))
     assert sentence in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("way", [1.0, -1.0])
+def test_a_battery_s_current_by_its_unit_alone_counts_as_drawn_whichever_way_it_is_written(tmp_path, capsys, way):
+    own = {k: v for k, v in columns().items() if not k.startswith("battery")}
+    table = write_table(tmp_path / "dive.csv", own | {"batt_V": 15.0 + 0 * TIME, "batt_A": way * 3.0 + 0 * TIME})
+    run = imported(tmp_path, guessed(capsys, table), table)
+    assert (run["rov/battery.voltage"].values[0], run["rov/battery.current"].values[0]) == (15.0, -3.0)

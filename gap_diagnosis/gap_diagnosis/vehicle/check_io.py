@@ -1,6 +1,8 @@
 """Runs of a vehicle, as files, and what they are good for: sensors, excitation, wiring, and what could be told."""
 
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,7 @@ from gap_diagnosis.vehicle.fit_io import name_of
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
-from gap_diagnosis.vehicle.log_io import log_of
+from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.oddities import common_to
 from gap_diagnosis.vehicle.wiring import wiring_of
@@ -41,10 +43,12 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     Raises:
         RunError: one of them cannot be read at all.
     """
-    logs, found = [], []
-    for run in map(read_run, paths):
+    logs, found, runs = [], [], [read_run(path) for path in paths]
+    with suppress(RunError):  # told below, of the run that it is in
+        model = replace(model, period=suited_period(runs, model.thrusters))
+    for run in runs:
         try:
-            log = log_of(run, model.thrusters)
+            log = log_of(run, model.thrusters, model.period)
         except RunError as error:
             found.append(Finding(kind="refused", about=run.name, sentence=str(error)))
             continue
@@ -81,6 +85,7 @@ def _throttles(log: VehicleLog) -> Iterable[Finding]:
     """Yield how thrusters were commanded, and which hardly were."""
     largest, spread = np.abs(log.throttles).max(axis=0), log.throttles.std(axis=0)
     told = f"up to {', '.join(f'{volts:.2g}' for volts in largest)} V over {log.duration:.1f} s"
+    told += f", in periods of {1e3 * log.period:.4g} ms"
     yield Finding(kind="good", about=f"{log.name}: throttles", sentence=told)
     idle = [str(i) for i in np.flatnonzero(spread < rules.LEAST_EXCITATION)]
     if idle:

@@ -16,7 +16,7 @@ from rov_sim.vehicle.innovations import LATE
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["log_of", "read_log", "read_logs"]
+__all__ = ["log_of", "read_log", "read_logs", "suited_period"]
 
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
@@ -28,6 +28,9 @@ _INSTANTS_A_READING = 100
 _LARGEST = 1e6
 """[V, rad/s, m/s^2, m, m/s, A] No vehicle gives a reading beyond it."""
 
+_SAME_PERIOD = 1e-5
+"""Share by which a period is the usual one: commands stay within a millisecond of its instants in a hundred s."""
+
 
 def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) -> tuple[list[VehicleLog], Model]:
     """Return the runs in these folders as logs, and the model for a filter of their period.
@@ -38,12 +41,8 @@ def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) 
         RunError: one cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
     """
     runs = [_read(path) for path in paths]
-    period = _suited_period(runs, model.thrusters) if period is None else period
+    period = suited_period(runs, model.thrusters) if period is None else period
     return [log_of(run, model.thrusters, period) for run in runs], replace(model, period=period)
-
-
-_SAME_PERIOD = 1e-5
-"""Share by which a period is the usual one: commands stay within a millisecond of its instants in a hundred s."""
 
 
 def read_log(path: Path, thrusters: int) -> VehicleLog:
@@ -64,7 +63,7 @@ def _read(path: Path) -> Run:
         return read_run(path, [topic for topic in wanted if topic in there])
 
 
-def _suited_period(runs: Sequence[Run], thrusters: int) -> float:
+def suited_period(runs: Sequence[Run], thrusters: int) -> float:
     """Return the period [s] near the usual one at which commands change at its instants only, where they are regular.
 
     A command that changes within a period acts there as its mean: across a dead zone that is another drive.

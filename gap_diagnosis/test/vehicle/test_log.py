@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, _suited_period, log_of, scatter
+from gap_diagnosis.vehicle.log_io import _at_instants, _held_mean, log_of, scatter, suited_period
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from run_bag import Channel, Run, RunError
 
@@ -35,14 +35,14 @@ def test_commands_change_at_the_instants_of_a_period_near_the_usual_one(spacing:
     stamps = np.round(1e9 * (1.0 + spacing * np.arange(500))).astype(np.int64)
     stamps[250:] += 2_000_000_000  # a pause says nothing of how often they come
     run = Run(name="dive", channels={name: Channel(name=name, stamps=stamps, values=np.zeros(500))})
-    assert _suited_period([run], 1) == pytest.approx(period, rel=1e-6)
+    assert suited_period([run], 1) == pytest.approx(period, rel=1e-6)
 
 
 def test_commands_that_come_irregularly_have_the_usual_period() -> None:
     name = "thruster_0/throttle.commanded"
     stamps = np.cumsum(1e9 * np.random.default_rng(0).exponential(0.3, 200)).astype(np.int64)
     run = Run(name="dive", channels={name: Channel(name=name, stamps=stamps, values=np.zeros(200))})
-    assert _suited_period([run], 1) == 0.04
+    assert suited_period([run], 1) == 0.04
 
 
 def test_a_reading_of_a_fast_sensor_does_not_lag_behind_what_bends() -> None:

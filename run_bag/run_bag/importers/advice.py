@@ -95,9 +95,9 @@ def _of_signal(name: str, field: str, time: Array, values: Array, *, command: tu
     steps = np.diff(time)
     if values.size < LEAST:
         told.append(f"{name}: {values.size} samples: expected at least {LEAST}; it will be left out")
-    elif np.median(steps) > SLOWEST:
+    elif np.median(steps) > 1.01 * SLOWEST:
         told.append(
-            f"{name}: one sample every {np.median(steps):.2g} s: expected every {SLOWEST} s or faster, to tell dynamics"
+            f"{name}: one sample every {np.median(steps):.3g} s: expected every {SLOWEST} s or faster, to tell dynamics"
         )
     if np.ptp(values) == 0.0:
         told.append(f"{name}: {values[0]:g} {UNITS[field]} throughout: expected readings that move")

@@ -234,7 +234,9 @@ def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
     if command and unit in COMMANDS:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-    text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 else "")
+    own = _values(source, name)
+    as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
+    text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
     notes = ";".join(part for part in (notes, f" {why}" if why else "", doubt) if part)
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"

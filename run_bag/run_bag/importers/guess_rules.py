@@ -28,8 +28,8 @@ _GYRO = rf"(imu_?)?(gyro?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
 _LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
-_SUPPLY = r"(supply|battery|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage"
-_CURRENT = r"(battery_?|supply_?)?(current|amps?)(_a)?"
+_SUPPLY = r"(supply|batt(ery)?|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage"
+_CURRENT = r"(batt(ery)?_?|supply_?)?(current|amps?)(_a)?|(batt(ery)?|supply)_a"
 
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
@@ -76,8 +76,8 @@ VEHICLE = (
     Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together="uvw"),
     Rule("rov/depth.depth", r"depth(_sensor)?"),
-    Rule("rov/battery.voltage", _SUPPLY),
     Rule("rov/battery.current", _CURRENT, "", -1),
+    Rule("rov/battery.voltage", _SUPPLY),
 )  # fmt: skip
 """Of tables of a vehicle: those with several thrusters, or with a gyro."""
 
