@@ -18,7 +18,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
-from gap_diagnosis.vehicle.settling import likelihood, settled
+from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import Stage, log_prior, stage_at
 from rov_sim.vehicle.innovations import CHANNELS
@@ -72,12 +72,11 @@ def search(
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
     retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
-    (runs, fit), rivals = _begun(model, logs, free, tried, retuned)
+    (runs, fit), rivals, odds = _begun(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
-        rivals = _weighed_again(model, runs, fit, free, tried, rivals)
+        (runs, fit), rivals = _exchanged(model, logs, runs, fit, free, tried, rivals, told)
     stages: list[Stage] = []
-    odds = [np.inf for _ in fit.effects]
     left: _Rivals = ()
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
@@ -102,14 +101,7 @@ def search(
             rest = [a for j, a in enumerate(fit.effects) if j != spare]
             del stages[spare - (len(odds) - len(stages))], odds[spare], rivals[spare]
             runs, fit = _settled_with(rest, model, logs, free, runs, fit.values)
-        rivals = _weighed_again(model, runs, fit, free, tried, rivals)
-        k = max(range(len(rivals)), key=lambda k: rivals[k][0][0] if rivals[k] else -np.inf)
-        if rivals[k] and rivals[k][0][0] > _BETTER:
-            (gain, better), *others = rivals[k]
-            told(f"in place of {fit.effects[k].hypothesis.words}, by {gain:.1f}: {better.hypothesis.words}")
-            rivals[k] = tuple((o - gain, each) for o, each in ((0.0, fit.effects[k]), *others))
-            exchanged = [better if j == k else a for j, a in enumerate(fit.effects)]
-            runs, fit = _settled_with(exchanged, model, logs, free, runs, fit.values)
+        (runs, fit), rivals = _exchanged(model, logs, runs, fit, free, tried, rivals, told)
     calm = _calmed(model, logs, stages[-1], free)
     return Found(
         stages=tuple(stages),
@@ -155,6 +147,23 @@ def _spare(
     return least if least is not None and odds[least] < np.log(rules.CLAIM) else None
 
 
+def _exchanged(
+    model: Model, logs: Sequence[VehicleLog], runs: list[Prepared], fit: Fit, free: dict[Key, float],
+    tried: Sequence[Hypothesis], rivals: Sequence[_Rivals], told: Callable[[str], None],
+) -> tuple[tuple[list[Prepared], Fit], list[_Rivals]]:  # fmt: skip
+    """Return recordings and fit with the rival in place of an accepted effect that is likelier beside all that is on
+    now, and rivals of each, weighed again; as they are where none is."""
+    rivals = _weighed_again(model, runs, fit, free, tried, rivals)
+    k = max(range(len(rivals)), key=lambda k: rivals[k][0][0] if rivals[k] else -np.inf)
+    if not rivals[k] or rivals[k][0][0] < _BETTER:
+        return (runs, fit), rivals
+    (gain, better), *others = rivals[k]
+    told(f"in place of {fit.effects[k].hypothesis.words}, by {gain:.1f}: {better.hypothesis.words}")
+    rivals[k] = tuple((odds - gain, each) for odds, each in ((0.0, fit.effects[k]), *others))
+    effects = [better if j == k else a for j, a in enumerate(fit.effects)]
+    return _settled_with(effects, model, logs, free, runs, fit.values), rivals
+
+
 def _weighed_again(
     model: Model, runs: list[Prepared], fit: Fit, free: dict[Key, float], tried: Sequence[Hypothesis],
     rivals: Sequence[_Rivals],
@@ -194,9 +203,9 @@ def _without_sizes_of(fit: Fit, k: int, numbers: int) -> NDArray[np.int64]:
 def _begun(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
     retuned: tuple[list[Prepared], Fit],
-) -> tuple[tuple[list[Prepared], Fit], list[_Rivals]]:  # fmt: skip
-    """Return recordings and fit with the wrong wires, or the delay, without which they are far less likely, and rivals
-    of each; without any: `retuned`.
+) -> tuple[tuple[list[Prepared], Fit], list[_Rivals], list[float]]:  # fmt: skip
+    """Return recordings and fit with the wrong wires, or the delay, without which they are far less likely, rivals of
+    each, and log odds for each; without any: `retuned`.
 
     Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
     from. So the believed ones are asked.
@@ -209,13 +218,24 @@ def _begun(
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
     wires = _wired_wrongly(model, logs, switches, nothing)
     late, *others = _delayed(model, logs, delays, nothing) or [None]
-    for on, beside in ((wires, []), ([late] if late else [], others)):
-        if on:
-            first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
-            found = settled(model, logs, free, first, on, {}, anew=True)
-            if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
-                return found, [tuple((0.0, each) for each in beside) for _ in on]
-    return retuned, []
+    if wires:
+        found = _settled_from_believed(model, logs, free, wires)
+        if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
+            return found, [() for _ in wires], [np.inf for _ in wires]
+    if late is not None:
+        found = _settled_from_believed(model, logs, free, [late])
+        odds = log_evidence(*found) - log_evidence(*retuned) + log_prior(late.hypothesis, tried)
+        if odds > np.log(rules.CLAIM):
+            return found, [tuple((0.0, each) for each in others)], [odds]
+    return retuned, [], []
+
+
+def _settled_from_believed(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
+    first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    return settled(model, logs, free, first, on, {}, anew=True)
 
 
 def _wired_wrongly(

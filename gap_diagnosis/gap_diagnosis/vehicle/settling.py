@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 
-__all__ = ["likelihood", "settled"]
+__all__ = ["likelihood", "log_evidence", "settled"]
 
 
 def settled(
@@ -52,3 +52,8 @@ def settled(
 def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
     """Return the log likelihood of recordings where a fit ended, with the prior of its numbers."""
     return sum(log_likelihood(p) for p in runs) - 0.5 * float(fit.moved @ fit.moved)
+
+
+def log_evidence(runs: Sequence[Prepared], fit: Fit) -> float:
+    """Return that of recordings with what a fit has on, comparable over noises."""
+    return fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in runs)

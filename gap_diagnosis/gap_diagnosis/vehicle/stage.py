@@ -13,6 +13,7 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.settling import log_evidence
 
 __all__ = ["Stage", "least_shown", "log_prior", "of_any_size", "stage_at"]
 
@@ -44,7 +45,7 @@ class Stage:
     @property
     def log_evidence(self) -> float:
         """Of the recordings with what is on, comparable over noises."""
-        return self.fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in self.screen.runs)
+        return log_evidence(self.screen.runs, self.fit)
 
 
 def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
