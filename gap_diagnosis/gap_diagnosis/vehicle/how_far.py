@@ -101,7 +101,7 @@ def left_out_errors(found: Found, horizons: Sequence[float]) -> tuple[Errors, ..
     for stage in found.stages:
         points.append([without_run(stage.screen, stage.fit, found.nuisances, k) for k in range(len(runs))])
     # effects with which the search began came all at once: the last of them has their share
-    together = len(found.stages[0].accepted) - 1
+    together = len(found.stages[-1].accepted) - (len(points) - 2)
     return tuple(_errors(model, runs, points, together, horizon) for horizon in horizons)
 
 

@@ -134,11 +134,8 @@ class Screen:
         scale = max(float(np.sqrt(np.mean(np.concatenate(told) ** 2))), 1e-9)
 
         def change(k: int) -> Array:
-            run, extra, size = (
-                self.runs[k],
-                None,
-                _PROBES[place] / scale * told[k],
-            )
+            run, extra = self.runs[k], None
+            size = _PROBES[place] / scale * told[k]
             if place in _AXES:
                 extra = np.zeros((run.log.count, 6))
                 extra[:, _AXES.index(place)] = size

@@ -99,7 +99,8 @@ def search(
         if spare is not None:
             told(f"not needed beside it: {accepted[spare].hypothesis.words}")
             rest = [a for j, a in enumerate(fit.effects) if j != spare]
-            del stages[spare - (len(odds) - len(stages))], odds[spare], rivals[spare]
+            # where the search began with it, it is the first stage that is no longer what it was
+            del stages[max(spare - (len(odds) - len(stages)), 0)], odds[spare], rivals[spare]
             runs, fit = _settled_with(rest, model, logs, free, runs, fit.values)
         (runs, fit), rivals = _exchanged(model, logs, runs, fit, free, tried, rivals, told)
     calm = _calmed(model, logs, stages[-1], free)
