@@ -6,6 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from run_bag import read_run
@@ -99,8 +100,8 @@ def test_the_page_of_an_own_dive_makes_runs_of_it_as_printed(tmp_path: Path) -> 
     assert set(shown[1].splitlines()) < {line.partition("   #")[0] for line in proposed.splitlines()}
     for number in (1, 2):
         run = read_run(tmp_path / f"dive/runs/dive_{number}")
-        assert 2.0 < run["rov/depth.depth"].values[10] < 4.0
-        assert run["rov/imu.linear_acceleration.z"].values[1:50].mean() == pytest.approx(-9.8, abs=0.5)
+        assert 2.0 < np.nanmin(run["rov/depth.depth"].values[:100]) < 4.0  # each sensor reads at instants of its own
+        assert np.nanmean(run["rov/imu.linear_acceleration.z"].values[:100]) == pytest.approx(-9.8, abs=0.5)
 
 
 @pytest.mark.long
