@@ -120,7 +120,7 @@ def _errors(
     foreseen = rms(np.where(np.isfinite(errors[0]), spread, np.nan))
     return Errors(
         horizon=horizon, as_is=whole[0], retuned=whole[1], with_effect=whole[2], left_out=len(runs) > 1,
-        foreseen=foreseen, shrinks=((None,) * together + shrinks),
+        foreseen=foreseen, shrinks=(None,) * together + shrinks,
         steps=tuple(np.sqrt(there.mean(axis=1)).tolist()) if there.size else (),
         budget=_budget(model, runs, points[-1], horizon, spread),
     )  # fmt: skip

@@ -139,9 +139,8 @@ def _spare(
     for k, a in enumerate(on[:-1]):
         if a.hypothesis.switch:
             continue
-        rest = [each for each in on if each is not a]
+        rest, columns = _all_but(fit, k, numbers)
         less = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in rest))
-        columns = tuple(c[:, _without_sizes_of(fit, k, numbers)] for c in fit.columns)
         again = less.fit(fit.moved, [each.sizes for each in rest], columns, product_of(columns))
         odds[k] = fit.log_evidence - again.log_evidence + log_prior(a.hypothesis, tried)
     least = min(odds, key=lambda k: odds[k], default=None)
@@ -177,10 +176,8 @@ def _weighed_again(
     on, screen = fit.effects, Screen(model=model, runs=runs, values={})
     found = []
     for k, own in enumerate(on):
-        kept = _without_sizes_of(fit, k, len(free))
-        columns = tuple(c[:, kept] for c in fit.columns)
-        product, rest = product_of(columns), [a for j, a in enumerate(on) if j != k]
-        again = []
+        rest, columns = _all_but(fit, k, len(free))
+        product, again = product_of(columns), []
         for _, rival in rivals[k][: rules.REFINED_BACK]:
             if rival.hypothesis.place in {a.hypothesis.place for a in rest}:
                 continue
@@ -195,10 +192,11 @@ def _weighed_again(
     return found
 
 
-def _without_sizes_of(fit: Fit, k: int, numbers: int) -> NDArray[np.int64]:
-    """Return the columns of a fit but those of its effect k; the first ones are those of so many uncertain numbers."""
+def _all_but(fit: Fit, k: int, numbers: int) -> tuple[list[Refined], tuple[NDArray[np.float32], ...]]:
+    """Return the effects of a fit but the k-th, and the columns of so many uncertain numbers and of these effects."""
     ends = np.cumsum([numbers, *(len(a.sizes) for a in fit.effects)])
-    return np.delete(np.arange(ends[-1]), np.arange(ends[k], ends[k + 1]))
+    kept = np.delete(np.arange(ends[-1]), np.arange(ends[k], ends[k + 1]))
+    return [a for j, a in enumerate(fit.effects) if j != k], tuple(c[:, kept] for c in fit.columns)
 
 
 def _begun(
@@ -218,12 +216,12 @@ def _begun(
     delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
     wires = _wired_wrongly(model, logs, switches, nothing)
-    late, *others = _delayed(model, logs, delays, nothing) or [None]
     if wires:
         found = _settled_from_believed(model, logs, free, wires)
         if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
             return found, [() for _ in wires], [np.inf for _ in wires]
-    if late is not None:
+    if late_ones := _delayed(model, logs, delays, nothing):
+        late, *others = late_ones
         found = _settled_from_believed(model, logs, free, [late])
         odds = log_evidence(*found) - log_evidence(*retuned) + log_prior(late.hypothesis, tried)
         if odds > np.log(rules.CLAIM):
