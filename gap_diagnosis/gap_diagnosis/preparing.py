@@ -128,18 +128,19 @@ def recording_of(
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
     measurements = {}
     for signal, (time, values) in signals.items():
-        # By regular stamps, so that the same readings are taken together whether or not stamps scatter.
         period = float(np.median(np.diff(regular_stamps(time)[0]))) if time.size > 1 else CELL
         width, readings = 0.0, 0
         if period < FAST:
             together = round(CELL / period)
             width = together * period
-            start = float(time[0]) - 0.5 * period
-            cells = int((time[-1] - start) / width)
+            # By the stamps in the log, so that the same readings are taken together with regular ones, too.
+            stamped = given[1][signal][0] - begins
+            start = float(stamped[0]) - 0.5 * period
+            cells = int((stamped[-1] - start) / width)
             # A cell is when its readings were taken, on the average: where stamps scatter it has one more or less.
             read_at = np.where(np.isfinite(values), time, np.nan)
             (centres, values), (_, taken) = (
-                cell_means(time, each, start=start, width=width, cells=cells) for each in (values, read_at)
+                cell_means(stamped, each, start=start, width=width, cells=cells) for each in (values, read_at)
             )
             time = np.where(np.isfinite(taken), taken, centres)
             readings = together if together < MANY else 0

@@ -5,10 +5,11 @@ one minute does. Each stretch is a recording of its own that begins in motion.
 """
 
 import operator
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.preparing import with_log_findings
 from gap_diagnosis.recording import Recording
@@ -39,7 +40,7 @@ def stretches_of(recordings: Sequence[Recording], longest: float | None = None) 
         if duration <= count * LENGTH:
             found.append(each)
             continue
-        stretches = [_cut(each, begins, f"{each.name} from {begins:.0f} s") for begins in _liveliest(each, count)]
+        stretches = [_stretch(each, begins, f"{each.name} from {begins:.0f} s") for begins in _liveliest(each, count)]
         found += [_warning(stretches[0], each.experiment.warnings), *stretches[1:]]
     if len(found) == len(recordings) and all(map(operator.is_, found, recordings)):
         return found
@@ -70,14 +71,40 @@ def _liveliest(recording: Recording, count: int) -> list[float]:
     return found
 
 
-def _cut(recording: Recording, begins: float, name: str) -> Recording:
+def _readings(recording: Recording) -> Iterator[Recording]:
+    """Yield a recording in all ways in which it may be read."""
+    yield recording
+    for other in (recording.regular, recording.straight):
+        if other is not None:
+            yield from _readings(other)
+
+
+def _inside(recording: Recording, begins: float) -> dict[str, NDArray[np.bool_]]:
+    """Return by signal which samples are within a stretch, shape (M,)."""
+    start = round(begins / recording.experiment.dt) * recording.experiment.dt
+    return {
+        signal: (m.time - 0.5 * m.width >= start) & (m.time + 0.5 * m.width < start + LENGTH)
+        for signal, m in recording.experiment.measurements.items()
+    }
+
+
+def _stretch(recording: Recording, begins: float, name: str) -> Recording:
+    """Return a stretch of a recording, of the same samples in whichever way it is read."""
+    ways = [_inside(each, begins) for each in _readings(recording)]
+    together = {
+        signal: np.logical_and.reduce([way[signal] for way in ways if signal in way]) for signal in ways[0]
+    }  # fmt: skip
+    return _cut(recording, begins, name, together)
+
+
+def _cut(recording: Recording, begins: float, name: str, taken: Mapping[str, NDArray[np.bool_]]) -> Recording:
     """Return a stretch on a clock of its own, by the same name with regular stamps and straight commands."""
     experiment = recording.experiment
     first = round(begins / experiment.dt)
     start = first * experiment.dt
     measurements = {}
     for signal, m in experiment.measurements.items():
-        inside = (m.time - 0.5 * m.width >= start) & (m.time + 0.5 * m.width < start + LENGTH)
+        inside = taken[signal]
         if np.any(inside):
             rest = _RESTS * float(np.nanmax(np.abs(m.values))) if signal in _WANDERING else 0.0
             measurements[signal] = replace(
@@ -90,6 +117,6 @@ def _cut(recording: Recording, begins: float, name: str) -> Recording:
     own = replace(part, name=name, measurements=measurements, warnings=())
     found = with_log_findings(own, recording.thruster, recording.log.scatter, recording.log.period)
     regular, straight = (
-        None if other is None else _cut(other, begins, name) for other in (recording.regular, recording.straight)
+        None if other is None else _cut(other, begins, name, taken) for other in (recording.regular, recording.straight)
     )
     return replace(found, regular=regular, straight=straight)

@@ -92,6 +92,19 @@ def test_stamps_that_say_nothing_are_replaced_by_regular_ones():
     assert 0.002 < jitter.size < 0.004  # even over 10 ms
 
 
+def test_fast_readings_are_taken_together_alike_on_either_stamps():
+    rng = np.random.default_rng(7)
+    for _ in range(5):
+        taken = 0.005 * np.arange(6000)
+        stamps = np.sort(taken + rng.normal(0.0, 0.01, taken.size))
+        read = np.sin(5.0 * taken) + 0.01 * rng.standard_normal(taken.size)
+        recording = recording_of("run", (taken[::5], np.sin(taken[::5])), {"ambient": (stamps, read)})
+        means = [each.experiment.measurements["ambient"] for each in (recording, recording.regular)]
+        np.testing.assert_array_equal(means[0].values, means[1].values)
+        wrong = [np.nanstd(each.values - np.sin(5.0 * each.time)) for each in means]
+        assert wrong[1] < 0.5 * wrong[0]
+
+
 def test_there_is_no_choice_where_no_stamps_scatter():
     given = problem(told=True)
     plain = recording_of("run", (np.array([0.0, 1.0]), np.array([0.0, 1.0])), {})

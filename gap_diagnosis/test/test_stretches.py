@@ -56,6 +56,8 @@ def test_what_is_kept_beside_is_cut_alike() -> None:
         for other in (each.regular, each.straight):
             assert other is not None and other.name == each.name
             assert other.experiment.duration == pytest.approx(LENGTH)
+            read = [way.experiment.measurements["speed"].values for way in (each, other)]
+            np.testing.assert_array_equal(*read)
 
 
 @pytest.mark.parametrize("given", ["5", "-1", "nan"])
