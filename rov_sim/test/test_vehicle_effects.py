@@ -26,7 +26,7 @@ TARGETS: dict[str, dict[str, Any]] = {
     "thruster_failure": {"thruster": 2, "kind": "no_thrust"},
     "thruster_swap": {"thruster": 0, "other": 1},
 }
-OTHERS = ("buoyancy_offset", "payload", "cg_shift", "water_current", "water_density", "tether_drag",
+OTHERS = ("buoyancy_offset", "payload", "cg_shift", "cb_shift", "water_current", "water_density", "tether_drag",
           "reaction_torque", "supply_sag")  # fmt: skip
 NU = np.array([0.4, -0.2, 0.1, 0.3, -0.2, 0.5])
 N = np.array([80.0, 60.0, -70.0, 90.0, 40.0, -50.0])
@@ -108,6 +108,12 @@ def test_a_shifted_centre_of_mass_pulls_with_the_weight_at_its_arm() -> None:
     shifted = VehiclePlant(with_effects(effect("cg_shift", sizes={"x": 0.02}))).truth()
     moment = shifted.acceleration[4] * (0.87 + 0.511 + 30 * 0.02**2) - 30 * 0.02 * shifted.acceleration[2]
     assert moment == pytest.approx(-30 * 9.81 * 0.02, rel=1e-12)
+
+
+def test_a_shifted_centre_of_buoyancy_lifts_at_its_arm_and_moves_no_mass() -> None:
+    shifted = with_effects(effect("cb_shift", sizes={"x": 0.02, "y": -0.01}))
+    difference = VehiclePlant(shifted).truth().acceleration - VehiclePlant(PLAIN).truth().acceleration
+    np.testing.assert_allclose(M @ difference, C.buoyancy * np.array([0, 0, 0, 0.01, 0.02, 0.0]), atol=1e-12)
 
 
 def test_a_current_drags_a_vehicle_along_until_it_drifts_with_it() -> None:

@@ -44,10 +44,12 @@ EFFECTS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "velocity_scale": (("share", 0.08, 0.25),),
     "velocity_misalignment": (("angle", 0.06, 0.25),),
     "magnetic_disturbance": (("angle", 0.1, 0.4),),
+    "cb_shift": (("x", 0.025, 0.045), ("y", 0.025, 0.045)),
 }
 SIGNED = (
     "thrust_asymmetry", "dead_zone_shift", "thruster_misalignment", "buoyancy_offset", "cg_shift", "water_current",
     "gyro_scale", "imu_bias", "imu_misalignment", "velocity_scale", "velocity_misalignment", "magnetic_disturbance",
+    "cb_shift",
 )  # fmt: skip
 ONE_SIGN = ("dead_zone_shift", "thrust_asymmetry")
 """The library has them with one sign only."""

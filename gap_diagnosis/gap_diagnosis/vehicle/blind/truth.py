@@ -190,6 +190,8 @@ def _add(
         w["extra"] += np.block([[s * np.eye(3), -s * S], [s * S, -s * S @ S]])
     elif effect == "cg_shift":
         w["r_G"] = w["r_G"] + np.array([sizes.get(a, 0.0) for a in "xyz"])
+    elif effect == "cb_shift":
+        w["r_B"] = w["r_B"] + np.array([sizes.get(a, 0.0) for a in "xyz"])
     elif effect == "water_current":
         w["current"] = np.array([sizes.get(a, 0.0) for a in ("north", "east", "down")])
     elif effect == "tether_drag":
