@@ -18,7 +18,7 @@ from gap_diagnosis.vehicle.blind.draws import drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import differences, scored, table
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import write_run
 from run_bag.command_line import user_arguments
 
@@ -76,9 +76,11 @@ def _case(seed: int, kind: str | None) -> dict[str, Any]:
     draw = drawn(seed, only=kind)
     model = load_model(draw.vehicle)
     with tempfile.TemporaryDirectory() as folder:
-        logs = []
-        for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
-            logs.append(read_log(write_run(Path(folder) / f"run_{k}", topics), model.thrusters))
+        runs = [
+            write_run(Path(folder) / f"run_{k}", topics)
+            for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
+        ]
+        logs, model = read_logs(runs, model)
     found = diagnosed(model, logs, {}, how_far=False)
     content, least = found.content, {(h.effect, h.thruster, h.other, h.axis): s for h, s in found.verdict.hidden}
     hidden = [{"id": e, **place, "sizes": dict(sizes)} for e, place, sizes in draw.effects]
