@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.innovations import CHANNELS, CORRECTED, innovations, past_width, states_of, states_width
+from rov_sim.vehicle.innovations import (
+    CHANNELS,
+    CORRECTED,
+    PARTS,
+    innovations,
+    past_width,
+    states_of,
+    states_width,
+)
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -37,12 +45,12 @@ def run(
     battery = np.full((K, 2), np.nan)
     if voltages is not None:
         battery[:, 0] = voltages
-    N, steps = settings.count, settings.steps_in(PERIOD)
+    N, steps = settings.count, settings.steps_in(PERIOD / PARTS)
     told = np.full((K, CHANNELS), np.nan)
     out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, states_width(N)))]
     kernel: Any = innovations
     done = kernel(
-        sheet_of(settings), throttles, steps, PERIOD / steps, np.zeros((K, 6)), 0.98, *settings.tables,
+        sheet_of(settings), throttles, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
         battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),

@@ -138,10 +138,9 @@ def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[n
         np.full((K, 2), np.nan),
         np.full((K, states_width(N)), np.nan),
     )
-    steps = built.settings.steps_in(log.period)
     kernel: Any = innovations
     done = kernel(
-        sheet_of(built.settings), np.ascontiguousarray(log.throttles), steps, log.period / steps,
+        sheet_of(built.settings), np.ascontiguousarray(log.throttles), *built.steps(log.period),
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
         built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
         gains, speed_gains, charge, np.full(past_width(N), np.nan), *out,

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
+from rov_sim.vehicle.innovations import PARTS
 from rov_sim.vehicle.plant import VehicleSettings
 from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coefficients
 from rov_sim.vehicle.sensors.settings import VehicleSensors
@@ -74,6 +75,11 @@ class Built(NamedTuple):
     settings: VehicleSettings
     sensors: SensorCoefficients
     tach: Array
+
+    def steps(self, period: float) -> tuple[int, float]:
+        """Return how many steps of which length [s] a part of a filter's period takes, as `innovations` has them."""
+        count = self.settings.steps_in(period / PARTS)
+        return count, period / PARTS / count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,9 +179,10 @@ class Model:
             thrusters_then[body.turning == 0.0, 0] = 0.0
             initial = initial._replace(thrusters=thrusters_then)
         own = thruster_effects([a for a in active if a.id not in (*_TACH, *OF_LOG)], N)
+        part = self.period / PARTS
         settings = VehicleSettings(
             coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial,
-            largest_step=self.period / ceil(self.period / STEP - 1e-9),
+            largest_step=part / ceil(part / STEP - 1e-9),
         )  # fmt: skip
         c = sensing_with(sensor_coefficients(self.sensors, self.vehicle.values["gravity"]), active)
         gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))

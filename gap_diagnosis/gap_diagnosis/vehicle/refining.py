@@ -26,7 +26,6 @@ from gap_diagnosis.vehicle.model import OF_RUN, Key
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from thruster_model.errors import VehicleError
 
 __all__ = ["Fit", "Problem", "Refined"]
 
@@ -217,10 +216,8 @@ class Problem:
         """Return whitened innovations of run k, flat; None: there is no such model."""
         on = self.effects if effects is None else effects
         active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
-        try:
-            return np.nan_to_num(self.screen.at(k, self._values(x), active)).ravel()
-        except (VehicleError, ValueError):
-            return None
+        found = self.screen.at(k, self._values(x), active)
+        return None if found is None else np.nan_to_num(found).ravel()
 
     def scored(self, x: Array) -> tuple[list[Array], float]:
         """Return innovations (rows,) of each run and the log likelihood at a point, priors included."""

@@ -5,8 +5,8 @@ import numpy as np
 PERIOD = 0.04
 """[s] of the filter, about: bodies and rotors are slower than that. Where commands come at other instants than its
 multiples, it is one near it that suits them."""
-STEP = 0.02
-"""[s] Longest step of the plant inside the filter: RK4 on a rotor of 14 1/s errs by 1e-5 a step then."""
+STEP = 0.0125
+"""[s] Longest step of the plant inside the filter: one for each part of a period of 20 Hz."""
 START = 1.0
 """[s] of a recording whose innovations do not count: they tell how it began. A vehicle that starts at full throttle is
 20 deviations off until its velocity is found, and a random wrench ten times too large was learned from it."""

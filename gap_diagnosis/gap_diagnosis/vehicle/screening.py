@@ -62,20 +62,17 @@ class Screen:
         """Return those of all runs, flat."""
         return [self.residual(k).ravel() for k in range(len(self.runs))]
 
-    def at(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
-        """Return whitened innovations of run k elsewhere.
-
-        Raises:
-            VehicleError, ValueError: there is no such model.
-        """
-        return whitened(self.runs[k], filtered(self.model, self.runs[k], values, effects))
+    def at(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array | None:
+        """Return whitened innovations of run k elsewhere; None: there is no such model."""
+        try:
+            return whitened(self.runs[k], filtered(self.model, self.runs[k], values, effects))
+        except (VehicleError, ValueError):
+            return None
 
     def _beside(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
         """Return what is different elsewhere from the point; nothing where there is no such model."""
-        try:
-            return self.at(k, values, effects) - self.residual(k)
-        except (VehicleError, ValueError):
-            return np.zeros_like(self.residual(k))
+        found = self.at(k, values, effects)
+        return np.zeros_like(self.residual(k)) if found is None else found - self.residual(k)
 
     def of_nuisance(self, key: Key, deviation: float) -> Column:
         """Return the column of a nuisance, over its deviation (it then has the deviation 1)."""
@@ -117,11 +114,7 @@ class Screen:
         return columns
 
     def _changed(self, k: int, h: Hypothesis, sizes: tuple[float, ...]) -> Array:
-        try:
-            active = h.active(sizes)
-        except ValueError:
-            return np.zeros_like(self.residual(k))
-        return self._beside(k, self.values, (*self.effects, active))
+        return self._beside(k, self.values, (*self.effects, h.active(sizes)))
 
     def of_nameless(self, name: Key) -> Column:
         """Return the column of a wrench on an axis, or an error of a reading, that goes with a feature.

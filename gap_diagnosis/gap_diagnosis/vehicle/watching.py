@@ -86,7 +86,7 @@ class _Branch:
         self.body = built.settings.coefficients
         self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
         self._sensing = built.sensors, built.tach / [1.0, log.period]
-        self._steps = built.settings.steps_in(log.period)
+        self._steps = built.steps(log.period)
         self._wrench, self._charge = np.zeros(6), followed(log)
         self._past = np.full(past_width(log.thrusters), np.nan)
 
@@ -100,7 +100,7 @@ class _Branch:
         carried = self._wrench * keep[:-1, None]
         kernel: Any = innovations
         done = kernel(
-            self._sheet, np.ascontiguousarray(log.throttles), self._steps, log.period / self._steps, carried,
+            self._sheet, np.ascontiguousarray(log.throttles), *self._steps, carried,
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
             log.lateness, gains, speed_gains, self._charge, self._past, *out,
         )  # fmt: skip

@@ -98,4 +98,4 @@ def test_one_of_the_two_readings_of_a_battery_is_enough(gauge: str, seen: list[b
 def test_delays_of_commands_are_remembered_at_any_period(period: float) -> None:
     model = replace(load_model("bluerov2"), period=period)
     late = ActiveVehicleEffect(id="command_delay", thruster=2, sizes={"time": 0.11})
-    assert model.built({}, [late]).settings.steps_in(period) == (3 if period == 0.05 else 2)
+    assert model.built({}, [late]).steps(period) == pytest.approx((1, period / 4))

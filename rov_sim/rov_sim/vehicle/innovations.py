@@ -28,6 +28,7 @@ __all__ = [
     "CHANNELS",
     "CORRECTED",
     "LATE",
+    "PARTS",
     "States",
     "innovations",
     "past_width",
@@ -40,6 +41,8 @@ CHANNELS, CORRECTED = 13, 16
 """Channels that correct the body's state, and what they correct."""
 LATE = ("attitude", "imu", "depth", "velocity", "battery")
 """Sensors whose readings may be older than the instant they are taken at; the tachometers follow."""
+PARTS = 4
+"""Of a period, at whose edges states are remembered: a rotor that starts bends within a period."""
 _KNOWN = BODY + 8
 """Columns of `kernel.measured` that sensors other than tachometers read."""
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -66,7 +69,7 @@ def states_width(thrusters: int) -> int:
 
 def past_width(thrusters: int) -> int:
     """Return how many numbers `innovations` remembers of an instant, of a vehicle with so many thrusters."""
-    return _KNOWN + 6 + 3 * thrusters
+    return PARTS * (_KNOWN + 2 * thrusters)
 
 
 def states_of(rows: NDArray[np.float64]) -> States:
@@ -83,7 +86,8 @@ def innovations(  # type: ignore[no-untyped-def]
     """Run the filter over K periods; return how many were done, fewer than K where the state is no longer finite.
 
     Args:
-        sheet: with the state at the first instant; steps, step: of a period, as in `kernel.advance`.
+        sheet: with the state at the first instant; steps, step: of one of the `PARTS` of a period, as in
+            `kernel.advance`.
         commands: (K, N) throttles [V]; extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
         body, layout, p, e: `Tables`; c: `SensorCoefficients`.
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
@@ -96,8 +100,8 @@ def innovations(  # type: ignore[no-untyped-def]
         charge: (4,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
             periods, infinite: never; readings of it so far, whose mean it is until then; periods since the last one.
             Left as it is at the end, for what follows.
-        past: (`past_width`,), what was believed one period before the first instant; NaN: nothing. Left as it is one
-            period before what follows.
+        past: (`past_width`,), what was believed in the period before the first instant; NaN: nothing. Left as it is in
+            the period before what follows.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
         states: (K, 19 + 3 N), as `States`.
     """
@@ -111,51 +115,45 @@ def innovations(  # type: ignore[no-untyped-def]
     lagging = np.zeros(N)
     for i in range(N):
         lagging[i] = sheet[STATE, BODY + i]
-    # of each instant: the body, each rotor's speed and slope, then velocities and speeds half a period later
-    n_at, slope_at, middle_at = _KNOWN, _KNOWN + N, _KNOWN + 2 * N
-    history, then = np.zeros((K + 1, past.size)), np.zeros(_KNOWN)
-    history[0] = past
+    # at the edges of each part: the body, each rotor's speed and its slope over a part
+    n_at, slope_at = _KNOWN, _KNOWN + N
+    width = _KNOWN + 2 * N
+    history, then = np.zeros((PARTS * (K + 1), width)), np.zeros(_KNOWN)
+    history[:PARTS] = past.reshape((PARTS, width))
     error, dx = np.zeros(CHANNELS), np.zeros(CORRECTED)
-    period = steps * step
-    half = steps // 2
-    halved = half / steps
-    old = c.imu_late / period
+    part = steps * step
+    old = c.imu_late / (PARTS * part)
     whole = int(np.ceil(old - 0.5))
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
         fed = _charged(body, charge[0])
         measured(sheet, gate, wrench, fed, layout, p, e, row)
-        history[k + 1, :_KNOWN] = row[:_KNOWN]
-        for i in range(N):
-            n, lag = row[_KNOWN + i], tach[i, 1]
-            lagging[i] = n + (np.exp(-1.0 / lag) * (lagging[i] - n) if lag > 0.0 else 0.0)
-            slope = (n - lagging[i]) / lag if lag > 0.0 else period * sheet[SLOPE, BODY + i]
-            history[k + 1, n_at + i], history[k + 1, slope_at + i] = lagging[i], slope
+        now = PARTS * (k + 1)
+        _remember(sheet, row, lagging, tach, part, history[now])
         if k == 0 and np.isnan(history[0, 0]):
-            history[0] = history[1]
-            history[0, middle_at : middle_at + 6] = row[7:13]
-            history[0, middle_at + 6 :] = history[0, n_at : n_at + N]
+            history[:PARTS] = history[PARTS]
+            history[:PARTS, slope_at:] = 0.0
         of_now = min(k + whole, K - 1)
         there = 1.0 if k + whole < K else np.nan
         ago = old - whole
-        _then(history, k, ago + lateness[of_now, 1], period, halved, middle_at, then)
+        _then(history, now, ago + lateness[of_now, 1], part, then)
         imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
         for j in range(6):
             out[k, 3 + j] = there * (told[of_now, 3 + j] - imu[4 + j])
         if lateness[of_now, 0] != lateness[of_now, 1]:
-            _then(history, k, ago + lateness[of_now, 0], period, halved, middle_at, then)
+            _then(history, now, ago + lateness[of_now, 0], part, then)
             imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
         predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
         seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
         turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
         out[k, 0], out[k, 1], out[k, 2] = there * turn[0], there * turn[1], there * turn[2]
-        _then(history, k, lateness[k, 2], period, halved, middle_at, then)
+        _then(history, now, lateness[k, 2], part, then)
         out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
-        _then(history, k, lateness[k, 3] + c.velocity_late / period, period, halved, middle_at, then)
+        _then(history, now, lateness[k, 3] + c.velocity_late / (PARTS * part), part, then)
         log = velocity_measured(then[7:13], c, _NO_VELOCITY)
         out[k, 10], out[k, 11], out[k, 12] = told[k, 10] - log.x, told[k, 11] - log.y, told[k, 12] - log.z
-        _then(history, k, lateness[k, 4], period, halved, middle_at, then)
+        _then(history, now, lateness[k, 4], part, then)
         power = battery_measured(then[19], then[20], c, (0.0, 0.0))
         out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
         charge[3] += 1.0
@@ -181,20 +179,19 @@ def innovations(  # type: ignore[no-untyped-def]
         sheet[STATE, 2] += dx[15]
         for i in range(N):
             reached = sheet[STATE, BODY + i]
-            first, share = _place(k, lateness[k, 5 + i])
+            first, share = _place(now, lateness[k, 5 + i])
             expected = tach[i, 0] * _between(
                 history[first, n_at + i], history[first + 1, n_at + i], history[first, slope_at + i],
-                history[first + 1, slope_at + i], history[first, middle_at + 6 + i],
-                halved if tach[i, 1] == 0.0 else 0.0, share,
+                history[first + 1, slope_at + i], first % PARTS == 0, share,
             )  # fmt: skip
             out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
             if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
                 side = 1.0 if c.signed or expected >= 0.0 else -1.0
                 sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
             if tach[i, 1] == 0.0:
-                history[k + 1, n_at + i] += sheet[STATE, BODY + i] - reached
+                history[now, n_at + i] += sheet[STATE, BODY + i] - reached
         # what is told next may tell of this instant too, and of what is believed of it now
-        history[k + 1, :BODY] = sheet[STATE, :BODY]
+        history[now, :BODY] = sheet[STATE, :BODY]
         for i in range(N):
             states[k, 19 + i] = sheet[STATE, BODY + i]
             states[k, 19 + N + i] = row[BODY + 8 + 4 * N + i]
@@ -203,16 +200,17 @@ def innovations(  # type: ignore[no-untyped-def]
             states[k, j] = sheet[STATE, j]
         for j in range(6):
             states[k, 13 + j] = w[j]
-        advance_together(sheet, commands[k], half, step, gate, wrench, fed, layout, p, e)
-        history[k + 1, middle_at : middle_at + 6] = sheet[STATE, 7:13]
-        history[k + 1, middle_at + 6 :] = sheet[STATE, BODY : BODY + N]
-        advance_together(sheet, commands[k], steps - half, step, gate, wrench, fed, layout, p, e)
+        for j in range(1, PARTS):
+            advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
+            measured(sheet, gate, wrench, fed, layout, p, e, row)
+            _remember(sheet, row, lagging, tach, part, history[now + j])
+        advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):
             if not np.isfinite(sheet[STATE, j]):
                 return k
-    past[:] = history[K]
+    past[:] = history[PARTS * K :].reshape(past.size)
     return K
 
 
@@ -226,48 +224,54 @@ def _charged(body, charge):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _then(history, k, ago, period, halved, middle_at, out):  # type: ignore[no-untyped-def]
-    """Fill `out` with what was believed `ago` periods before instant k, in a history up to it.
+def _remember(sheet, row, lagging, tach, part, out):  # type: ignore[no-untyped-def]
+    """Fill a row of the history with the state; lagging: what tachometers tell, moved on by a part of a period."""
+    out[:_KNOWN] = row[:_KNOWN]
+    N = tach.shape[0]
+    for i in range(N):
+        n, lag = row[_KNOWN + i], PARTS * tach[i, 1]
+        lagging[i] = n + (np.exp(-1.0 / lag) * (lagging[i] - n) if lag > 0.0 else 0.0)
+        out[_KNOWN + i] = lagging[i]
+        out[_KNOWN + N + i] = (n - lagging[i]) / lag if lag > 0.0 else part * sheet[SLOPE, BODY + i]
+
+
+@inlined
+def _then(history, now, ago, part, out):  # type: ignore[no-untyped-def]
+    """Fill `out` with what was believed `ago` periods before the instant of row `now`, in a history up to it.
 
     Velocities bend where a thruster starts, by more than a gyro's noise within a period.
     """
-    first, share = _place(k, ago)
+    first, share = _place(now, ago)
     for j in range(_KNOWN):
         a, b = history[first, j], history[first + 1, j]
         if 7 <= j < 13:
-            slopes = period * history[first, j + 6], period * history[first + 1, j + 6]
-            out[j] = _between(a, b, slopes[0], slopes[1], history[first, middle_at + j - 7], halved, share)
+            out[j] = _between(a, b, part * history[first, j + 6], part * history[first + 1, j + 6], False, share)
         else:
             out[j] = a + share * (b - a)
 
 
 @inlined
-def _place(k, ago):  # type: ignore[no-untyped-def]
-    """Return the row of a history before what was `ago` periods before instant k, and the share of a period after it.
-
-    Row k + 1 is that of instant k; beyond it the share is above 1.
-    """
-    at = max(k + 1 - ago, 0.0)
-    first = min(int(at), k)
+def _place(now, ago):  # type: ignore[no-untyped-def]
+    """Return the row of a history before what was `ago` periods before that of row `now`, and the share of a part after
+    it; beyond `now` the share is above 1."""
+    at = max(now - PARTS * ago, 0.0)
+    first = min(int(at), now - 1)
     return first, at - first
 
 
 @inlined
-def _between(a, b, slope_a, slope_b, middle, halved, share):  # type: ignore[no-untyped-def]
-    """Return the value at a share of a period between its ends a and b.
+def _between(a, b, slope_a, slope_b, starts, share):  # type: ignore[no-untyped-def]
+    """Return the value at a share of a part of a period between its ends a and b, with the slopes there over the part.
 
-    It has the slopes there, over the period, and the value `middle` at the share `halved`, 0: nowhere. Beyond the end
-    it goes on with the slope there.
+    starts: whether the slope jumps at the first end, to another than slope_a, as that of a rotor does where a command
+    comes. Beyond the last end the value goes on with the slope there.
     """
     if share > 1.0:
         return b + (share - 1.0) * slope_b
     line = b - a
-    first, both = slope_a - line, line - slope_b
-    more = 0.0
-    if halved > 0.0:
-        bend = (middle - a - halved * line) / (halved * (1.0 - halved))
-        more = ((both - first) * halved - (bend - first)) / (halved * (1.0 - halved))
-    return a + share * line + share * (1.0 - share) * (first + share * (both - first - more + share * more))
+    last = line - slope_b
+    first = last if starts else slope_a - line
+    return a + share * line + share * (1.0 - share) * (first + share * (last - first))
 
 
 @compiled

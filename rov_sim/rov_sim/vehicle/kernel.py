@@ -15,11 +15,12 @@ from rov_sim.vehicle.rates import (
     rates,
     relative_velocity,
     supply_left,
-    thruster_row,
 )
 from rov_sim.vehicle.tables import (
     AFTER,
+    AMBIENT,
     AT,
+    AXIAL,
     BEFORE,
     BODY,
     END,
@@ -31,8 +32,9 @@ from rov_sim.vehicle.tables import (
     MIDDLE,
     REACHED,
     SLOPE,
+    SPEED,
     STATE,
-    THRUST,
+    TORQUE,
     TURNING,
     WIRING,
 )
@@ -201,19 +203,15 @@ def measured(sheet, gate, wrench, body, layout, p, e, out):  # type: ignore[no-u
     for i in range(BODY + 4 * N):
         sheet[AT, i] = sheet[STATE, i]
     rates(sheet, AT, gate, wrench, body, layout, p, e)
-    supply = supply_left(sheet, AT, body, p, e)
     out[:BODY] = sheet[STATE, :BODY]
     out[BODY : BODY + 6] = sheet[SLOPE, 7:BODY]
-    out[BODY + 6], out[BODY + 7] = supply, load_share(sheet, AT, p, e)
-    nu_1, nu_2, _ = relative_velocity(sheet, AT, body)
+    out[BODY + 6], out[BODY + 7] = supply_left(sheet, AT, body, p, e), load_share(sheet, AT, p, e)
+    interact(sheet, layout)
     at = BODY + 8
     for i in range(N):
-        row = thruster_row(i, sheet, AT, inflow_at(i, nu_1, nu_2, layout), gate, supply, layout, p, e)
-        out[at + i], out[at + N + i], out[at + 2 * N + i] = row[2], row[3], row[4]
-        out[at + 3 * N + i], out[at + 5 * N + i] = sheet[STATE, BODY + 2 * N + i], row[6]
-        sheet[THRUST, i] = row[5]
-    interact(sheet, layout)
-    out[at + 4 * N : at + 5 * N] = sheet[LEFT, :N]
+        out[at + i], out[at + N + i], out[at + 2 * N + i] = sheet[SPEED, i], sheet[AXIAL, i], sheet[AMBIENT, i]
+        out[at + 3 * N + i], out[at + 4 * N + i] = sheet[STATE, BODY + 2 * N + i], sheet[LEFT, i]
+        out[at + 5 * N + i] = sheet[TORQUE, i]
 
 
 @compiled

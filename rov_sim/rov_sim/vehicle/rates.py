@@ -14,6 +14,8 @@ Functions read the row `at` of a sheet; columns, `body`, `layout`: see `tables`.
 import numpy as np
 
 from rov_sim.vehicle.tables import (
+    AMBIENT,
+    AXIAL,
     BODY,
     FORWARD,
     INFLOW,
@@ -23,8 +25,10 @@ from rov_sim.vehicle.tables import (
     REVERSE,
     SCALE,
     SLOPE,
+    SPEED,
     TAU,
     THRUST,
+    TORQUE,
     TURNING,
 )
 from thruster_model.compilation import inlined
@@ -97,7 +101,7 @@ def interact(sheet, layout):  # type: ignore[no-untyped-def]
 
 @inlined
 def rates(sheet, at, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
-    """Fill row SLOPE with the rates of the state in row `at`."""
+    """Fill row SLOPE with the rates of the state in row `at`, and rows SPEED to TORQUE with the thrusters' there."""
     N = layout.shape[0]
     q = (sheet[at, 3], sheet[at, 4], sheet[at, 5], sheet[at, 6])
     nu_1, nu_2, flow = relative_velocity(sheet, at, body)
@@ -105,7 +109,8 @@ def rates(sheet, at, gate, wrench, body, layout, p, e):  # type: ignore[no-untyp
     for i in range(N):
         row = thruster_row(i, sheet, at, inflow_at(i, nu_1, nu_2, layout), gate, supply, layout, p, e)
         sheet[SLOPE, BODY + i], sheet[SLOPE, BODY + N + i] = row[0], row[1]
-        sheet[THRUST, i] = row[5]
+        sheet[SPEED, i], sheet[AXIAL, i], sheet[AMBIENT, i] = row[2], row[3], row[4]
+        sheet[THRUST, i], sheet[TORQUE, i] = row[5], row[6]
     _gather_wrench(sheet, at, nu_1, nu_2, wrench, body, layout)
     gained = _body_rates(sheet, q, nu_1, nu_2, flow, body)
     north, east, down = rotated(q, (sheet[at, 7], sheet[at, 8], sheet[at, 9]))

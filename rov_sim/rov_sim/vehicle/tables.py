@@ -19,9 +19,9 @@ from thruster_model.thruster_rows import ThrusterRows, rows_of
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = [
-    "AFTER", "AT", "BEFORE", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION", "LATE", "LEFT",
-    "MEMORY", "MIDDLE", "REACHED", "REACTION", "REVERSE", "SCALE", "SLOPE", "STATE", "TAU", "THRUST", "TURNING",
-    "WIRING", "Body", "Tables", "empty_sheet", "tables_of",
+    "AFTER", "AMBIENT", "AT", "AXIAL", "BEFORE", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION",
+    "LATE", "LEFT", "MEMORY", "MIDDLE", "REACHED", "REACTION", "REVERSE", "SCALE", "SLOPE", "SPEED", "STATE", "TAU",
+    "THRUST", "TORQUE", "TURNING", "WIRING", "Body", "Tables", "empty_sheet", "tables_of",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -30,10 +30,14 @@ Matrix = tuple[Vector, ...]
 
 BODY = 13
 """Columns of the body's state; those of the thrusters follow."""
-STATE, AT, SLOPE, GAINED, FIRST, MIDDLE, END, REACHED, THRUST, LEFT, TAU, BEFORE, LATE, AFTER, MEMORY = range(15)
+(
+    STATE, AT, SLOPE, GAINED, FIRST, MIDDLE, END, REACHED, SPEED, AXIAL, AMBIENT, THRUST, TORQUE, LEFT, TAU, BEFORE,
+    LATE, AFTER, MEMORY,
+) = range(19)  # fmt: skip
 """Rows of the sheet: state; where rates are taken; rates; what a step gains; throttles at the beginning, the middle and
-the end of a piece; throttles aimed at; thrusts; what others leave of them; wrench; throttles commanded at
-the beginning of a step, until when [s], and then; memory of the first thruster."""
+the end of a piece; throttles aimed at; rotor speeds, axial and ambient flows, thrusts and torques where rates were last
+taken; what others leave of the thrusts; wrench; throttles commanded at the beginning of a step, until when [s], and
+then; memory of the first thruster."""
 FORWARD, REVERSE, INFLOW, SCALE, TURNING, WIRING, REACTION, INTERACTION = 0, 6, 12, 18, 19, 20, 21, 24
 """First columns of a thruster's row: see `VehicleCoefficients`; the last ones are shares lost per newton of each."""
 _WORST_CONDITION = 1e12

@@ -1,0 +1,116 @@
+"""What a search begins with: wrong wires, or a delay of all commands or of one sensor, or nothing."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.optimize import minimize_scalar
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
+from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis
+from gap_diagnosis.vehicle.learning import prepared
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.refining import Fit, Refined
+from gap_diagnosis.vehicle.rivals import Rivals
+from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled
+from gap_diagnosis.vehicle.side_by_side import side_by_side
+from gap_diagnosis.vehicle.stage import log_prior
+from rov_sim.vehicle.innovations import CHANNELS
+
+__all__ = ["begun"]
+
+
+def begun(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
+    retuned: tuple[list[Prepared], Fit],
+) -> tuple[tuple[list[Prepared], Fit], list[Rivals], list[float]]:  # fmt: skip
+    """Return recordings and fit with the wrong wires, or the delay, without which they are far less likely, rivals of
+    each, and log odds for each; without any: `retuned`.
+
+    Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
+    from. So the believed ones are asked.
+    """
+    far = {
+        k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
+    }
+    switches = [h for h in tried if h.switch and far & {h.thruster, h.other}]
+    delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
+    nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
+    wires = _wired_wrongly(model, logs, switches, nothing)
+    if wires:
+        found = _settled_from_believed(model, logs, free, wires)
+        if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
+            return found, [() for _ in wires], [np.inf for _ in wires]
+    if late_ones := _delayed(model, logs, delays, nothing):
+        late, *others = late_ones
+        found = _settled_from_believed(model, logs, free, [late])
+        odds = log_evidence(*found) - log_evidence(*retuned) + log_prior(late.hypothesis, tried)
+        if odds > np.log(rules.CLAIM):
+            return found, [tuple((0.0, each) for each in others)], [odds]
+    return retuned, [], []
+
+
+def _settled_from_believed(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
+    first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    return settled(model, logs, free, first, on, {}, anew=True)
+
+
+def _wired_wrongly(
+    model: Model, logs: Sequence[VehicleLog], switches: list[Hypothesis], nothing: float
+) -> list[Refined]:  # fmt: skip
+    """Return the wrong wires with which believed numbers foresee recordings far better; nothing: without any.
+
+    A thruster that they would rather have stopped is not wired wrongly; whether it has stopped is told from among all
+    effects, most of which would do as well here.
+    """
+    on: list[Refined] = []
+    best = nothing
+    while switches and len(on) < rules.MOST_EFFECTS:
+        scores = side_by_side(lambda h: _foreseen(model, logs, [*on, _of_size(h)]), switches)
+        likeliest = switches[scores.index(max(scores))]
+        if max(scores) < best + np.log(rules.CLAIM):
+            break
+        switches.remove(likeliest)
+        if likeliest.effect in WIRING:
+            best = max(scores)
+            on.append(_of_size(likeliest))
+        else:
+            switches = [h for h in switches if likeliest.thruster not in (h.thruster, h.other)]
+    return on
+
+
+def _delayed(
+    model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
+) -> list[Refined]:  # fmt: skip
+    """Return the delays of all alike with which believed numbers foresee recordings far better, each at its best size,
+    the likeliest first."""
+    tried = [_of_size(h, size) for h in delays for size in h.further]
+    scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
+    if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
+        return []
+    order = sorted(range(len(tried)), key=lambda j: -scores[j])
+    found = []
+    for h in list(dict.fromkeys(tried[j].hypothesis for j in order))[: rules.REFINED_LATE]:
+
+        def of(size: float, h: Hypothesis = h) -> float:
+            return -_foreseen(model, logs, [_of_size(h, (float(size),))])
+
+        longest = h.further[-1][0]
+        best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
+        found.append((float(best.fun), _of_size(h, (float(best.x),))))
+    return [each for _, each in sorted(found, key=lambda each: each[0])]
+
+
+def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:
+    return Refined(hypothesis=h, sizes=sizes, deviations=())
+
+
+def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Refined]) -> float:
+    """Return the log likelihood of recordings under the believed numbers, with effects on."""
+    found = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    rotors = slice(CHANNELS, CHANNELS + model.thrusters)
+    return sum(log_likelihood(p) - 0.5 * float(np.sum(whitened(p, p.base)[:, rotors] ** 2)) for p in found)
