@@ -10,7 +10,7 @@ from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import stated_rate
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.watching import Watch
 from run_bag import RunError
 from run_bag.command_line import user_arguments
@@ -34,8 +34,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(user_arguments(arguments))
     try:
         model = load_model(given.vehicle, given.set, given.sensors)
-        values, noises = baseline(model, [read_log(path, model.thrusters) for path in given.baseline])
-        log = read_log(given.run, model.thrusters)
+        healthy, model = read_logs(given.baseline, model)
+        values, noises = baseline(model, healthy)
+        (log,), _ = read_logs([given.run], model, model.period)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1

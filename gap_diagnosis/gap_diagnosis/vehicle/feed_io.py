@@ -25,13 +25,16 @@ _NANO = 1_000_000_000
 class Feed:
     """Collects readings by channel; `piece` gives what has become complete."""
 
-    def __init__(self, thrusters: int, piece: float = 1.0, late: float = 0.15, silence: float = 1.0) -> None:
-        """Pieces of so many seconds; one is complete when all is known up to `late` [s] after its end.
+    def __init__(
+        self, thrusters: int, period: float = PERIOD, piece: float = 1.0, late: float = 0.15, silence: float = 1.0
+    ) -> None:
+        """Pieces of about so many seconds, in whole periods; one is complete when all is known up to `late` [s] after.
 
         A throttle is silent after `silence` [s], by the stamps of all readings: far longer than any loop's period.
         """
         self._thrusters, self._late = thrusters, round(late * _NANO)
-        self._piece, self._silence = round(piece * _NANO), round(silence * _NANO)
+        self._period, self._count = period, max(round(piece / period), 1)
+        self._piece, self._silence = round(self._count * period * _NANO), round(silence * _NANO)
         self._stamps: dict[str, list[int]] = defaultdict(list)
         self._values: dict[str, list[float]] = defaultdict(list)
         self._throttles: dict[int, int] = {}
@@ -83,8 +86,8 @@ class Feed:
         begin, self._next = self._next, end
         run = Run(name="watched", channels=self._channels(begin - round(_KEPT * _NANO)))
         first = (begin - run.start) / _NANO
-        grid = np.asarray(first + PERIOD * np.arange(round(self._piece / _NANO / PERIOD)), dtype=np.float64)
-        return log_of(run, self._thrusters, grid=grid)
+        grid = np.asarray(first + self._period * np.arange(self._count), dtype=np.float64)
+        return log_of(run, self._thrusters, self._period, grid)
 
     def _channels(self, oldest: int) -> dict[str, Channel]:
         """Return all readings from the oldest instant [ns] on, and forget what came before."""

@@ -24,7 +24,7 @@ from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import stated_rate
 from gap_diagnosis.vehicle.feed_io import Feed
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.watching import Alarm, Watch
 from run_bag import RunError
 from thruster_model.errors import ThrusterModelError
@@ -81,10 +81,12 @@ class VehicleWatch(Node):
         values = declare(self, PARAMETERS)
         try:
             model = load_model(values["vehicle"], values["model"] or None)
-            known, noises = baseline(model, [read_log(Path(values["baseline"]), model.thrusters)])
+            healthy, model = read_logs([Path(values["baseline"])], model)
+            known, noises = baseline(model, healthy)
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
-        self._watch, self._feed = Watch(model, noises, known, values["threshold"]), Feed(model.thrusters)
+        self._watch = Watch(model, noises, known, values["threshold"])
+        self._feed = Feed(model.thrusters, model.period)
         self._report_failures, self._reported = values["report_failures"], set[int]()
         self._diagnostics = Diagnostics(self)
         self._failures = RecordPublisher(self, ThrusterFailure, "rov/thruster_failure")

@@ -51,6 +51,20 @@ def test_throttles_need_not_be_stamped_alike(apart: int) -> None:
     assert np.isfinite(np.concatenate([piece.told[:, 3:6] for piece in vehicle.pieces[1:]])).all()
 
 
+def test_commands_of_another_rate_change_at_the_instants_of_a_filter_of_their_period() -> None:
+    period = 0.05
+    for filtered, mixed in ((period, False), (0.04, True)):
+        feed, pieces = Feed(1, filtered), []
+        for k in range(200):
+            stamp = BEGUN + round(k * period * NANO)
+            feed.add(stamp, {f"rov/imu.angular_velocity.{axis}": 0.1 for axis in "xyz"})
+            feed.add_throttle(0, stamp, float(k % 2))
+            if (piece := feed.piece()) is not None:
+                pieces.append(piece)
+        told = np.concatenate([piece.throttles for piece in pieces[1:]])
+        assert bool(np.any((told > 1e-6) & (told < 1.0 - 1e-6))) is mixed
+
+
 def test_all_is_known_up_to_the_least_of_the_latest_stamps() -> None:
     feed = Feed(2)
     assert feed.known is None

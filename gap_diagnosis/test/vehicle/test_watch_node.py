@@ -103,7 +103,7 @@ class Scene:
 
 @pytest.fixture
 def scene(monkeypatch: pytest.MonkeyPatch, context: Context, spun: Callable[..., Executor]) -> Scene:
-    monkeypatch.setattr(watch_node, "read_log", lambda *_: None)
+    monkeypatch.setattr(watch_node, "read_logs", lambda _, model: ([], model))
     monkeypatch.setattr(watch_node, "baseline", lambda *_: ({}, None))
     monkeypatch.setattr(watch_node, "Watch", Told)
     return Scene(context, spun, report_failures=True)
