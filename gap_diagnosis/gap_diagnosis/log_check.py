@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
+from scipy.stats import binom
 
 from thruster_model.identification.preparation import noise_level
 
@@ -19,6 +20,8 @@ __all__ = [
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
+_BY_CHANCE = 1e-4  # probability of so many repeats, below which they are the log's
+_NEIGHBOURS_OF_NONE = 3  # differences about as small as the smallest, where readings have no step
 _WANDERS = 0.7  # share of the deviation of stamps that lasts longer than some fifty samples
 
 
@@ -60,7 +63,7 @@ def repeated_samples(values: Array) -> Mask:
     Stretches of zeros and long constant stretches are the sensor's, not the log's. Where values lie on a lattice,
     chance repeats some: nothing is marked unless there are three times as many as the noise would repeat. By chance a
     reading is the next value up or down, each, as often as it is the same again: so it is on whole rpm, too, of which a
-    rotor runs through too many to show a lattice.
+    rotor runs through too many to show a lattice. There must be more than that by far.
     """
     same = np.zeros(values.size, dtype=bool)
     same[1:] = (values[1:] == values[:-1]) & (values[1:] != 0.0)
@@ -71,13 +74,13 @@ def repeated_samples(values: Array) -> Mask:
     share = float(np.mean(same))
     apart = np.abs(np.diff(values))
     apart = apart[apart > 1e-9 * np.ptp(values)]
-    next_value = np.count_nonzero(apart < 1.5 * np.min(apart, initial=np.inf))
-    chance = 0.5 * float(next_value + 2) / values.size
-    step = lattice_step(values[~same])
-    if step > 0.0:
-        noise = noise_level(values)
-        chance = max(chance, 1.0 if not noise > 0.0 else min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)))
-    return same if share >= max(0.003, 3.0 * chance) else np.zeros(values.size, dtype=bool)
+    next_value = int(np.count_nonzero(apart < 1.5 * np.min(apart, initial=np.inf)))
+    repeats = int(np.count_nonzero(same))
+    on_steps = next_value > _NEIGHBOURS_OF_NONE
+    by_chance = on_steps and binom.sf(repeats - 1, repeats + next_value, 1.0 / 3.0) > _BY_CHANCE
+    step, noise = lattice_step(values[~same]), noise_level(values)
+    most = min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)) if noise > 0.0 else float(step > 0.0)
+    return same if not by_chance and share >= max(0.003, 3.0 * most) else np.zeros(values.size, dtype=bool)
 
 
 def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:

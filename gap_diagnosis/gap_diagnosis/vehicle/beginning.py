@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.rivals import Rivals
-from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled
+from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled_from_believed
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
 from rov_sim.vehicle.innovations import CHANNELS
@@ -39,24 +39,16 @@ def begun(
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
     wires = _wired_wrongly(model, logs, switches, nothing)
     if wires:
-        found = _settled_from_believed(model, logs, free, wires)
+        found = settled_from_believed(model, logs, free, wires)
         if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
             return found, [() for _ in wires], [np.inf for _ in wires]
     if late_ones := _delayed(model, logs, delays, nothing):
         late, *others = late_ones
-        found = _settled_from_believed(model, logs, free, [late])
+        found = settled_from_believed(model, logs, free, [late])
         odds = log_evidence(*found) - log_evidence(*retuned) + log_prior(late.hypothesis, tried)
         if odds > np.log(rules.CLAIM):
             return found, [tuple((0.0, each) for each in others)], [odds]
     return retuned, [], []
-
-
-def _settled_from_believed(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
-    first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
-    return settled(model, logs, free, first, on, {}, anew=True)
 
 
 def _wired_wrongly(

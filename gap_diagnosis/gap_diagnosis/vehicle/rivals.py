@@ -1,6 +1,6 @@
 """Accepted effects weighed again beside those that came later: what is spare goes, what is likelier takes its place."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,30 +9,19 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
-from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.settling import settled_with
 from gap_diagnosis.vehicle.stage import log_prior
 
-__all__ = ["Rivals", "exchanged", "settled_with", "spare_of"]
+__all__ = ["Rivals", "exchanged", "spare_of"]
 
 Rivals = tuple[tuple[float, Refined], ...]
 """Of an accepted effect, with their log odds against it, best first."""
 _BETTER = float(np.log(rules.SUSPECTED))
 """Log odds from which on a rival takes the place of an accepted effect."""
-
-
-def settled_with(
-    effects: Sequence[Refined], model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
-    values: Mapping[Key, float],
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit as `settled` does with these effects on, noises learned from those of the runs."""
-    on = [a.active for a in effects]
-    again = prepared(model, logs, values, on, start=learned_from(runs), rounds=rules.LEARNED)
-    return settled(model, logs, free, again, effects, values)
 
 
 def spare_of(

@@ -14,9 +14,9 @@ from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
-from gap_diagnosis.vehicle.rivals import Rivals, exchanged, settled_with, spare_of
+from gap_diagnosis.vehicle.rivals import Rivals, exchanged, spare_of
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
-from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.settling import log_evidence, settled, settled_from_believed, settled_with
 from gap_diagnosis.vehicle.stage import Stage, stage_at
 
 __all__ = ["Found", "search"]
@@ -70,6 +70,13 @@ def search(
     left: Rivals = ()
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
+        if fit.effects and stage.leaves_more:
+            # numbers and noises that had to do without the last effect may have led its fit to where it does not belong
+            again = settled_from_believed(model, logs, free, fit.effects)
+            if log_evidence(*again) > stage.log_evidence + rules.SETTLED:
+                told(f"fitted from the believed numbers: {again[1].effects[-1].sizes}")
+                runs, fit = again
+                stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")

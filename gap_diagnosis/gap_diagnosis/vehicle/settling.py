@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.model import Key, Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 
-__all__ = ["likelihood", "log_evidence", "settled"]
+__all__ = ["likelihood", "log_evidence", "settled", "settled_from_believed", "settled_with"]
 
 
 def settled(
@@ -47,6 +47,24 @@ def settled(
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)
+
+
+def settled_with(
+    effects: Sequence[Refined], model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    values: Mapping[Key, float],
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with these effects on, noises learned from those of the runs."""
+    on = [a.active for a in effects]
+    again = prepared(model, logs, values, on, start=learned_from(runs), rounds=rules.LEARNED)
+    return settled(model, logs, free, again, effects, values)
+
+
+def settled_from_believed(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
+    first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    return settled(model, logs, free, first, on, {}, anew=True)
 
 
 def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:

@@ -47,6 +47,13 @@ class Stage:
         """Of the recordings with what is on, comparable over noises."""
         return log_evidence(self.screen.runs, self.fit)
 
+    @property
+    def leaves_more(self) -> bool:
+        """Whether a further effect, or something without a name, seems to be at work beside what is on."""
+        offered = max((odds for odds, _ in self.offered), default=-np.inf)
+        nameless = max((gain for gain, _ in self.nameless), default=-np.inf)
+        return bool(offered > np.log(rules.CLAIM) or nameless > rules.NAMELESS)
+
 
 def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
     """Return that of a hypothesis: shared evenly by effects, then by the places where each can be."""
