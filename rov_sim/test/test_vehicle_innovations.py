@@ -49,8 +49,9 @@ def run(
     told = np.full((K, CHANNELS), np.nan)
     out: list[Any] = [np.empty((K, CHANNELS)), np.empty((K, N)), np.empty((K, 2)), np.empty((K, states_width(N)))]
     kernel: Any = innovations
+    held = np.repeat(throttles[:, None], PARTS, axis=1)
     done = kernel(
-        sheet_of(settings), throttles, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98, *settings.tables,
+        sheet_of(settings), held, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
         battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),

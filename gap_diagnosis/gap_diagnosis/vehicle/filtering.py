@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Key, Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
+from rov_sim.vehicle.innovations import PARTS, innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
@@ -76,8 +76,8 @@ def initial_state(log: VehicleLog) -> VehicleState:
             velocity[to : to + 3] = first[0]
     thrusters = np.zeros((log.thrusters, 4))
     speeds = np.nan_to_num(log.speeds[0])
-    thrusters[:, 0] = speeds if log.signed else speeds * np.sign(log.throttles[0])
-    thrusters[:, 2] = log.throttles[0]
+    thrusters[:, 0] = speeds if log.signed else speeds * np.sign(log.commands[0, 0])
+    thrusters[:, 2] = log.commands[0, 0]
     return VehicleState(
         np.array([0.0, 0.0, depth[0] if len(depth) else 0.0]),
         q[0] if len(q) else np.array([1.0, 0.0, 0.0, 0.0]),
@@ -116,13 +116,14 @@ def _shifted(
 def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
     """Return a log whose commands act later, by more and more.
 
-    They do by whole periods, to the nearest; by the rest readings tell of an earlier state, or a later one. A mean of
-    the commands of two periods would be another drive, across a dead zone.
+    They do by whole parts of a period, to the nearest; by the rest readings tell of an earlier state, or a later one. A
+    mean of two commands would be another drive, across a dead zone.
     """
     total = (late + rate * log.period * np.arange(log.count)) / log.period
-    whole = np.ceil(total - 0.5).astype(int)
-    row = np.clip(np.arange(log.count) - whole, 0, log.count - 1)
-    return replace(log, throttles=log.throttles[row], lateness=log.lateness + (total - whole)[:, None])
+    whole = np.ceil(PARTS * total - 0.5).astype(int)
+    part = np.clip(np.arange(PARTS * log.count).reshape(-1, PARTS) - whole[:, None], 0, PARTS * log.count - 1)
+    commands = log.commands.reshape(-1, log.thrusters)[part]
+    return replace(log, commands=commands, lateness=log.lateness + (total - whole / PARTS)[:, None])
 
 
 def followed(log: VehicleLog) -> Array:
@@ -140,7 +141,7 @@ def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[n
     )
     kernel: Any = innovations
     done = kernel(
-        sheet_of(built.settings), np.ascontiguousarray(log.throttles), *built.steps(log.period),
+        sheet_of(built.settings), np.ascontiguousarray(log.commands), *built.steps(log.period),
         np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
         built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
         gains, speed_gains, charge, np.full(past_width(N), np.nan), *out,
@@ -162,7 +163,7 @@ def foreseen(
     K, N = throttles.shape
     row = np.arange(K) % like.count
     blank = replace(
-        like, name="foreseen", throttles=throttles, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)),
+        like, name="foreseen", commands=held(throttles), attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)),
         told=np.zeros((K, 13)), speeds=np.zeros((K, N)), battery=np.zeros((K, 2)),
         lateness=np.zeros((K, like.lateness.shape[1])),
     )  # fmt: skip
@@ -284,9 +285,9 @@ def at_rest(model: Model, log: VehicleLog, noises: Noises) -> NDArray[np.bool_]:
     What disturbs a rotor is its drive; at rest there is none. Corrected by a tachometer's noise there it would stir the
     axial flow, and an idle thruster in a stream drags from when it is stirred.
     """
-    u = log.throttles
+    u = log.commands
     edges = np.array([(p.delta_u1, p.delta_u2) for p in (s.coefficients for s in model.sets)])
-    undriven = (u >= edges[:, 0]) & (u <= edges[:, 1])
+    undriven = np.all((u >= edges[:, 0]) & (u <= edges[:, 1]), axis=1)
     return undriven & (
         np.abs(np.nan_to_num(log.speeds)) < rules.MOST_DEVIATIONS * np.nan_to_num(noises.speed, nan=np.inf)
     )

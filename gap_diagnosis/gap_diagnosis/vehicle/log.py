@@ -2,14 +2,16 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.oddities import Oddity
 from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, LEAST_TIME
+from rov_sim.vehicle.innovations import PARTS
 
-__all__ = ["VehicleLog", "told_in", "wanting"]
+__all__ = ["VehicleLog", "held", "told_in", "wanting"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +23,7 @@ class VehicleLog:
     Attributes:
         name: of the recording.
         period: between instants [s].
-        throttles: (K, N) [V], mean over the period that begins at the instant.
+        commands: (K, PARTS, N) [V], that act in each part of the period that begins at the instant, see `innovations`.
         attitude: (K, 4), (w, x, y, z), body to earth.
         told: (K, 13): gyro 3-5 [rad/s], specific force 6-8 [m/s^2], depth 9 [m], velocity 10-12 [m/s].
         speeds: (K, N) [rad/s]; signed: whether they tell the direction.
@@ -36,7 +38,7 @@ class VehicleLog:
 
     name: str
     period: float
-    throttles: Array
+    commands: Array
     attitude: Array
     told: Array
     speeds: Array
@@ -53,12 +55,17 @@ class VehicleLog:
     @property
     def count(self) -> int:
         """Number of instants."""
-        return len(self.throttles)
+        return len(self.commands)
 
     @property
     def thrusters(self) -> int:
         """Number of thrusters."""
-        return self.throttles.shape[1]
+        return self.commands.shape[2]
+
+    @cached_property
+    def throttles(self) -> Array:
+        """(K, N) [V], mean over the period that begins at the instant."""
+        return np.asarray(self.commands.mean(axis=1))
 
     @property
     def duration(self) -> float:
@@ -88,8 +95,13 @@ class VehicleLog:
 
     def part(self, first: int, last: int) -> "VehicleLog":
         """Return instants first to before last."""
-        cut = ("throttles", "attitude", "told", "speeds", "battery", "lateness")
+        cut = ("commands", "attitude", "told", "speeds", "battery", "lateness")
         return replace(self, **{name: getattr(self, name)[first:last] for name in cut})  # type: ignore[arg-type]
+
+
+def held(throttles: Array) -> Array:
+    """Return commands (K, PARTS, N) of throttles (K, N) that are held through each period."""
+    return np.repeat(throttles[:, None, :], PARTS, axis=1)
 
 
 def told_in(logs: Sequence[VehicleLog]) -> dict[str, bool]:

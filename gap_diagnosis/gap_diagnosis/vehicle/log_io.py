@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import PERIOD
-from rov_sim.vehicle.innovations import LATE
+from rov_sim.vehicle.innovations import LATE, PARTS
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
 
@@ -66,7 +66,7 @@ def _read(path: Path) -> Run:
 def suited_period(runs: Sequence[Run], thrusters: int) -> float:
     """Return the period [s] near the usual one at which commands change at its instants only, where they are regular.
 
-    A command that changes within a period acts there as its mean: across a dead zone that is another drive.
+    One that changes within a part of a period acts from the nearer edge of that part on.
     """
     spacings = []
     for time in (each[0] for run in runs for i in range(thrusters) if (each := _throttle(run, i)) is not None):
@@ -122,7 +122,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         _refuse_pause(run.name, count, period, [t for t, _ in (*given, moving)])
         grid = start + period * np.arange(count)
     K = grid.size
-    held = [np.zeros(K) if each is None else _held_mean(*each, grid, period) for each in throttles]
+    commands = [np.zeros((K, PARTS)) if each is None else _acting(*each, grid, period) for each in throttles]
     missing = [i for i, each in enumerate(throttles) if each is None]
     if missing:
         notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
@@ -143,9 +143,9 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         lateness[:, LATE.index("battery")] = late
         power[:, 1] = -power[:, 1]
     return VehicleLog(
-        name=run.name, period=period, throttles=np.column_stack(held), attitude=quaternions, told=told, speeds=speeds,
-        battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise, battery_noise=power_noise,
-        signed=signed, start=run.start, notes=tuple(notes), oddities=tuple(odd or ()),
+        name=run.name, period=period, commands=np.stack(commands, axis=2), attitude=quaternions, told=told,
+        speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
+        battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), oddities=tuple(odd or ()),
     )  # fmt: skip
 
 
@@ -236,6 +236,20 @@ def _rates(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Array,
 
 def _turned(q: Array) -> bool:
     return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
+
+
+def _acting(time: Array, values: Array, grid: Array, period: float) -> Array:
+    """Return what acts in each part of each period (K, PARTS) of a value that is held from its instant on.
+
+    It is that of the part's middle: a mean of two commands would be another drive, across a dead zone. Of faster
+    commands it is their mean. Zero before the first one.
+    """
+    part = period / PARTS
+    begin: Array = (grid[:, None] + part * np.arange(PARTS)).ravel()
+    if time.size > 1 and float(np.median(np.diff(time))) < 0.9 * part:
+        return _held_mean(time, values, begin, part).reshape(-1, PARTS)
+    k = np.searchsorted(time, begin + 0.5 * part, side="right") - 1
+    return np.where(k >= 0, values[np.maximum(k, 0)], 0.0).reshape(-1, PARTS)
 
 
 def _held_mean(time: Array, values: Array, grid: Array, period: float) -> Array:

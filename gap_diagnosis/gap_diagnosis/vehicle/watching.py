@@ -100,7 +100,7 @@ class _Branch:
         carried = self._wrench * keep[:-1, None]
         kernel: Any = innovations
         done = kernel(
-            self._sheet, np.ascontiguousarray(log.throttles), *self._steps, carried,
+            self._sheet, np.ascontiguousarray(log.commands), *self._steps, carried,
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
             log.lateness, gains, speed_gains, self._charge, self._past, *out,
         )  # fmt: skip

@@ -15,20 +15,25 @@ from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import _shifted, at_rest, prepared_with, whitened
 from gap_diagnosis.vehicle.learning import first_noises
+from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_log
 from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import states_of
+from rov_sim.vehicle.innovations import PARTS, states_of
 from run_bag import write_run
 
 
-def test_commands_act_later_by_whole_periods_and_readings_tell_of_earlier_states_by_the_rest() -> None:
-    log: Any = VehicleLogStub(period=0.04, throttles=np.array([[0.0], [4.0], [3.0], [0.0]]), lateness=np.zeros((4, 6)))
-    for late, throttles, rest in ((0.01, [0.0, 4.0, 3.0, 0.0], 0.25), (0.03, [0.0, 0.0, 4.0, 3.0], -0.25)):
-        for sign, acting in ((1.0, throttles), (-1.0, [0.0, 4.0, 3.0, 0.0] if rest > 0.0 else [4.0, 3.0, 0.0, 0.0])):
-            shifted = _shifted(log, {("late", "commands"): sign * late})
-            assert shifted.throttles[:, 0].tolist() == acting
-            assert shifted.lateness == pytest.approx(sign * rest)
+def test_commands_act_later_by_parts_of_a_period_and_readings_tell_of_earlier_states_by_the_rest() -> None:
+    commands = np.array([0.0, 4.0, 3.0, 0.0, 1.0, 2.0, 5.0, 6.0]).reshape(2, PARTS, 1)
+    log: Any = VehicleLogStub(period=0.04, commands=commands, lateness=np.zeros((2, 6)))
+    for late, acting, rest in (
+        (0.004, [0.0, 4.0, 3.0, 0.0, 1.0, 2.0, 5.0, 6.0], 0.1), (0.012, [0.0, 0.0, 4.0, 3.0, 0.0, 1.0, 2.0, 5.0], 0.05),
+        (-0.012, [4.0, 3.0, 0.0, 1.0, 2.0, 5.0, 6.0, 6.0], -0.05),
+        (0.05, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 3.0], 0.0),
+    ):  # fmt: skip
+        shifted = _shifted(log, {("late", "commands"): late})
+        assert shifted.commands.ravel().tolist() == acting
+        assert shifted.lateness == pytest.approx(rest, abs=1e-9)
     assert _shifted(log, {}) is log
 
 
@@ -37,9 +42,10 @@ class VehicleLogStub:
     """What is shifted of a log."""
 
     period: float
-    throttles: np.ndarray
+    commands: np.ndarray
     lateness: np.ndarray
-    count: int = 4
+    count: int = 2
+    thrusters: int = 1
 
 
 CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] * 3)
@@ -110,7 +116,7 @@ def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -
 
 
 def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:
-    log: Any = SimpleNamespace(throttles=np.array([[0.0, 0.0, 3.0]]), speeds=np.array([[1.0, 40.0, 1.0]]))
+    log: Any = SimpleNamespace(commands=held(np.array([[0.0, 0.0, 3.0]])), speeds=np.array([[1.0, 40.0, 1.0]]))
     noises: Any = SimpleNamespace(speed=np.array([1.2, 1.2, 1.2]))
     model: Any = SimpleNamespace(sets=[SimpleNamespace(coefficients=SimpleNamespace(delta_u1=-0.8, delta_u2=0.8))] * 3)
     assert at_rest(model, log, noises).tolist() == [[True, False, False]]

@@ -46,14 +46,14 @@ def test_throttles_need_not_be_stamped_alike(apart: int) -> None:
     vehicle.sail(0.0, 10.0)
     assert len(vehicle.pieces) == 9
     told = np.concatenate([piece.throttles for piece in vehicle.pieces])
-    # a value that tells its own time, held: over the period k its mean is 0.04 k, whatever its offset to it
-    assert told[1:] == pytest.approx(0.04 * np.arange(1, 225)[:, None] + np.zeros(3))
+    # a value that tells its own time, held: over the period k its mean is 0.04 k, whatever its offset, to half a part
+    assert told[1:] == pytest.approx(0.04 * np.arange(1, 225)[:, None] + np.zeros(3), rel=0.0, abs=0.005)
     assert np.isfinite(np.concatenate([piece.told[:, 3:6] for piece in vehicle.pieces[1:]])).all()
 
 
-def test_commands_of_another_rate_change_at_the_instants_of_a_filter_of_their_period() -> None:
+def test_commands_of_another_rate_are_not_mixed_and_change_at_the_instants_of_a_filter_of_their_period() -> None:
     period = 0.05
-    for filtered, mixed in ((period, False), (0.04, True)):
+    for filtered, within in ((period, False), (0.04, True)):
         feed, pieces = Feed(1, filtered), []
         for k in range(200):
             stamp = BEGUN + round(k * period * NANO)
@@ -61,8 +61,9 @@ def test_commands_of_another_rate_change_at_the_instants_of_a_filter_of_their_pe
             feed.add_throttle(0, stamp, float(k % 2))
             if (piece := feed.piece()) is not None:
                 pieces.append(piece)
-        told = np.concatenate([piece.throttles for piece in pieces[1:]])
-        assert bool(np.any((told > 1e-6) & (told < 1.0 - 1e-6))) is mixed
+        told = np.concatenate([piece.commands for piece in pieces[1:]])
+        assert set(np.unique(told)) == {0.0, 1.0}
+        assert bool(np.any(np.diff(told, axis=1) != 0.0)) is within
 
 
 def test_all_is_known_up_to_the_least_of_the_latest_stamps() -> None:
@@ -101,7 +102,7 @@ def test_a_throttle_that_never_comes_is_waited_for_no_longer_than_one_that_falls
     vehicle.sail(0.0, 6.0, thrusters=(0, 2))
     assert vehicle.feed.silent == [1] and len(vehicle.pieces) == 4
     assert np.all(vehicle.pieces[-1].throttles[:, 1] == 0.0)
-    assert np.all(vehicle.pieces[-1].throttles[:, 0] > 3.0)
+    assert np.all(vehicle.pieces[-1].throttles[:, 0] >= 3.0)
 
 
 def test_where_all_throttles_fall_silent_time_goes_on_and_nothing_heaps_up() -> None:

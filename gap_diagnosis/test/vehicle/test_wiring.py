@@ -8,7 +8,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.mounting import MOUNTINGS, mounted, named
 from gap_diagnosis.vehicle.wiring import wiring_of
 from thruster_model.vehicle_set_io import load_vehicle_set
@@ -41,7 +41,7 @@ def driven(
     told[:, 6:9] = acceleration[:, :3] - [0.0, 0.0, 9.81] + 0.03 * rng.normal(size=(K, 3))
     none = np.full(13, np.nan)
     return VehicleLog(
-        name="made here", period=0.04, throttles=u, attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), told=told,
+        name="made here", period=0.04, commands=held(u), attitude=np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), told=told,
         speeds=np.full((K, N), np.nan), battery=np.full((K, 2), np.nan), lateness=np.zeros((K, 5 + N)), noise=none,
         speed_noise=np.full(N, np.nan), battery_noise=np.full(2, np.nan),
     )  # fmt: skip

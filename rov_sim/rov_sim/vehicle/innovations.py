@@ -88,7 +88,8 @@ def innovations(  # type: ignore[no-untyped-def]
     Args:
         sheet: with the state at the first instant; steps, step: of one of the `PARTS` of a period, as in
             `kernel.advance`.
-        commands: (K, N) throttles [V]; extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
+        commands: (K, PARTS, N) throttles [V], that act in each part of a period.
+        extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
         body, layout, p, e: `Tables`; c: `SensorCoefficients`.
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
         attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
@@ -109,7 +110,7 @@ def innovations(  # type: ignore[no-untyped-def]
     commands, extra, attitude, told, speeds, battery = borrowed((commands, extra, attitude, told, speeds, battery))
     gains, speed_gains, out, out_n, out_b, states = borrowed((gains, speed_gains, out, out_n, out_b, states))
     lateness, past = borrowed((lateness, past))
-    K, N = commands.shape
+    K, N = commands.shape[0], commands.shape[2]
     row = np.empty(record_width_of(N))
     gate, w, wrench = np.ones(N), np.zeros(6), np.zeros(6)
     lagging = np.zeros(N)
@@ -181,9 +182,8 @@ def innovations(  # type: ignore[no-untyped-def]
             reached = sheet[STATE, BODY + i]
             first, share = _place(now, lateness[k, 5 + i])
             expected = tach[i, 0] * _between(
-                history[first, n_at + i], history[first + 1, n_at + i], history[first, slope_at + i],
-                history[first + 1, slope_at + i], first % PARTS == 0, share,
-            )  # fmt: skip
+                history[first, n_at + i], history[first + 1, n_at + i], history[first + 1, slope_at + i], share
+            )
             out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
             if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
                 side = 1.0 if c.signed or expected >= 0.0 else -1.0
@@ -201,10 +201,10 @@ def innovations(  # type: ignore[no-untyped-def]
         for j in range(6):
             states[k, 13 + j] = w[j]
         for j in range(1, PARTS):
-            advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
+            advance_together(sheet, commands[k, j - 1], steps, step, gate, wrench, fed, layout, p, e)
             measured(sheet, gate, wrench, fed, layout, p, e, row)
             _remember(sheet, row, lagging, tach, part, history[now + j])
-        advance_together(sheet, commands[k], steps, step, gate, wrench, fed, layout, p, e)
+        advance_together(sheet, commands[k, PARTS - 1], steps, step, gate, wrench, fed, layout, p, e)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):
@@ -245,7 +245,7 @@ def _then(history, now, ago, part, out):  # type: ignore[no-untyped-def]
     for j in range(_KNOWN):
         a, b = history[first, j], history[first + 1, j]
         if 7 <= j < 13:
-            out[j] = _between(a, b, part * history[first, j + 6], part * history[first + 1, j + 6], False, share)
+            out[j] = _between(a, b, part * history[first + 1, j + 6], share)
         else:
             out[j] = a + share * (b - a)
 
@@ -260,18 +260,16 @@ def _place(now, ago):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _between(a, b, slope_a, slope_b, starts, share):  # type: ignore[no-untyped-def]
-    """Return the value at a share of a part of a period between its ends a and b, with the slopes there over the part.
+def _between(a, b, slope, share):  # type: ignore[no-untyped-def]
+    """Return the value at a share of a part of a period between its ends a and b; slope: at b, over the part.
 
-    starts: whether the slope jumps at the first end, to another than slope_a, as that of a rotor does where a command
-    comes. Beyond the last end the value goes on with the slope there.
+    That at the first end is no help: where a command comes a rotor's slope jumps. Beyond the last end the value goes on
+    with the slope there.
     """
     if share > 1.0:
-        return b + (share - 1.0) * slope_b
+        return b + (share - 1.0) * slope
     line = b - a
-    last = line - slope_b
-    first = last if starts else slope_a - line
-    return a + share * line + share * (1.0 - share) * (first + share * (last - first))
+    return a + share * line + share * (1.0 - share) * (line - slope)
 
 
 @compiled
