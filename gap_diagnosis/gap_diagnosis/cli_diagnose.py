@@ -16,7 +16,7 @@ from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.report import diagnosis_report
 from gap_diagnosis.stretches import LENGTH, LONGEST, THINNED
 from run_bag import RunError
-from run_bag.command_line import described, user_arguments
+from run_bag.command_line import described, of_a_vehicle, user_arguments
 from safe_files.whole_files_io import new_folder
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ThrusterModelError
@@ -30,7 +30,7 @@ EXAMPLES = """
 def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> int:
     """Diagnose runs, of a vehicle with `--vehicle`; return the exit status."""
     taken = user_arguments(arguments)
-    if any(each.split("=")[0] == "--vehicle" for each in taken):
+    if of_a_vehicle(taken):
         from gap_diagnosis.vehicle.cli_diagnose_vehicle import main as of_vehicle  # loads the vehicle's model
 
         return of_vehicle(taken, program)

@@ -25,6 +25,11 @@ def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
     return list(utilities.remove_ros_args(args=["program", *given]))[1:]
 
 
+def of_a_vehicle(arguments: Sequence[str]) -> bool:
+    """Return whether arguments name a vehicle's set, and with it another parser."""
+    return any(each.split("=")[0] == "--vehicle" for each in arguments)
+
+
 def described(description: str | None, examples: str) -> dict[str, Any]:
     """Return what a parser says of its program: its purpose, without "Command line:", and lines of examples.
 

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 import typer
 from typer.core import TyperCommand
 
+from run_bag.command_line import of_a_vehicle
+
 
 class Program(NamedTuple):
     """Where a sub-command's `main(arguments, program)` is, what it is for; where it is for runs of a `--vehicle`."""
@@ -64,7 +66,7 @@ def _options_of(name: str) -> list[str]:
 
 def _call(name: str, arguments: list[str]) -> int:
     program = PROGRAMS[name]
-    vehicle = program.of_vehicle and any(each.split("=")[0] == "--vehicle" for each in arguments)
+    vehicle = program.of_vehicle and of_a_vehicle(arguments)
     module = importlib.import_module(program.of_vehicle if vehicle else program.module)
     try:
         return int(module.main(arguments, program=f"thruster {name}"))
