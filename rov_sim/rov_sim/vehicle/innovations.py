@@ -68,7 +68,7 @@ def states_width(thrusters: int) -> int:
 
 
 def past_width(thrusters: int) -> int:
-    """Return how many numbers `innovations` remembers of an instant, of a vehicle with so many thrusters."""
+    """Return how many numbers `innovations` remembers of the period before, of a vehicle with so many thrusters."""
     return PARTS * (_KNOWN + 2 * thrusters)
 
 
