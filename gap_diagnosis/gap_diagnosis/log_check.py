@@ -21,7 +21,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
 _BY_CHANCE = 1e-4  # probability of so many repeats, below which they are the log's
-_NEIGHBOURS_OF_NONE = 3  # differences about as small as the smallest, where readings have no step
+_SMALL, _OFF_STEPS = 15.0, 0.1  # differences in the smallest one; their median distance from whole ones, evenly 0.25
 _WANDERS = 0.7  # share of the deviation of stamps that lasts longer than some fifty samples
 
 
@@ -74,9 +74,10 @@ def repeated_samples(values: Array) -> Mask:
     share = float(np.mean(same))
     apart = np.abs(np.diff(values))
     apart = apart[apart > 1e-9 * np.ptp(values)]
-    next_value = int(np.count_nonzero(apart < 1.5 * np.min(apart, initial=np.inf)))
-    repeats = int(np.count_nonzero(same))
-    on_steps = next_value > _NEIGHBOURS_OF_NONE
+    steps = apart / np.min(apart, initial=np.inf)
+    next_value, repeats = int(np.count_nonzero(steps < 1.5)), int(np.count_nonzero(same))
+    small = steps[steps < _SMALL]
+    on_steps = small.size > 3 and float(np.median(np.abs(small - np.round(small)))) < _OFF_STEPS
     by_chance = on_steps and binom.sf(repeats - 1, repeats + next_value, 1.0 / 3.0) > _BY_CHANCE
     step, noise = lattice_step(values[~same]), noise_level(values)
     most = min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)) if noise > 0.0 else float(step > 0.0)

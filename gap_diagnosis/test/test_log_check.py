@@ -42,11 +42,11 @@ def test_readings_of_a_fine_converter_written_with_few_decimals_are_no_repeats(d
     assert not repeated_samples(readings).any()
 
 
-@pytest.mark.parametrize("noise", [3.0, 6.0, 11.5])
-def test_whole_rpm_of_a_noisy_tachometer_are_no_repeats(noise):
+@pytest.mark.parametrize(("noise", "swing"), [(3.0, 800.0), (6.0, 800.0), (11.5, 800.0), (20.0, 3000.0)])
+def test_whole_rpm_of_a_noisy_tachometer_are_no_repeats(noise, swing):
     for seed in range(60):
         rng, time = np.random.default_rng(seed), np.arange(900) / 20.0
-        speed = 800.0 * np.sin(0.9 * time) * np.sin(0.31 * time) + noise * rng.standard_normal(time.size)
+        speed = swing * np.sin(0.9 * time) * np.sin(0.31 * time) + noise * rng.standard_normal(time.size)
         readings = np.round(speed) * (np.pi / 30.0)
         assert not repeated_samples(readings).any()
         kept = rng.random(time.size) >= 0.06
