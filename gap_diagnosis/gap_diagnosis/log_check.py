@@ -71,17 +71,22 @@ def repeated_samples(values: Array) -> Mask:
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         if last - first > LONGEST_REPEAT:
             same[first:last] = False
-    share = float(np.mean(same))
+    step, noise = lattice_step(values[~same]), noise_level(values)
+    most = min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)) if noise > 0.0 else float(step > 0.0)
+    enough = float(np.mean(same)) >= max(0.003, 3.0 * most)
+    return same if enough and not _repeat_by_chance(values, same) else np.zeros(values.size, dtype=bool)
+
+
+def _repeat_by_chance(values: Array, same: Mask) -> bool:
+    """Tell whether readings in whole steps come again no more often than they come as the next value up or down."""
     apart = np.abs(np.diff(values))
     apart = apart[apart > 1e-9 * np.ptp(values)]
     steps = apart / np.min(apart, initial=np.inf)
-    next_value, repeats = int(np.count_nonzero(steps < 1.5)), int(np.count_nonzero(same))
     small = steps[steps < _SMALL]
-    on_steps = small.size > 3 and float(np.median(np.abs(small - np.round(small)))) < _OFF_STEPS
-    by_chance = on_steps and binom.sf(repeats - 1, repeats + next_value, 1.0 / 3.0) > _BY_CHANCE
-    step, noise = lattice_step(values[~same]), noise_level(values)
-    most = min(1.0, step / (2.0 * np.sqrt(np.pi) * noise)) if noise > 0.0 else float(step > 0.0)
-    return same if not by_chance and share >= max(0.003, 3.0 * most) else np.zeros(values.size, dtype=bool)
+    if small.size <= 3 or float(np.median(np.abs(small - np.round(small)))) >= _OFF_STEPS:
+        return False
+    next_value, repeats = int(np.count_nonzero(steps < 1.5)), int(np.count_nonzero(same))
+    return bool(binom.sf(repeats - 1, repeats + next_value, 1.0 / 3.0) > _BY_CHANCE)
 
 
 def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:

@@ -79,9 +79,14 @@ def _readings(recording: Recording) -> Iterator[Recording]:
             yield from _readings(other)
 
 
+def _first(recording: Recording, begins: float) -> int:
+    """Return the step of the simulation with which a stretch begins."""
+    return round(begins / recording.experiment.dt)
+
+
 def _inside(recording: Recording, begins: float) -> dict[str, NDArray[np.bool_]]:
     """Return by signal which samples are within a stretch, shape (M,)."""
-    start = round(begins / recording.experiment.dt) * recording.experiment.dt
+    start = _first(recording, begins) * recording.experiment.dt
     return {
         signal: (m.time - 0.5 * m.width >= start) & (m.time + 0.5 * m.width < start + LENGTH)
         for signal, m in recording.experiment.measurements.items()
@@ -91,21 +96,18 @@ def _inside(recording: Recording, begins: float) -> dict[str, NDArray[np.bool_]]
 def _stretch(recording: Recording, begins: float, name: str) -> Recording:
     """Return a stretch of a recording, of the same samples in whichever way it is read."""
     ways = [_inside(each, begins) for each in _readings(recording)]
-    together = {
-        signal: np.logical_and.reduce([way[signal] for way in ways if signal in way]) for signal in ways[0]
-    }  # fmt: skip
+    together = {signal: np.logical_and.reduce([way[signal] for way in ways]) for signal in ways[0]}
     return _cut(recording, begins, name, together)
 
 
 def _cut(recording: Recording, begins: float, name: str, taken: Mapping[str, NDArray[np.bool_]]) -> Recording:
     """Return a stretch on a clock of its own, by the same name with regular stamps and straight commands."""
     experiment = recording.experiment
-    first = round(begins / experiment.dt)
+    first = _first(recording, begins)
     start = first * experiment.dt
     measurements = {}
     for signal, m in experiment.measurements.items():
-        inside = taken[signal]
-        if np.any(inside):
+        if np.any(inside := taken[signal]):
             rest = _RESTS * float(np.nanmax(np.abs(m.values))) if signal in _WANDERING else 0.0
             measurements[signal] = replace(
                 m,

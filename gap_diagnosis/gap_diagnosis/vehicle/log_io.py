@@ -122,7 +122,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         _refuse_pause(run.name, count, period, [t for t, _ in (*given, moving)])
         grid = start + period * np.arange(count)
     K = grid.size
-    commands = [np.zeros((K, PARTS)) if each is None else _acting(*each, grid, period) for each in throttles]
+    commands = [np.zeros((K, PARTS)) if each is None else _commanded(*each, grid, period) for each in throttles]
     missing = [i for i, each in enumerate(throttles) if each is None]
     if missing:
         notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
@@ -238,7 +238,7 @@ def _turned(q: Array) -> bool:
     return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
 
 
-def _acting(time: Array, values: Array, grid: Array, period: float) -> Array:
+def _commanded(time: Array, values: Array, grid: Array, period: float) -> Array:
     """Return what acts in each part of each period (K, PARTS) of a value that is held from its instant on.
 
     It is that of the part's middle: a mean of two commands would be another drive, across a dead zone. Of faster

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.log_io import _acting, _at_instants, _held_mean, log_of, scatter, suited_period
+from gap_diagnosis.vehicle.log_io import _at_instants, _commanded, _held_mean, log_of, scatter, suited_period
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from run_bag import Channel, Run, RunError
 
@@ -99,7 +99,7 @@ def test_commands_that_come_unevenly_act_as_they_are_to_half_a_part_of_a_period(
     time, period = np.cumsum(rng.uniform(0.03, 0.07, 400)), 0.04
     values = rng.choice([-2.0, 0.0, 3.0], time.size)
     grid = 0.1 + period * np.arange(400)
-    acting = _acting(time, values, grid, period).ravel()
+    acting = _commanded(time, values, grid, period).ravel()
     assert set(np.unique(acting)) == {-2.0, 0.0, 3.0}
     at = 0.1 + 0.25 * period * np.arange(acting.size)
     changes = at[1:][np.diff(acting) != 0.0]
@@ -107,7 +107,7 @@ def test_commands_that_come_unevenly_act_as_they_are_to_half_a_part_of_a_period(
     asked = asked[(asked > 0.2) & (asked < at[-1] - 0.1)]
     assert max(np.abs(changes - each).min() for each in asked) <= 0.125 * period + 1e-9
     fast = np.arange(0.0, 20.0, 0.002)
-    assert _acting(fast, np.sin(fast), grid, period).ravel() == pytest.approx(np.sin(at + 0.004), abs=2e-3)
+    assert _commanded(fast, np.sin(fast), grid, period).ravel() == pytest.approx(np.sin(at + 0.004), abs=2e-3)
 
 
 @pytest.mark.parametrize("period", [0.04, 0.05, 1.0 / 30.0])

@@ -3,13 +3,13 @@
 import numpy as np
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter, Suspected
+from rov_sim.vehicle.effects.shifts import PARAMETERS, SUSPECTED, shift
 from thruster_model.equations.rigid_body import moved_mass
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
     """Return the coefficients with r_G moved, the inertia about the centre of mass kept."""
-    s = np.array([active.size(a) for a in "xyz"])
+    s = shift(active)
     if not np.any(s):
         return c
     return c._replace(M_RB=moved_mass(c.M_RB, c.r_G, c.r_G + s), r_G=c.r_G + s)
@@ -20,11 +20,7 @@ EFFECT = VehicleEffect(
     title="centre of mass moved",
     block="body",
     equation="r_G + s",
-    parameters=(
-        EffectParameter(name="x", unit="m", meaning="forward of the shift", lower=-0.05, upper=0.05),
-        EffectParameter(name="y", unit="m", meaning="starboard of the shift", lower=-0.05, upper=0.05),
-        EffectParameter(name="z", unit="m", meaning="down of the shift", lower=-0.05, upper=0.05),
-    ),
+    parameters=PARAMETERS,
     body=body,
-    suspected=(Suspected(sizes={"x": (0.02, 0.003), "y": (0.02, 0.003), "z": (0.02, 0.003)}),),
+    suspected=(SUSPECTED,),
 )
