@@ -19,7 +19,7 @@ from mutated_files import READERS, Reader, main
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.log_io import log_of, read_log
+from gap_diagnosis.vehicle.log_io import log_of, read_logs
 from run_bag import Channel, Run, Topic, read_run, write_run
 from safe_files.errors import YamlError
 from thruster_control.errors import ThrusterControlError
@@ -52,7 +52,7 @@ def _bag(folder: Path) -> Path:
 
 
 def _read_bag(path: Path) -> None:
-    read_log(path, THRUSTERS)
+    read_logs([path], load_model(VEHICLE))
 
 
 @lru_cache(1)

@@ -9,7 +9,7 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed as diagnosed_vehicle
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import write_run
 
 
@@ -20,8 +20,8 @@ def main() -> None:
     model = load_model(draw.vehicle)
     with tempfile.TemporaryDirectory() as folder:
         topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
-        log = read_log(write_run(Path(folder) / "run", topics), model.thrusters)
-    diagnosed_vehicle(model, [log], {}, only=lambda h: h.thruster == 0 or h.axis == "heave", how_far=False)
+        logs, model = read_logs([write_run(Path(folder) / "run", topics)], model)
+    diagnosed_vehicle(model, logs, {}, only=lambda h: h.thruster == 0 or h.axis == "heave", how_far=False)
 
 
 if __name__ == "__main__":

@@ -24,6 +24,9 @@ _DAMPINGS = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Of steps from where an undamped one does not gain, over the curvature of each unknown by itself."""
 _ENOUGH = 0.1
 """Gain in log likelihood below which a step is the last one along its columns."""
+_WALL = 0.05
+"""Share of what columns foresee to be gained, below which damped steps end: they creep towards a wall. Where a thruster
+turns slowly against a stream the filter may be wrong about the flow for seconds: 300 in log likelihood, at once."""
 _ROWS = 4096
 _LEAST = 1e-9
 
@@ -55,25 +58,34 @@ class Descent(NamedTuple):
 
 
 def descended(
-    target: Target, x: Array, columns: Sequence[NDArray[np.float32]] = (), product: Array | None = None
+    target: Target, x: Array, columns: Sequence[NDArray[np.float32]] = (), product: Array | None = None,
+    nearby: Columns | None = None,
 ) -> Descent:  # fmt: skip
     """Return where unknowns are most likely from x on.
 
-    `columns`: of the first unknowns, which stay as they are; `product`: J^T J of these, where it is known.
+    Args:
+        target: what is to be most likely.
+        x: unknowns, (n,).
+        columns: of the first unknowns, which stay as they are; product: J^T J of these, where it is known.
+        nearby: columns that may do for the first steps: new ones are made where they do not lead on.
     """
     r, score = target.scored(x)
     here = best = (score, x, r)
     uphill = False
     for _ in range(rules.FIT_STEPS):
-        fresh, made = target.made(here[1], here[2], columns), here[1]
+        fresh, made = nearby or target.made(here[1], here[2], columns), here[1]
         end, J, step, settled = _along(target, fresh, here, columns, product)
+        if nearby and end[0] <= best[0] and not settled:
+            nearby = None
+            continue
+        nearby = None
         if end[0] <= best[0] and not (uphill or settled or columns):
             x, uphill = target.held(here[1] + step), True
             r, score = target.scored(x)
             here = (score, x, r)
             continue
         if end[0] <= best[0] and (uphill or not settled):
-            end, settled = _damped(target, target.made(best[1], best[2], columns), best, product), False
+            end, settled = _damped(target, target.made(best[1], best[2], columns), best, product)
         gained, uphill = end[0] - best[0], False
         here = best = max(end, best, key=lambda point: point[0])
         if settled or gained < _ENOUGH:
@@ -81,8 +93,9 @@ def descended(
     return Descent(best, J, fresh, made)
 
 
-def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> Point:
-    """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start."""
+def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> tuple[Point, bool]:
+    """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start, and whether these end
+    at a wall."""
     best = score, x, r = start
     H, slope = normal(J, r, x, target.weight, product)
     H += np.diag(np.maximum(target.weight, _LEAST))
@@ -93,7 +106,8 @@ def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> 
             best = (further, there, r_there)
         elif best[0] > score:
             break
-    return best
+    foreseen = 0.5 * float(slope @ np.linalg.solve(H, slope))
+    return best, best[0] - score < _WALL * foreseen
 
 
 def _along(

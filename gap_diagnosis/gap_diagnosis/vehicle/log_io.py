@@ -16,7 +16,7 @@ from rov_sim.vehicle.innovations import LATE, PARTS
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["log_of", "read_log", "read_logs", "suited_period"]
+__all__ = ["log_of", "read_logs", "suited_period"]
 
 Array = NDArray[np.float64]
 _VEHICLE = ("rov/odometry", "rov/imu", "rov/velocity", "rov/depth", "rov/battery")
@@ -43,15 +43,6 @@ def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) 
     runs = [_read(path) for path in paths]
     period = suited_period(runs, model.thrusters) if period is None else period
     return [log_of(run, model.thrusters, period) for run in runs], replace(model, period=period)
-
-
-def read_log(path: Path, thrusters: int) -> VehicleLog:
-    """Return the run in that folder as a log at the usual period.
-
-    Raises:
-        RunError: it cannot be read, or holds no throttles or nothing that tells the vehicle's motion.
-    """
-    return log_of(_read(path), thrusters)
 
 
 def _read(path: Path) -> Run:

@@ -123,11 +123,13 @@ class Problem:
         )  # fmt: skip
 
     def most_likely(
-        self, moved: Array, sizes: Sequence[tuple[float, ...]]
-    ) -> tuple[Array, list[tuple[float, ...]]]:  # fmt: skip
-        """Return (nuisances, sizes) where the fit from a point ends, without how sure they are."""
-        _, x, _ = descended(self, self._at(moved, sizes)).end
-        return x[: len(moved)].copy(), self._sizes(x)
+        self, moved: Array, sizes: Sequence[tuple[float, ...]], nearby: Columns | None = None
+    ) -> tuple[Array, list[tuple[float, ...]], Columns]:  # fmt: skip
+        """Return (nuisances, sizes, columns) where the fit from a point ends, without how sure they are; nearby: see
+        `descended`."""
+        found = descended(self, self._at(moved, sizes), nearby=nearby)
+        x = found.end[1]
+        return x[: len(moved)].copy(), self._sizes(x), found.columns
 
     def _at(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> Array:
         """Return the unknowns of a point in their deviations, within their ranges."""

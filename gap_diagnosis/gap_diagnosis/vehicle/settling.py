@@ -32,14 +32,15 @@ def settled(
     def asked(runs: list[Prepared]) -> Problem:
         return Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
 
-    problem = asked(runs)
+    problem, nearby = asked(runs), None
     for turn in range(rules.TURNS):
         before = problem.score(moved, sizes)
-        moved, sizes = problem.most_likely(moved, sizes)
+        moved, sizes, columns = problem.most_likely(moved, sizes, nearby)
         after = problem.score(moved, sizes)
         if turn > 0 and after - before < rules.SETTLED:
             break
         afresh = turn == 0 and (anew or not accepted)
+        nearby = None if afresh else columns  # noises that are learned anew change too much
         start = None if afresh else learned_from(runs)
         there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
         on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]

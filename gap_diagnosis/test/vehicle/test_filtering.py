@@ -16,7 +16,7 @@ from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import _shifted, at_rest, prepared_with, whitened
 from gap_diagnosis.vehicle.learning import first_noises
 from gap_diagnosis.vehicle.log import held
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import PARTS, states_of
@@ -84,9 +84,8 @@ def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
 ) -> None:
     draw = Draw(seed=seed, vehicle=vehicle, effects=hidden, kinds=(kind,), duration=45.0)
     model = load_model(vehicle)
-    log = read_log(
-        write_run(tmp_path / "run", recorded(draw, model.vehicle, model.sets, model.sensors)[0]), model.thrusters
-    )
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)
     size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
     noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=CHANNELS)
     effects = [ActiveVehicleEffect(id=name, sizes=sizes, **place) for name, place, sizes in hidden]
@@ -108,8 +107,9 @@ def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -
         kinds=("sines", "steps"),
     )  # fmt: skip
     model = load_model(draw.vehicle)
-    for run, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors)):
-        log = read_log(write_run(tmp_path / f"run_{run}", topics), model.thrusters)
+    dives = enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
+    logs, model = read_logs([write_run(tmp_path / f"run_{k}", topics) for k, topics in dives], model)
+    for run, log in enumerate(logs):
         size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
         noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
         assert prepared_with(model, log, run, noises, {}).base.done
@@ -126,9 +126,8 @@ def test_a_rotor_that_has_stopped_is_not_stirred_by_its_tachometers_noise(tmp_pa
     stopped: Any = ("thruster_failure", {"thruster": 3, "kind": "stopped"}, {"failed": 1.0})
     draw = Draw(seed=1750, vehicle="bluerov2_heavy", effects=(stopped,), kinds=("sines",), duration=20.0)
     model = load_model(draw.vehicle)
-    log = read_log(
-        write_run(tmp_path / "run", recorded(draw, model.vehicle, model.sets, model.sensors)[0]), model.thrusters
-    )
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)
     active = ActiveVehicleEffect(id=stopped[0], sizes=stopped[2], **stopped[1])
     found = prepared_with(model, log, 0, first_noises(model, [log]), {}, [active])
     speeds = np.abs(states_of(found.base.states).speeds)

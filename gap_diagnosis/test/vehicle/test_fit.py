@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.cli_fit_vehicle import main
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.fit import VehicleFit, fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import fitted_set, written
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
 from run_bag import write_run
 from thruster_model.vehicle_set_io import load_vehicle_set
@@ -37,8 +37,8 @@ def fitted(tmp_path_factory: pytest.TempPathFactory) -> tuple[Model, VehicleFit]
         write_run(folder / f"run_{k}", topics)
         for k, topics in enumerate(recorded(draw, true, believed.sets, believed.sensors))
     ]
-    model = replace(believed, vehicle=wide)
-    return model, fitted_vehicle(model, [read_log(path, model.thrusters) for path in paths])
+    logs, model = read_logs(paths, replace(believed, vehicle=wide))
+    return model, fitted_vehicle(model, logs)
 
 
 def test_numbers_that_differ_are_found_within_their_deviations(fitted: tuple[Model, VehicleFit]) -> None:

@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.content import content_of
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.how_far import left_out_errors, without_run
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found, search
@@ -25,8 +25,8 @@ MODEL = load_model("ngs")
 def healthy(tmp_path_factory: pytest.TempPathFactory) -> Found:
     draw = Draw(seed=12, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=14.0)
     (topics,) = recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)
-    log = read_log(write_run(tmp_path_factory.mktemp("runs") / "run", topics), MODEL.thrusters)
-    return search(MODEL, [log], only=lambda h: False)
+    logs, model = read_logs([write_run(tmp_path_factory.mktemp("runs") / "run", topics)], MODEL)
+    return search(model, logs, only=lambda h: False)
 
 
 def pushed(found: Found, times: float) -> Found:
@@ -54,16 +54,17 @@ def test_what_the_other_recordings_say_is_as_likely_in_them_as_what_all_say_even
     tmp_path: Path,
 ) -> None:
     """The recordings lie: one of them has a payload of which the search knows nothing."""
-    logs = []
+    paths = []
     for k, hidden in enumerate(((), (("payload", {}, {"mass": 2.0, "x": 0.2, "y": 0.0, "z": 0.0}),))):
         draw = Draw(seed=12, vehicle="ngs", deviations=0.0, effects=hidden, kinds=("steps",), duration=14.0)
         (topics,) = recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)
-        logs.append(read_log(write_run(tmp_path / f"run_{k}", topics), MODEL.thrusters))
-    found = search(MODEL, logs, only=lambda h: False)
+        paths.append(write_run(tmp_path / f"run_{k}", topics))
+    logs, model = read_logs(paths, MODEL)
+    found = search(model, logs, only=lambda h: False)
     stage = found.stages[-1]
     for left_out, other in ((0, 1), (1, 0)):
         point = without_run(stage.screen, stage.fit, found.nuisances, left_out)
-        alone = Screen(model=MODEL, runs=[stage.screen.runs[other]], values={})
+        alone = Screen(model=model, runs=[stage.screen.runs[other]], values={})
         there = Problem(screen=alone, nuisances=found.nuisances, effects=())
         moved = [point.values[key] / deviation for key, deviation in found.nuisances.items()]
         assert there.score(np.array(moved), []) > there.score(stage.fit.moved, []) - 1.0

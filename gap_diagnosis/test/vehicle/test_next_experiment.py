@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.diagnosis_io import Diagnosed, diagnosed, load_model,
 from gap_diagnosis.vehicle.filtering import foreseen
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes import Limits
 from run_bag import read_run, write_run
 
@@ -48,7 +48,7 @@ def asymmetric(like: VehicleLog, throttles: NDArray[np.float64], seed: int) -> V
 def like(tmp_path_factory: pytest.TempPathFactory) -> VehicleLog:
     draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=14.0)
     topics = next(iter(recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)))
-    return read_log(write_run(tmp_path_factory.mktemp("like") / "run", topics), MODEL.thrusters)
+    return read_logs([write_run(tmp_path_factory.mktemp("like") / "run", topics)], MODEL)[0][0]
 
 
 def told(logs: list[VehicleLog], limits: Limits | None = None, how_far: bool = False) -> Diagnosed:

@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.log_io import read_log
+from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned, common_to
 from run_bag import Topic, write_run
 
@@ -29,7 +29,7 @@ def healthy() -> list[Topic]:
 
 
 def read(topics: Sequence[Topic], folder: Path) -> VehicleLog:
-    return read_log(write_run(folder / "run", list(topics)), MODEL.thrusters)
+    return read_logs([write_run(folder / "run", list(topics))], MODEL)[0][0]
 
 
 def spoiled(topics: Sequence[Topic], name: str, how: Spoil) -> list[Topic]:

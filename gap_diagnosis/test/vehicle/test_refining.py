@@ -92,15 +92,45 @@ def test_a_limit_that_is_never_reached_stays_where_it_was_tried() -> None:
 
 def test_where_a_fit_ends_is_the_same_without_how_sure_it_is() -> None:
     fit = problem().fit(np.array([-20.0]), [(0.0,)])
-    moved, sizes = problem().most_likely(np.array([-20.0]), [(0.0,)])
+    moved, sizes, _ = problem().most_likely(np.array([-20.0]), [(0.0,)])
     assert np.array_equal(moved, fit.moved)
     assert sizes == [fit.effects[0].sizes]
 
 
 def test_a_fit_that_begins_where_the_last_one_ended_makes_no_columns_again(monkeypatch: pytest.MonkeyPatch) -> None:
     asked = problem()
-    moved, sizes = asked.most_likely(np.array([-20.0]), [(0.0,)])
+    moved, sizes, _ = asked.most_likely(np.array([-20.0]), [(0.0,)])
     first = asked.fit(moved, sizes, exact=True)
     monkeypatch.setattr(Bilinear, "at", None)
     again = asked.fit(moved, sizes, exact=True)
     assert again.log_evidence == first.log_evidence
+
+
+def test_columns_from_nearby_that_lead_nowhere_are_made_anew() -> None:
+    one = problem()
+    away = [-10.0 * each for each in one.columns(np.array([-20.0]), [(0.0,)])]
+    moved, sizes, _ = one.most_likely(np.array([-20.0]), [(0.0,)], away)
+    expected = problem().most_likely(np.array([-20.0]), [(0.0,)])
+    assert sizes[0][0] == pytest.approx(expected[1][0][0], abs=1e-4)
+    assert moved == pytest.approx(expected[0], abs=1e-3)
+
+
+def test_columns_from_nearby_that_lead_on_spare_new_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    one, start = problem(), (np.array([0.1]), [(0.38,)])
+    nearby = list(one.columns(*start))
+    monkeypatch.setattr(Problem, "made", None)
+    assert one.most_likely(*start, nearby)[1][0][0] == pytest.approx(0.4, abs=2e-3)
+
+
+def test_damped_steps_that_creep_towards_a_wall_end() -> None:
+    asked = []
+
+    class Walled(Bilinear):
+        def at(self, k: int, values: Any, effects: Any) -> Any:
+            x = values[THRUST] / 0.02
+            asked.append(x)
+            return NOISE + 20.0 * (10.0 - x) * BASIS + (1e3 * np.roll(BASIS, 1) if x > 1.0 else 0.0)
+
+    one = Problem(screen=Walled(), nuisances={THRUST: 0.02}, effects=())  # type: ignore[arg-type]
+    assert 0.5 < one.most_likely(np.array([0.5]), [])[0][0] < 0.7
+    assert len(asked) < 20

@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import scored
 from gap_diagnosis.vehicle.diagnosis_io import Diagnosed, diagnosed, load_model, written
-from gap_diagnosis.vehicle.log_io import read_log, read_logs
+from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import write_run
 from thruster_model.vehicle_set_io import load_vehicle_set
 
@@ -23,10 +23,11 @@ FEW = ("thrust_loss", "buoyancy_offset", "velocity_scale")
 
 def of(folder: Path, draw: Draw, tried: tuple[str, ...] = FEW, *, how_far: bool = False) -> Diagnosed:
     model = load_model(draw.vehicle)
-    logs = [
-        read_log(write_run(folder / f"run_{k}", topics), model.thrusters)
+    paths = [
+        write_run(folder / f"run_{k}", topics)
         for k, topics in enumerate(recorded(draw, model.vehicle, model.sets, model.sensors))
     ]
+    logs, model = read_logs(paths, model)
     return diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=how_far)
 
 
@@ -196,9 +197,9 @@ def test_a_depth_of_a_wrong_scale_is_not_blamed_on_the_velocity_log(tmp_path: Pa
         replace(t, fields={"depth": 1.08 * np.asarray(t.fields["depth"])}) if t.name == "rov/depth" else t
         for t in topics
     ]
-    log = read_log(write_run(tmp_path / "run", deeper), model.thrusters)
+    logs, model = read_logs([write_run(tmp_path / "run", deeper)], model)
     tried = ("depth_scale", "velocity_scale", "velocity_misalignment")
-    found = diagnosed(model, [log], {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False).content
+    found = diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False).content
     (claimed,) = found["effects"]
     size = claimed["parameters"]["share"]
     assert (claimed["id"], claimed["sensor"]) == ("depth_scale", "depth")

@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.kernel import advance_together, measured, record_width
+from rov_sim.vehicle.kernel import advance, known_rates
+from rov_sim.vehicle.rates import load_share
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
-from rov_sim.vehicle.tables import BODY, SLOPE, STATE, TURNING, Body
+from rov_sim.vehicle.tables import AT, BODY, LEFT, SLOPE, SPEED, STATE, THRUST, TURNING, Body
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
@@ -32,7 +33,6 @@ __all__ = [
     "States",
     "innovations",
     "past_width",
-    "record_width",
     "states_of",
     "states_width",
 ]
@@ -44,7 +44,7 @@ LATE = ("attitude", "imu", "depth", "velocity", "battery")
 PARTS = 4
 """Of a period, at whose edges states are remembered: a rotor that starts bends within a period."""
 _KNOWN = BODY + 8
-"""Columns of `kernel.measured` that sensors other than tachometers read."""
+"""Numbers that sensors other than tachometers read: the body's state, its acceleration, relative supply and load."""
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _NO_VELOCITY = (0.0, 0.0, 0.0)
 
@@ -111,9 +111,8 @@ def innovations(  # type: ignore[no-untyped-def]
     gains, speed_gains, out, out_n, out_b, states = borrowed((gains, speed_gains, out, out_n, out_b, states))
     lateness, past = borrowed((lateness, past))
     K, N = commands.shape[0], commands.shape[2]
-    row = np.empty(record_width_of(N))
     gate, w, wrench = np.ones(N), np.zeros(6), np.zeros(6)
-    lagging = np.zeros(N)
+    lagging, dx = np.zeros(N), np.zeros(CORRECTED)
     for i in range(N):
         lagging[i] = sheet[STATE, BODY + i]
     # at the edges of each part: the body, each rotor's speed and its slope over a part
@@ -121,90 +120,55 @@ def innovations(  # type: ignore[no-untyped-def]
     width = _KNOWN + 2 * N
     history, then = np.zeros((PARTS * (K + 1), width)), np.zeros(_KNOWN)
     history[:PARTS] = past.reshape((PARTS, width))
-    error, dx = np.zeros(CHANNELS), np.zeros(CORRECTED)
     part = steps * step
-    old = c.imu_late / (PARTS * part)
-    whole = int(np.ceil(old - 0.5))
+    drawing = c.magnetic_yaw != 0.0
     for k in range(K):
         for j in range(6):
             wrench[j] = w[j] + extra[k, j]
         fed = _charged(body, charge[0])
-        measured(sheet, gate, wrench, fed, layout, p, e, row)
         now = PARTS * (k + 1)
-        _remember(sheet, row, lagging, tach, part, history[now])
-        if k == 0 and np.isnan(history[0, 0]):
-            history[:PARTS] = history[PARTS]
-            history[:PARTS, slope_at:] = 0.0
-        of_now = min(k + whole, K - 1)
-        there = 1.0 if k + whole < K else np.nan
-        ago = old - whole
-        _then(history, now, ago + lateness[of_now, 1], part, then)
-        imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
-        for j in range(6):
-            out[k, 3 + j] = there * (told[of_now, 3 + j] - imu[4 + j])
-        if lateness[of_now, 0] != lateness[of_now, 1]:
-            _then(history, now, ago + lateness[of_now, 0], part, then)
-            imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
-        predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
-        seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
-        turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
-        out[k, 0], out[k, 1], out[k, 2] = there * turn[0], there * turn[1], there * turn[2]
-        _then(history, now, lateness[k, 2], part, then)
-        out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
-        _then(history, now, lateness[k, 3] + c.velocity_late / (PARTS * part), part, then)
-        log = velocity_measured(then[7:13], c, _NO_VELOCITY)
-        out[k, 10], out[k, 11], out[k, 12] = told[k, 10] - log.x, told[k, 11] - log.y, told[k, 12] - log.z
-        _then(history, now, lateness[k, 4], part, then)
-        power = battery_measured(then[19], then[20], c, (0.0, 0.0))
-        out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
-        charge[3] += 1.0
-        if np.isfinite(out_b[k, 0]) and charge[1] < np.inf:
-            charge[2] += 1.0
-            charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-charge[3] / charge[1])) * out_b[k, 0] / c.nominal_voltage
-            charge[3], fed = 0.0, _charged(body, charge[0])
-        for j in range(CHANNELS):
-            error[j] = out[k, j] if np.isfinite(out[k, j]) else 0.0
-        for i in range(CORRECTED):
-            moved = 0.0
-            for j in range(CHANNELS):
-                moved += gains[k, i, j] * error[j]
-            dx[i] = moved
-        q = quaternion_product(
-            (sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6]), rotation((dx[0], dx[1], dx[2]))
-        )
-        sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6] = q
-        for j in range(6):
-            sheet[STATE, 7 + j] += dx[3 + j]
-            w[j] += dx[9 + j]
-            wrench[j] = w[j] + extra[k, j]
-        sheet[STATE, 2] += dx[15]
-        for i in range(N):
-            reached = sheet[STATE, BODY + i]
-            first, share = _place(now, lateness[k, 5 + i])
-            expected = tach[i, 0] * _between(
-                history[first, n_at + i], history[first + 1, n_at + i], history[first + 1, slope_at + i], share
-            )
-            out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
-            if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
-                side = 1.0 if c.signed or expected >= 0.0 else -1.0
-                sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
-            if tach[i, 1] == 0.0:
-                history[now, n_at + i] += sheet[STATE, BODY + i] - reached
-        # what is told next may tell of this instant too, and of what is believed of it now
-        history[now, :BODY] = sheet[STATE, :BODY]
-        for i in range(N):
-            states[k, 19 + i] = sheet[STATE, BODY + i]
-            states[k, 19 + N + i] = row[BODY + 8 + 4 * N + i]
-            states[k, 19 + 2 * N + i] = sheet[STATE, BODY + N + i]
-        for j in range(13):
-            states[k, j] = sheet[STATE, j]
-        for j in range(6):
-            states[k, 13 + j] = w[j]
-        for j in range(1, PARTS):
-            advance_together(sheet, commands[k, j - 1], steps, step, gate, wrench, fed, layout, p, e)
-            measured(sheet, gate, wrench, fed, layout, p, e, row)
-            _remember(sheet, row, lagging, tach, part, history[now + j])
-        advance_together(sheet, commands[k, PARTS - 1], steps, step, gate, wrench, fed, layout, p, e)
+        for piece in range(PARTS):
+            load, supply = known_rates(sheet, gate, wrench, fed, layout, p, e)
+            if not body.sags and (drawing or np.isfinite(battery[k, 1]) or np.isfinite(battery[min(k + 1, K - 1), 1])):
+                load = load_share(sheet, AT, p, e)
+            _remember(sheet, supply, load, lagging, tach, part, history[now + piece])
+            if piece == 0:
+                if k == 0 and np.isnan(history[0, 0]):
+                    history[:PARTS] = history[PARTS]
+                    history[:PARTS, slope_at:] = 0.0
+                for i in range(N):
+                    states[k, 19 + N + i] = sheet[LEFT if body.interacts else THRUST, i]
+                _tell_body(history, now, k, part, c, attitude, told, lateness, then, out)
+                _then(history, now, lateness[k, 4], part, 19, _KNOWN, then)
+                power = battery_measured(then[19], then[20], c, (0.0, 0.0))
+                out_b[k, 0], out_b[k, 1] = battery[k, 0] - power.voltage, battery[k, 1] - power.current
+                _follow_charge(charge, out_b[k, 0] / c.nominal_voltage)
+                fed = _charged(body, charge[0])
+                _correct_body(sheet, out[k], gains[k], w, dx)
+                for j in range(6):
+                    wrench[j] = w[j] + extra[k, j]
+                for i in range(N):
+                    reached = sheet[STATE, BODY + i]
+                    first, share = _place(now, lateness[k, 5 + i])
+                    expected = tach[i, 0] * _between(
+                        history[first, n_at + i], history[first + 1, n_at + i], history[first + 1, slope_at + i], share
+                    )
+                    out_n[k, i] = speeds[k, i] - (expected if c.signed else abs(expected))
+                    if np.isfinite(out_n[k, i]) and layout[i, TURNING] != 0.0:
+                        side = 1.0 if c.signed or expected >= 0.0 else -1.0
+                        sheet[STATE, BODY + i] += speed_gains[k, i] * side * out_n[k, i]
+                    if tach[i, 1] == 0.0:
+                        history[now, n_at + i] += sheet[STATE, BODY + i] - reached
+                # what is told next may tell of this instant too, and of what is believed of it now
+                history[now, :BODY] = sheet[STATE, :BODY]
+                for i in range(N):
+                    states[k, 19 + i] = sheet[STATE, BODY + i]
+                    states[k, 19 + 2 * N + i] = sheet[STATE, BODY + N + i]
+                for j in range(13):
+                    states[k, j] = sheet[STATE, j]
+                for j in range(6):
+                    states[k, 13 + j] = w[j]
+            advance(sheet, commands[k, piece], steps, step, gate, wrench, fed, layout, p, e, False, piece > 0)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):
@@ -212,6 +176,59 @@ def innovations(  # type: ignore[no-untyped-def]
                 return k
     past[:] = history[PARTS * K :].reshape(past.size)
     return K
+
+
+@inlined
+def _tell_body(history, now, k, part, c, attitude, told, lateness, then, out):  # type: ignore[no-untyped-def]
+    """Fill row k of `out`: what inertial sensors, depth and velocity tell beside what was expected of them."""
+    old = c.imu_late / (PARTS * part)
+    whole = int(np.ceil(old - 0.5))
+    of_now = min(k + whole, told.shape[0] - 1)
+    there = 1.0 if k + whole < told.shape[0] else np.nan
+    ago = old - whole
+    _then(history, now, ago + lateness[of_now, 1], part, 3, _KNOWN, then)
+    imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
+    for j in range(6):
+        out[k, 3 + j] = there * (told[of_now, 3 + j] - imu[4 + j])
+    if lateness[of_now, 0] != lateness[of_now, 1]:
+        _then(history, now, ago + lateness[of_now, 0], part, 3, _KNOWN, then)
+        imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
+    predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
+    seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
+    turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
+    out[k, 0], out[k, 1], out[k, 2] = there * turn[0], there * turn[1], there * turn[2]
+    _then(history, now, lateness[k, 2], part, 0, 7, then)
+    out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
+    _then(history, now, lateness[k, 3] + c.velocity_late / (PARTS * part), part, 7, 13, then)
+    log = velocity_measured(then[7:13], c, _NO_VELOCITY)
+    out[k, 10], out[k, 11], out[k, 12] = told[k, 10] - log.x, told[k, 11] - log.y, told[k, 12] - log.z
+
+
+@inlined
+def _follow_charge(charge, missing):  # type: ignore[no-untyped-def]
+    """Move a battery's charge, see `innovations`, towards one that lacks nothing; missing: share of the voltage."""
+    charge[3] += 1.0
+    if np.isfinite(missing) and charge[1] < np.inf:
+        charge[2] += 1.0
+        charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-charge[3] / charge[1])) * missing
+        charge[3] = 0.0
+
+
+@inlined
+def _correct_body(sheet, told, gains, w, dx):  # type: ignore[no-untyped-def]
+    """Correct the body's state and the wrench w by innovations (13,), those that are NaN aside; dx: to work in."""
+    dx[:] = 0.0
+    for i in range(CORRECTED):
+        for j in range(CHANNELS):
+            dx[i] += gains[i, j] * told[j] if np.isfinite(told[j]) else 0.0
+    q = quaternion_product(
+        (sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6]), rotation((dx[0], dx[1], dx[2]))
+    )
+    sheet[STATE, 3], sheet[STATE, 4], sheet[STATE, 5], sheet[STATE, 6] = q
+    for j in range(6):
+        sheet[STATE, 7 + j] += dx[3 + j]
+        w[j] += dx[9 + j]
+    sheet[STATE, 2] += dx[15]
 
 
 @inlined
@@ -224,25 +241,30 @@ def _charged(body, charge):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _remember(sheet, row, lagging, tach, part, out):  # type: ignore[no-untyped-def]
+def _remember(sheet, supply, load, lagging, tach, part, out):  # type: ignore[no-untyped-def]
     """Fill a row of the history with the state; lagging: what tachometers tell, moved on by a part of a period."""
-    out[:_KNOWN] = row[:_KNOWN]
+    for j in range(BODY):
+        out[j] = sheet[STATE, j]
+    for j in range(6):
+        out[BODY + j] = sheet[SLOPE, 7 + j]
+    out[BODY + 6], out[BODY + 7] = supply, load
     N = tach.shape[0]
     for i in range(N):
-        n, lag = row[_KNOWN + i], PARTS * tach[i, 1]
+        n, lag = sheet[SPEED, i], PARTS * tach[i, 1]
         lagging[i] = n + (np.exp(-1.0 / lag) * (lagging[i] - n) if lag > 0.0 else 0.0)
         out[_KNOWN + i] = lagging[i]
         out[_KNOWN + N + i] = (n - lagging[i]) / lag if lag > 0.0 else part * sheet[SLOPE, BODY + i]
 
 
 @inlined
-def _then(history, now, ago, part, out):  # type: ignore[no-untyped-def]
-    """Fill `out` with what was believed `ago` periods before the instant of row `now`, in a history up to it.
+def _then(history, now, ago, part, begin, end, out):  # type: ignore[no-untyped-def]
+    """Fill some columns of `out` with what was believed `ago` periods before the instant of row `now`, in a history up
+    to it.
 
     Velocities bend where a thruster starts, by more than a gyro's noise within a period.
     """
     first, share = _place(now, ago)
-    for j in range(_KNOWN):
+    for j in range(begin, end):
         a, b = history[first, j], history[first + 1, j]
         if 7 <= j < 13:
             out[j] = _between(a, b, part * history[first + 1, j + 6], share)
@@ -270,9 +292,3 @@ def _between(a, b, slope, share):  # type: ignore[no-untyped-def]
         return b + (share - 1.0) * slope
     line = b - a
     return a + share * line + share * (1.0 - share) * (line - slope)
-
-
-@compiled
-def record_width_of(thrusters):  # type: ignore[no-untyped-def]
-    """Return `kernel.record_width` inside a kernel."""
-    return BODY + 8 + 6 * thrusters

@@ -14,7 +14,6 @@ from rov_sim.vehicle.rates import (
     load_share,
     rates,
     relative_velocity,
-    supply_left,
 )
 from rov_sim.vehicle.tables import (
     AFTER,
@@ -46,20 +45,24 @@ from thruster_model.pipeline import heat_after, lag_time, ramp_limit
 from thruster_model.stepper import RAMP_STEP
 from thruster_model.thruster_rows import thruster
 
-__all__ = ["advance", "advance_period", "advance_together", "measured", "record_width", "run_vehicle"]
+__all__ = ["advance", "advance_period", "known_rates", "measured", "record_width", "run_vehicle"]
 
 _SAME_INSTANT = 1e-12  # s
 
 
 @inlined
-def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
-    """Advance the state by one RK4 step of `dt` [s], the acting throttles going by row MIDDLE to row END [V]."""
+def _rk4(sheet, dt, gate, wrench, body, layout, p, e, known):  # type: ignore[no-untyped-def]
+    """Advance the state by one RK4 step of `dt` [s], the acting throttles going by row MIDDLE to row END [V].
+
+    known: whether row SLOPE holds the rates of the state.
+    """
     N = layout.shape[0]
     states, u = BODY + 2 * N, BODY + 2 * N
     for i in range(BODY + 4 * N):
         sheet[AT, i], sheet[GAINED, i] = sheet[STATE, i], 0.0
     for stage in range(4):  # one place for the rates: a kernel with four copies of them compiles for minutes
-        rates(sheet, AT, gate, wrench, body, layout, p, e)
+        if stage > 0 or not known:
+            rates(sheet, AT, gate, wrench, body, layout, p, e)
         weight = 2.0 if stage == 1 or stage == 2 else 1.0
         ahead = dt if stage == 2 else 0.5 * dt
         for i in range(states):
@@ -82,25 +85,29 @@ def _rk4(sheet, dt, gate, wrench, body, layout, p, e):  # type: ignore[no-untype
 
 @inlined
 def _stir(sheet, body, layout, p):  # type: ignore[no-untyped-def]
-    """Let idle thrusters in a stream leave v = 0, an equilibrium of (4.4) that no water keeps."""
+    """Let idle thrusters in a stream leave v = 0, an equilibrium of (4.4) that no water keeps; return if one does."""
     N = layout.shape[0]
+    stirred = False
     for i in range(N):
         if sheet[STATE, BODY + i] == 0.0 and sheet[STATE, BODY + N + i] == 0.0:
             nu_1, nu_2, _ = relative_velocity(sheet, STATE, body)
             U, own = inflow_at(i, nu_1, nu_2, layout), thruster(p, i)
             if own.k_Uv * own.k_w * abs(U) > own.k_v:
                 sheet[STATE, BODY + N + i] = body.stir * np.sign(U)
+                stirred = True
+    return stirred
 
 
 @inlined
-def _step(sheet, dt, gate, wrench, body, layout, p, e, apart):  # type: ignore[no-untyped-def]
+def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: ignore[no-untyped-def]
     """Advance the state by `dt` [s] towards the throttles of row REACHED, in pieces where they are reached.
 
-    apart: whether a piece ends where any of them is reached; else where the last one is.
+    apart: whether a piece ends where any of them is reached; else where the last one is. known: see `_rk4`.
     """
     N = layout.shape[0]
     first, last = BODY + 2 * N, BODY + 3 * N
-    _stir(sheet, body, layout, p)
+    if _stir(sheet, body, layout, p):
+        known = False
     left = dt
     while left > 0.0:
         piece, longest, moving = left, 0.0, False
@@ -125,7 +132,8 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart):  # type: ignore[n
             if moving:
                 _throttles_after(sheet, MIDDLE, (k + 0.5) / count * piece, p, e, first, last)
                 _throttles_after(sheet, END, (k + 1) / count * piece, p, e, first, last)
-            _rk4(sheet, piece / count, gate, wrench, body, layout, p, e)
+            _rk4(sheet, piece / count, gate, wrench, body, layout, p, e, known)
+            known = False
         left = left - piece if piece < left - _SAME_INSTANT else 0.0
 
 
@@ -144,8 +152,16 @@ def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-un
 
 
 @inlined
-def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e, apart=True):  # type: ignore[no-untyped-def]
-    """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held."""
+def advance(  # type: ignore[no-untyped-def]
+    sheet, commands, steps, step, gate, wrench, body, layout, p, e, apart=True, known=False
+):  # fmt: skip
+    """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held.
+
+    Args:
+        apart: whether steps are split at each throttle that is reached; else at the last one, which for six thrusters
+            is half the work: the others' kinks, within pieces of `RAMP_STEP`, cost 1e-4 V s of a command.
+        known: whether row SLOPE holds the rates of the state.
+    """
     N = layout.shape[0]
     first = BODY + 2 * N
     remembers = sheet.shape[0] > MEMORY
@@ -165,8 +181,8 @@ def advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e, apar
                 sheet[REACHED, i] = sheet[BEFORE, i] if early else sheet[AFTER, i]
                 if early:
                     until = min(until, sheet[LATE, i])
-            _step(sheet, until - gone, gate, wrench, body, layout, p, e, apart)
-            gone = until
+            _step(sheet, until - gone, gate, wrench, body, layout, p, e, apart, known)
+            gone, known = until, False
 
 
 @compiled
@@ -176,19 +192,17 @@ def advance_period(sheet, commands, steps, step, gate, wrench, body, layout, p, 
     advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e)
 
 
-@compiled
-def advance_together(sheet, commands, steps, step, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
-    """`advance_period` with steps that are split where the last throttle is reached, not at each of them.
-
-    Half the work for six thrusters; the others' kinks, within pieces of `RAMP_STEP`, cost 1e-4 V s of a command.
-    """
-    sheet, commands, gate, wrench, body, layout, p, e = borrowed((sheet, commands, gate, wrench, body, layout, p, e))
-    advance(sheet, commands, steps, step, gate, wrench, body, layout, p, e, False)
-
-
 def record_width(thrusters: int) -> int:
     """Return how many numbers `measured` tells of a vehicle with so many thrusters."""
     return BODY + 8 + 6 * thrusters
+
+
+@inlined
+def known_rates(sheet, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
+    """Fill row SLOPE with the rates of the state, see `rates`."""
+    for i in range(BODY + 4 * layout.shape[0]):
+        sheet[AT, i] = sheet[STATE, i]
+    return rates(sheet, AT, gate, wrench, body, layout, p, e)
 
 
 @compiled
@@ -200,12 +214,10 @@ def measured(sheet, gate, wrench, body, layout, p, e, out):  # type: ignore[no-u
     """
     sheet, gate, wrench, body, layout, p, e = borrowed((sheet, gate, wrench, body, layout, p, e))
     N = layout.shape[0]
-    for i in range(BODY + 4 * N):
-        sheet[AT, i] = sheet[STATE, i]
-    rates(sheet, AT, gate, wrench, body, layout, p, e)
+    load, supply = known_rates(sheet, gate, wrench, body, layout, p, e)
     out[:BODY] = sheet[STATE, :BODY]
     out[BODY : BODY + 6] = sheet[SLOPE, 7:BODY]
-    out[BODY + 6], out[BODY + 7] = supply_left(sheet, AT, body, p, e), load_share(sheet, AT, p, e)
+    out[BODY + 6], out[BODY + 7] = supply, load if body.sags else load_share(sheet, AT, p, e)
     interact(sheet, layout)
     at = BODY + 8
     for i in range(N):

@@ -38,7 +38,7 @@ from thruster_model.equations.rigid_body import coriolis
 from thruster_model.pipeline import drawn, pipeline
 from thruster_model.thruster_rows import thruster
 
-__all__ = ["inflow_at", "interact", "load_share", "rates", "relative_velocity", "supply_left", "thruster_row"]
+__all__ = ["inflow_at", "interact", "load_share", "rates", "relative_velocity", "thruster_row"]
 
 
 @inlined
@@ -50,14 +50,6 @@ def load_share(sheet, at, p, e):  # type: ignore[no-untyped-def]
     for i in range(N):
         total += drawn(sheet[at, n + i], sheet[at, u + i], sheet[at, heat + i], thruster(p, i), thruster(e, i))
     return total / N
-
-
-@inlined
-def supply_left(sheet, at, body, p, e):  # type: ignore[no-untyped-def]
-    """Return the relative supply voltage under the load of all thrusters."""
-    if not body.sags:
-        return body.supply
-    return body.supply * max(1.0 - body.sag * load_share(sheet, at, p, e), 0.0)
 
 
 @inlined
@@ -101,11 +93,15 @@ def interact(sheet, layout):  # type: ignore[no-untyped-def]
 
 @inlined
 def rates(sheet, at, gate, wrench, body, layout, p, e):  # type: ignore[no-untyped-def]
-    """Fill row SLOPE with the rates of the state in row `at`, and rows SPEED to TORQUE with the thrusters' there."""
+    """Fill row SLOPE with the rates of the state in row `at`, and rows SPEED to TORQUE with the thrusters' there.
+
+    Return (load, supply) there: of the thrusters as `load_share` has it, 0 where nothing sags; relative voltage.
+    """
     N = layout.shape[0]
     q = (sheet[at, 3], sheet[at, 4], sheet[at, 5], sheet[at, 6])
     nu_1, nu_2, flow = relative_velocity(sheet, at, body)
-    supply = supply_left(sheet, at, body, p, e)
+    load = load_share(sheet, at, p, e) if body.sags else 0.0
+    supply = body.supply * max(1.0 - body.sag * load, 0.0)
     for i in range(N):
         row = thruster_row(i, sheet, at, inflow_at(i, nu_1, nu_2, layout), gate, supply, layout, p, e)
         sheet[SLOPE, BODY + i], sheet[SLOPE, BODY + N + i] = row[0], row[1]
@@ -119,6 +115,7 @@ def rates(sheet, at, gate, wrench, body, layout, p, e):  # type: ignore[no-untyp
     sheet[SLOPE, 3], sheet[SLOPE, 4], sheet[SLOPE, 5], sheet[SLOPE, 6] = turned[0], turned[1], turned[2], turned[3]
     sheet[SLOPE, 7], sheet[SLOPE, 8], sheet[SLOPE, 9] = gained[0], gained[1], gained[2]
     sheet[SLOPE, 10], sheet[SLOPE, 11], sheet[SLOPE, 12] = gained[3], gained[4], gained[5]
+    return load, supply
 
 
 @inlined
