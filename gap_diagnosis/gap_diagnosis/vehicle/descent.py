@@ -95,7 +95,7 @@ def descended(
 
 def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> tuple[Point, bool]:
     """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start, and whether these end
-    at a wall."""
+    at a wall or gain no more than its roughness."""
     best = score, x, r = start
     H, slope = normal(J, r, x, target.weight, product)
     H += np.diag(np.maximum(target.weight, _LEAST))
@@ -107,7 +107,7 @@ def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> 
         elif best[0] > score:
             break
     foreseen = 0.5 * float(slope @ np.linalg.solve(H, slope))
-    return best, best[0] - score < _WALL * foreseen
+    return best, best[0] - score < max(_WALL * foreseen, rules.SETTLED)
 
 
 def _along(

@@ -1,7 +1,7 @@
 """Dry friction of shaft seal and bearings: it brakes at any speed alike and holds a rotor that is driven too weakly.
 
-Near rest, |n| < s / (1000 1/s), friction takes up what drives the rotor, up to s, and lets the speed die away within
-a millisecond: a rotor driven by less than s stands still. One steepness for all sizes is stable up to steps of 2.7 ms.
+Near rest, |n| < s / (250 1/s), friction takes up what drives the rotor, up to s, and lets the speed die away within 4
+ms: a rotor driven by less than s stands still. One steepness for all sizes is stable up to steps of 11 ms.
 """
 
 import numpy as np
@@ -10,8 +10,8 @@ from thruster_model.compilation import equation
 from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
-STEEPNESS = 1000.0
-LONGEST = 2.5e-3  # [s]
+STEEPNESS = 250.0
+LONGEST = 5e-3  # [s], half of what is stable: a rotor that stops in longer ones is 0.4 rad/s off
 
 
 @equation
