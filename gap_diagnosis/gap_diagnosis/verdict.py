@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import expit
 
 from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.rules import RULES
@@ -130,16 +131,19 @@ def _is_convention(claim: Claim, longest: float) -> bool:
 
 
 def _unknown(found: Investigation) -> float:
-    """Return the probability that a nameless part is significant: what is left, and whether it belongs to the named."""
-    if _beyond(found.best) or np.max(np.abs(found.best.fitted.x[: len(found.best.system.names)])) > RULES.held:
-        return 0.95
-    if found.evident >= RULES.evident and sum(found.resembling.values()) > 1.0 - RULES.named:
-        return 0.9
-    if not found.nameless:
-        return 0.02
-    if found.best.suspects and found.named_share >= RULES.named:
-        return 0.1
-    return 0.98
+    """Return the probability that something without a name is at work which does not belong to the named effects.
+
+    What evidence there must be for it is the logarithm of how many functions were tried (`RULES.nameless`).
+    """
+    best = found.best
+    held = np.max(np.abs(best.fitted.x[: len(best.system.names)])) > RULES.held
+    resembling = found.evident >= RULES.evident and sum(found.resembling.values()) > 1.0 - RULES.named
+    if held or resembling or _beyond(best):
+        return 1.0 - RULES.resembles
+    significant = float(expit((found.unexplained.evidence - RULES.nameless) / RULES.tempered))
+    if best.suspects and found.named_share >= RULES.named:
+        return significant * (1.0 - found.named_share)
+    return significant
 
 
 def _beyond(found: Hypothesis) -> bool:

@@ -51,6 +51,21 @@ def test_what_explains_less_than_the_nameless_rest_only_resembles(coulomb):
     assert left.named_share == pytest.approx(1.0 / 3.0, abs=0.05) and found.named_share > 0.99
 
 
+def test_how_probable_something_nameless_is_follows_from_its_evidence_and_from_what_is_named(coulomb):
+    found = coulomb.investigation
+    gained = found.gained["coulomb_friction"]
+
+    def unknown(evidence, gain):
+        left = Discrepancy((Feature("speed", "n", gain),), evidence, np.zeros(found.none.system.known.size))
+        return verdict_of(replace(found, unexplained=left), ()).unknown
+
+    # 6 nats are what the best of 400 functions has by chance; by hand, odds of e^(6 / 1.5) either way
+    assert unknown(6.0, gained) == pytest.approx(0.5)
+    assert unknown(12.0, gained) == pytest.approx(1.0 - unknown(0.0, gained)) == pytest.approx(0.982, abs=1e-3)
+    # a twentieth of the gap belongs to what has a name
+    assert unknown(40.0, 0.1 * gained) == pytest.approx(0.05, abs=0.01)
+
+
 def test_the_four_numbers_fall_from_stated_to_noise(coulomb):
     total = coulomb.errors.total
     assert total.as_is > total.retuned > total.with_effect
