@@ -136,9 +136,10 @@ def _ahead(problem: Problem, found: Hypothesis) -> float:
     """Return by how much a set of effects suits another reading better than its own, nats.
 
     By samples that count in both. One is an outlier where neither way explains it: stamps that are wrong make many that
-    the right ones do not, and those that stand out either way decide nothing.
+    the right ones do not, and those that stand out either way decide nothing. Noises of both are learned anew, from
+    those of the set: one that was learned once more than the other was ahead by 700 nats, whichever it was.
     """
-    pair = found, _read_in(problem, found)
+    pair = _read_in(found.system, found), _read_in(problem, found)
     count = pair[0].system.known & pair[1].system.known
     wild = np.minimum(*(np.ones(count.size) if each.noise.wild is None else each.noise.wild for each in pair))
     own, other = (_weighed_by(each, count, wild) for each in pair)
@@ -152,7 +153,7 @@ def _weighed_by(found: Hypothesis, count: NDArray[np.bool_], wild: Array) -> Hyp
 
 
 def _read_in(problem: Problem, found: Hypothesis) -> Hypothesis:
-    """Return a set of effects fitted to other readings, its noise learned anew."""
+    """Return a set of effects fitted to readings, its noise learned anew."""
     system = found.system
     posed = problem.with_effects(system.slots, system.gates)
     own = posed.nuisances == system.nuisances

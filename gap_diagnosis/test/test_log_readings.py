@@ -1,5 +1,7 @@
 """How commands act between their samples is asked again once an effect is known that looked like it."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gap_diagnosis.log_readings import LogReading, read_as_suits
@@ -19,16 +21,16 @@ RATE = 12.0  # [V/s]
 DT, PERIOD, LENGTH = 1e-3, 0.05, 30.0  # [s]
 
 
-def recorded(seed, rough=0.0):
+def recorded(seed, rough=0.0, rate=RATE):
     """Return a recording in which commands are held, and followed at a limited rate; how they act is not stated.
 
-    `rough`: share of readings that are 30 deviations off.
+    `rough`: share of readings that are 30 deviations off; `rate`: [V/s].
     """
     rng = np.random.default_rng(seed)
     at = PERIOD * np.arange(round(LENGTH / PERIOD))
     tones, phases = rng.uniform(0.05, 0.9, (6, 1)), rng.uniform(0.0, 2.0 * np.pi, (6, 1))
     commands = 0.9 * np.sum(np.sin(2.0 * np.pi * tones * at + phases), axis=0)
-    effects = ActiveEffects(sizes={"throttle_rate_limit": {"rate": RATE}})
+    effects = ActiveEffects(sizes={"throttle_rate_limit": {"rate": rate}})
     sent = np.repeat(commands, round(PERIOD / DT))
     n, _, ambient, thrust, torque, _ = simulated_rows(HL.coefficients, sent, DT, effects=effects.plant)[:, :-1:20]
     true = {"speed": n, "ambient": ambient, "thrust": thrust, "torque": torque}
@@ -72,3 +74,11 @@ def test_outliers_have_no_say_in_how_commands_act():
     held, lines = (LogReading(log=log, straight=straight) for straight in (False, True))
     assert held.better_for(limited(held.problem)) is None
     assert lines.better_for(limited(lines.problem)) == held
+
+
+def test_of_two_ways_that_are_the_same_none_is_better_however_rough_the_noises_of_a_set_are():
+    recordings = checked([recorded(seed, rate=4.0) for seed in (1, 2)]).recordings
+    same = tuple(replace(each, straight=replace(each, straight=None)) for each in recordings)
+    way = LogReading(log=Problem(recordings=same, parameter_set=HL, deviations=deviations_of(HL)), straight=False)
+    start = way.problem.start()  # without the effect, and noises of the first look
+    assert way.better_for(weighed(way.problem, (), start, whitener(way.problem, start))) is None
