@@ -117,10 +117,10 @@ class Investigation:
 
     @cached_property
     def helps(self) -> dict[str, float]:
-        """Probability that each effect of the best set makes a new run no less probable, beside the others."""
+        """Probability that each effect of the best set makes a new run more probable, beside the others."""
         whole = foretold(self.best)
         less = {key: self.search.weighed[frozenset(self.best.keys) - {key}] for key in self.best.keys}
-        return {key: helps_by(whole - foretold(each) + RULES.even) for key, each in less.items()}
+        return {key: helps_by(whole - foretold(each)) for key, each in less.items()}
 
     @property
     def none(self) -> Hypothesis:

@@ -26,10 +26,7 @@ class Rules:
         held: deviations at which a parameter counts as held at its end: nothing is believed of a model that needs it.
         unsteady: evidence, nats, that an effect's size changes with run, time or state by more than its equation may be
             off, from which on it only resembles what is at work.
-        helps: probability, by runs left out, that an effect makes a new run no less probable; it is claimed from it on.
-        even: nats by which a run may be less probable and still count as no less so. Where only the stated deviations
-            of parameters speak against these, as for a gain of the throttle, new runs are foretold as well with as
-            without, and the sign of their differences is chance.
+        helps: probability, by runs left out, that an effect makes a new run more probable; it is claimed from it on.
         conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step,
             and what a clock may gain in a run.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
@@ -56,7 +53,6 @@ class Rules:
     held: float = 15.0
     unsteady: float = 6.0
     helps: float = 0.5
-    even: float = 1.0
     conventional: float = 4.5e-3
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6
