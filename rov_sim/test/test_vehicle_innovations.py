@@ -35,14 +35,19 @@ def throttles() -> Array:
     return np.repeat(np.random.default_rng(1).uniform(-2.0, 2.0, (K // 20, 6)), 20, axis=0)
 
 
-def run(
+def ran(
     settings: VehicleSettings, throttles: Array, attitude: Array, gains: Array, late: float = 0.0,
     voltages: Array | None = None, charge: Array | None = None, speeds: Array | None = None, older: float = 0.0,
-) -> tuple[Array, Array]:  # fmt: skip
-    """Return innovations of the body and of N rotors (K, 13 + N) and states (K, ...) for attitudes, voltages and speeds
-    told, nothing else; late: the IMU [s]; charge: as of `innovations`, by default not followed; older: readings, than
-    their instants, in periods. Speeds correct those of the rotors by half."""
+    currents: Array | None = None, sheet: Array | None = None, past: Array | None = None,
+) -> list[Array]:  # fmt: skip
+    """Return innovations of the body (K, 13), of N rotors and of the battery and states (K, ...) for attitudes,
+    voltages, currents and speeds told, nothing else; late: the IMU [s]; charge: as of `innovations`, by default not
+    followed; older: readings, than their instants, in periods; sheet, past: of a run that goes on. Speeds correct those
+    of the rotors by half."""
+    K = len(throttles)
     battery = np.full((K, 2), np.nan)
+    if currents is not None:
+        battery[:, 1] = currents
     if voltages is not None:
         battery[:, 0] = voltages
     N, steps = settings.count, settings.steps_in(PERIOD / PARTS)
@@ -51,20 +56,28 @@ def run(
     kernel: Any = innovations
     held = np.repeat(throttles[:, None], PARTS, axis=1)
     done = kernel(
-        sheet_of(settings), held, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98, *settings.tables,
+        sheet_of(settings) if sheet is None else sheet, held, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98,
+        *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
         battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),
-        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge, np.full(past_width(N), np.nan), *out,
+        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge,
+        np.full(past_width(N), np.nan) if past is None else past, *out,
     )  # fmt: skip
     assert done == K
-    return np.hstack(out[:2]), out[3]
+    return out
+
+
+def run(*given: Any, **named: Any) -> tuple[Array, Array]:
+    """Return innovations of the body and of N rotors (K, 13 + N) and states (K, ...), see `ran`."""
+    body, rotors, _, states = ran(*given, **named)
+    return np.hstack((body, rotors)), states
 
 
 def test_without_gains_it_is_the_plant(settings: VehicleSettings, throttles: Array) -> None:
     truth = simulate(settings, throttles, PERIOD)
     e, states = run(settings, throttles, truth.attitude[:-1], np.zeros((K, CORRECTED, CHANNELS)))
-    # The filter's steps are split where the last throttle is reached, the plant's at each (`kernel.advance_together`).
+    # The filter's steps are split where the last throttle is reached, the plant's at each (`kernel.advance`).
     assert states[:, 3:7] == pytest.approx(truth.attitude[:-1], rel=0.0, abs=1e-5)
     assert states[:, 7:13] == pytest.approx(truth.velocity[:-1], rel=0.0, abs=1e-5)
     assert np.abs(e[:, :3]).max() < 1e-5
@@ -157,3 +170,21 @@ def test_a_charge_is_followed_alike_in_one_piece_and_in_two(settings: VehicleSet
         share = max(1.0 / count, 1.0 - np.exp(-(k - last) / 40.0))
         expected, last = expected + share * (told[k] / NOMINAL - expected), k
     assert charge[0] == pytest.approx(expected, abs=1e-12)
+
+
+def test_a_current_is_expected_alike_in_one_piece_and_instant_by_instant(
+    settings: VehicleSettings, throttles: Array
+) -> None:
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    told = np.where(np.arange(K) % 5 == 2, 0.0, np.nan)
+    whole = ran(settings, throttles, level, none, older=0.4, currents=told)[2][:, 1]
+    sheet, past = sheet_of(settings), np.full(past_width(settings.count), np.nan)
+    pieces = [
+        ran(
+            settings, throttles[k : k + 1], level[:1], none[:1], older=0.4, currents=told[k : k + 1], sheet=sheet,
+            past=past,
+        )[2][0, 1]
+        for k in range(K)
+    ]  # fmt: skip
+    assert np.isfinite(whole).sum() == K // 5 and np.ptp(whole[np.isfinite(whole)]) > 1.0
+    assert pieces == pytest.approx(whole, abs=1e-9, nan_ok=True)

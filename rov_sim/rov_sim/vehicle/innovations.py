@@ -127,9 +127,10 @@ def innovations(  # type: ignore[no-untyped-def]
             wrench[j] = w[j] + extra[k, j]
         fed = _charged(body, charge[0])
         now = PARTS * (k + 1)
+        read, read_next = np.isfinite(battery[k, 1]), k + 1 == K or np.isfinite(battery[k + 1, 1])
         for piece in range(PARTS):
             load, supply = known_rates(sheet, gate, wrench, fed, layout, p, e)
-            if not body.sags and (drawing or np.isfinite(battery[k, 1]) or np.isfinite(battery[min(k + 1, K - 1), 1])):
+            if not body.sags and (drawing or read or read_next):
                 load = load_share(sheet, AT, p, e)
             _remember(sheet, supply, load, lagging, tach, part, history[now + piece])
             if piece == 0:
