@@ -73,12 +73,11 @@ def descended(
     here = best = (score, x, r)
     uphill = False
     for _ in range(rules.FIT_STEPS):
-        fresh, made = nearby or target.made(here[1], here[2], columns), here[1]
+        given, nearby = nearby, None
+        fresh, made = given or target.made(here[1], here[2], columns), here[1]
         end, J, step, settled = _along(target, fresh, here, columns, product)
-        if nearby and end[0] <= best[0] and not settled:
-            nearby = None
+        if given and end[0] <= best[0] and not settled:
             continue
-        nearby = None
         if end[0] <= best[0] and not (uphill or settled or columns):
             x, uphill = target.held(here[1] + step), True
             r, score = target.scored(x)
