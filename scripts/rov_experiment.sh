@@ -26,7 +26,7 @@
 #   --no-flow            observers are told no ambient flow: they predict it by (4.5) alone
 #   --hardware T1=PORT   a thruster that is not simulated: a device at a port; 'emulated', or 'firmware': the board's own
 #                        on an emulated processor; may be repeated; real time
-#   --watch RUN          a node watches thrusters and gyro, taught by a run of the healthy vehicle (a dive's DIR/run); it
+#   --watch RUN          a node watches thrusters and sensors, taught by a run of the healthy vehicle (a dive's DIR/run); it
 #                        tells the allocator of failures, which the plant does not then
 #   --scene              a node draws frames, path and arrows for Foxglove and PlotJuggler; they are recorded too
 #   --real-time          by the wall's clock instead of in lockstep

@@ -1,18 +1,29 @@
-"""What a recording of the healthy vehicle teaches: its numbers within their deviations, and the noises."""
+"""What recordings of the healthy vehicle teach: its numbers within their deviations, noises, and its sensors."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.learning import learned_from, prepared
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
 
-__all__ = ["baseline"]
+__all__ = ["Baseline", "baseline"]
 
 
-def baseline(model: Model, logs: Sequence[VehicleLog]) -> tuple[dict[Key, float], Noises]:
-    """Return values of the nuisances, biases of single runs left out, and noises."""
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Baseline:
+    """Values of the nuisances, biases of single runs left out; noises; which sensors told anything."""
+
+    values: Mapping[Key, float]
+    noises: Noises
+    there: Mapping[str, bool]
+
+
+def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
+    """Return what these recordings of the healthy vehicle teach."""
     runs, fit = settled(model, logs, nuisances(model, logs), prepared(model, logs, {}, rounds=0), (), {})
-    return {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}, learned_from(runs)
+    values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
+    return Baseline(values=values, noises=learned_from(runs), there=told_in(logs))

@@ -35,18 +35,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         model = load_model(given.vehicle, given.set, given.sensors)
         healthy, model = read_logs(given.baseline, model)
-        values, noises = baseline(model, healthy)
+        watch, told = Watch(model, baseline(model, healthy), given.threshold), set[str]()
         (log,), _ = read_logs([given.run], model, model.period)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
-    watch, told = Watch(model, noises, values, given.threshold), set()
     piece = max(round(1.0 / log.period), 1)
     for first in range(0, log.count - piece + 1, piece):
         for alarm in watch.step(log.part(first, first + piece))[:1]:
-            key = (alarm.effect, alarm.thruster, alarm.sensor)
-            if key not in told:
-                told.add(key)
+            if alarm.name not in told:
+                told.add(alarm.name)
                 print(f"{watch.time:.1f} s: {alarm.words} (log ratio {alarm.log_ratio:.0f})")
     print(f"{log.duration:.0f} s watched, {len(told)} alarms; false alarms [1/h]: {stated_rate(given.threshold)}")
     return 0

@@ -114,7 +114,7 @@ def content_of(
         for name, (_, unit) in CHANNEL_GROUPS.items():
             steps = {"as_is": each.as_is, "retuned": each.retuned, "with_effect": each.with_effect}
             values = {k: _number(v[name]) for k, v in {**steps, "noise_floor": each.foreseen}.items()}
-            if values["as_is"] is not None:
+            if not np.isnan(each.as_is[name]):
                 channels[f"rov/{name} after {each.horizon:g} s"] = {"unit": unit, **values}
     told = next((each for each in errors if each.budget), errors[0] if errors else None)
     shrinks: dict[Hypothesis, Share | None] = {}

@@ -6,6 +6,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
 from gap_diagnosis.vehicle.model import OF_RUN, Key, Model, admissible
@@ -99,7 +101,7 @@ def content_of(model: Model, fit: VehicleFit, provenance: dict[str, Any]) -> dic
 
 
 def _finite(table: dict[str, float]) -> dict[str, float | None]:
-    return {name: value if value == value else None for name, value in table.items()}
+    return {name: value if np.isfinite(value) else None for name, value in table.items()}
 
 
 def _report(content: dict[str, Any], vehicle: VehicleSet) -> Report:
@@ -127,7 +129,7 @@ def _report(content: dict[str, Any], vehicle: VehicleSet) -> Report:
             [f"{name} after {e['horizon']:g} s", e["as_stated"][name], e["fitted"][name], unit]
             for e in content["free_runs"]
             for name, (_, unit) in CHANNEL_GROUPS.items()
-            if e["as_stated"][name] is not None
+            if e["as_stated"][name] is not None or e["fitted"][name] is not None
         ],
         caption=f"Root mean square errors of free runs, {whose}.",
     )  # fmt: skip

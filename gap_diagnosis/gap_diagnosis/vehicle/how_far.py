@@ -49,6 +49,7 @@ CHANNEL_GROUPS = {
 }
 _WARM = 2.0  # s of filter before each free run
 _DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its interval [%]
+_LOST = 1e3  # deviations: farther out a free run is lost, not more or less so
 _SEEN = 2.0  # standard errors by which a re-tuned model must be off for a share of it to mean anything
 
 
@@ -63,7 +64,7 @@ class Share(NamedTuple):
 @dataclass(frozen=True, kw_only=True)
 class Errors:
     """Root mean squares by channel group at the end of the horizon: with the model as it is, re-tuned, with the
-    effects; NaN: not measured.
+    effects; NaN: not measured; infinite: a free run was lost.
 
     left_out: whether each recording was predicted from numbers of the others; there is no other than one.
     foreseen: what a right model would be off by, noise and the random wrench of calm water; NaN: not measured.
@@ -102,17 +103,18 @@ def left_out_errors(found: Found, horizons: Sequence[float]) -> tuple[Errors, ..
         points.append([without_run(stage.screen, stage.fit, found.nuisances, k) for k in range(len(runs))])
     # effects with which the search began came all at once: the last of them has their share
     together = len(found.stages[-1].accepted) - (len(points) - 2)
-    return tuple(_errors(model, runs, points, together, horizon) for horizon in horizons)
+    joint = Point(found.stages[-1].fit.values, [a.active for a in found.stages[-1].fit.effects])
+    return tuple(_errors(model, runs, points, joint, together, horizon) for horizon in horizons)
 
 
 def _errors(
-    model: Model, runs: Sequence[Prepared], points: Sequence[Sequence[Point]], together: int, horizon: float
+    model: Model, runs: Sequence[Prepared], points: Sequence[Sequence[Point]], joint: Point, together: int,
+    horizon: float,
 ) -> Errors:  # fmt: skip
-    """Return the errors at the points of each step: as stated, re-tuned, with one effect more each."""
+    """Return the errors at the points of each step, as stated, re-tuned, with one effect more each, over what is
+    foreseen at the point of all recordings."""
     errors = [free_runs(model, runs, each, horizon) for each in points]
-    spread = np.concatenate(
-        [_spreads(model, run, at, horizon) for run, at in zip(runs, points[-1], strict=True)]
-    )  # fmt: skip
+    spread = np.concatenate([_spreads(model, run, joint, horizon) for run in runs])
     squares = np.array([_over(each, spread) for each in errors])
     whole = [rms(each) for each in (errors[0], errors[1], errors[-1])]
     there = squares[:, np.isfinite(squares).all(axis=0)]
@@ -128,7 +130,7 @@ def _errors(
 
 def _over(errors: Array, spread: Array) -> Array:
     """Return the mean of z^2 over the channels that tell, (windows,), NaN where none does."""
-    z = (errors / spread) ** 2
+    z = np.minimum(np.abs(errors / spread), _LOST) ** 2
     there = np.isfinite(z)
     return np.asarray(np.where(there, z, 0.0).sum(axis=1) / np.where(there.any(axis=1), there.sum(axis=1), np.nan))
 
@@ -184,14 +186,15 @@ def _shares(table: Array, of: Callable[[Array], Array]) -> tuple[Share, ...]:
 
 
 def rms(errors: Array) -> dict[str, float]:
-    """Return root mean squares by channel group of errors (windows, 13)."""
+    """Return root mean squares by channel group of errors (windows, 13); infinite where a free run is lost."""
     squares = {name: np.square(errors[:, columns]) for name, (columns, _) in CHANNEL_GROUPS.items()}
-    there = {name: each[np.isfinite(each)] for name, each in squares.items()}
+    there = {name: each[~np.isnan(each)] for name, each in squares.items()}
     return {name: float(np.sqrt(np.mean(s))) if s.size else float("nan") for name, s in there.items()}
 
 
 def free_runs(model: Model, runs: Sequence[Prepared], points: Sequence[Point], horizon: float) -> Array:
-    """Return the errors at the end of free runs (windows, 13), each run with its point; NaN: not measured."""
+    """Return the errors at the end of free runs (windows, 13), each run with its point; NaN: not measured; infinite:
+    the vehicle is lost."""
     return np.concatenate(
         [np.reshape(_free_runs(model, run, *at, horizon), (-1, 13)) for run, at in zip(runs, points, strict=True)]
     )
@@ -249,12 +252,12 @@ def _free_runs(
             run, log=log.part(first, min(last, log.count)), gains=run.gains._replace(gains=gains),
             speed_gains=speed_gains,
         )  # fmt: skip
-        error = filtered(model, part, values, effects).body[warm + free :]
-        with np.errstate(all="ignore"):
-            found.append(np.array([_first_finite(column) for column in error.T]))
+        error = filtered(model, part, values, effects).body
+        lost = part.log.telling & ~np.isfinite(error)
+        found.append(np.array([_first(column) for column in np.where(lost, np.inf, error)[warm + free :].T]))
     return found
 
 
-def _first_finite(values: Array) -> float:
-    good = values[np.isfinite(values)]
-    return float(good[0]) if good.size else float("nan")
+def _first(values: Array) -> float:
+    there = values[~np.isnan(values)]
+    return float(there[0]) if there.size else float("nan")

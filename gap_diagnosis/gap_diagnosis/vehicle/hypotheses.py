@@ -39,6 +39,7 @@ class Hypothesis:
         switch: whether it is either on or off.
         grid: sizes to fit from where the neutral one is infinite; it is then screened at its probe alone.
         read_by: sensor without which it cannot be shown, or "".
+        watched: sizes of its first parameter that a watch follows.
     """
 
     effect: str
@@ -57,6 +58,7 @@ class Hypothesis:
     switch: bool = False
     grid: tuple[float, ...] = ()
     read_by: str = ""
+    watched: tuple[float, ...] = ()
 
     @property
     def place(self) -> tuple[Any, ...]:
@@ -166,5 +168,6 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
         switch=not own,
         grid=suspected.grid,
         read_by={"imu": "accelerometer"}.get(sensor, sensor) if sensor else suspected.read_by,
+        watched=suspected.watched,
         **place,
     )

@@ -60,7 +60,7 @@ def report_of(
         [f"{name} after {e.horizon:g} s", e.as_is[name], e.retuned[name], e.with_effect[name], unit]
         for e in errors
         for name, (_, unit) in CHANNEL_GROUPS.items()
-        if np.isfinite(e.as_is[name])
+        if not np.isnan(e.as_is[name])
     ]
     report.table(
         ["free run", "as it is", "re-tuned", "with the effects", "unit"], rows,

@@ -82,8 +82,6 @@ TURNED_BY = 0.15
 """[rad] Deviation of the angle by which an IMU is said to be turned: so far directions of thrusts count as known."""
 PULSE_MARGIN = 1.25
 """By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
-WATCH_LOSS, WATCH_BIAS = 0.3, 0.02
-"""Loss of a thruster's thrust and bias of a gyro [rad/s] that the watch is tuned to: an operator must know."""
 WATCH_THRESHOLD = 160.0
 """Log likelihood ratio at which the watch speaks. By Wald 14 would do for 10 h if the model were right. In 75 h of 16
 healthy vehicles 160 was reached twice, 112 eight times. A loss of 30 % gains 170 a second."""

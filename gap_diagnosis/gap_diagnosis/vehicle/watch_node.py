@@ -82,10 +82,9 @@ class VehicleWatch(Node):
         try:
             model = load_model(values["vehicle"], values["model"] or None)
             healthy, model = read_logs([Path(values["baseline"])], model)
-            known, noises = baseline(model, healthy)
+            self._watch = Watch(model, baseline(model, healthy), values["threshold"])
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
-        self._watch = Watch(model, noises, known, values["threshold"])
         self._feed = Feed(model.thrusters, model.period)
         self._report_failures, self._reported = values["report_failures"], set[int]()
         self._diagnostics = Diagnostics(self)
@@ -99,7 +98,7 @@ class VehicleWatch(Node):
         for topic, (kind, fields) in _TOLD.items():
             listen(self, kind, topic, partial(self._on_sensor, topic, fields))
         self.create_subscription(BatteryState, "rov/battery", self._on_battery, RELIABLE)
-        self.get_logger().info(f"watching {model.thrusters} thrusters and the gyro; false alarms an hour: {self._rate}")
+        self.get_logger().info(f"watching for {self._watch.words}; false alarms an hour: {self._rate}")
         self._diagnostics.report("ok", "waiting for throttles", self._values())
 
     def _on_throttle(self, i: int, throttle: Any) -> None:
@@ -152,18 +151,23 @@ class VehicleWatch(Node):
     def _values(self, alarms: Sequence[Alarm] = ()) -> dict[str, object]:
         values: dict[str, object] = {"watched [s]": round(self._watch.time), "false alarms [1/h]": self._rate}
         for alarm in alarms:
-            of = f"{alarm.effect} {alarm.thruster if alarm.thruster is not None else alarm.sensor}"
-            values |= {f"log ratio of {of} [1]": alarm.log_ratio, f"probability of {of} [1]": alarm.probability}
+            values |= {
+                f"log ratio of {alarm.name} [1]": alarm.log_ratio,
+                f"probability of {alarm.name} [1]": alarm.probability,
+            }
         return values
 
     def _fail(self, alarm: Alarm, stamp: int) -> None:
-        if alarm.thruster is None or alarm.deviation > _SURE or alarm.thruster in self._reported:
+        thruster = alarm.failure.thruster
+        if thruster is None or thruster in self._reported:
             return
-        self._reported.add(alarm.thruster)
+        if alarm.failure.effect != "thrust_loss" or alarm.deviation > _SURE:
+            return
+        self._reported.add(thruster)
         left = max(1.0 - alarm.size, 0.0)
         kind = ThrusterFailure.KIND_DEAD if left < 0.1 else ThrusterFailure.KIND_WEAK
         self._failures.publish(
-            _FAILURE.record(stamp, "", thruster=alarm.thruster, kind=kind, effectiveness=left, stuck_thrust=nan)
+            _FAILURE.record(stamp, "", thruster=thruster, kind=kind, effectiveness=left, stuck_thrust=nan)
         )
 
 

@@ -8,8 +8,9 @@ with d = |r_well - r_failure|^2 / 2, what the failure would gain on average if i
 nearer to the failure, not only as near as a misfit of the healthy vehicle may push them for a while. A filter of a
 failure that is not believed (g = 0) begins at the believed state with each piece, as the failure would.
 
-A failure that does not matter (a thruster at rest) adds nothing either way. Loss of thrust is followed at two sizes, a
-bias either way. What a failure of size s changes in the readings, c = r_well - r_failure, tells how large it is:
+Failures are the hypotheses of single parts whose effects say at which sizes they are followed (`Suspected.watched`), of
+sensors that the healthy vehicle had. One that does not matter (a thruster at rest) adds nothing either way. What a
+failure of size s changes in the readings, c = r_well - r_failure, tells how large it is:
 
     size = s sum(r_well c) / sum(c^2),     deviation^2 = theta s^2 / sum(c^2) + (BEND (size - s))^2
 
@@ -24,13 +25,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.baseline import Baseline
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
-from gap_diagnosis.vehicle.gains import Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.gains import filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Key, Model
-from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
@@ -47,12 +50,9 @@ losses of 0.6, told by filters of 0.3, came out as 0.60 to 0.67 (tuning seeds 5 
 
 @dataclass(frozen=True, kw_only=True)
 class Alarm:
-    """A failure: of which thruster or sensor, its size with deviation, log likelihood ratio, probability, since when
-    and found when [s]."""
+    """A failure, its size with deviation, log likelihood ratio, probability, since when and found when [s]."""
 
-    effect: str
-    thruster: int | None
-    sensor: str | None
+    failure: Hypothesis
     size: float
     deviation: float
     log_ratio: float
@@ -65,9 +65,17 @@ class Alarm:
         """It in a sentence."""
         sure = f"p {self.probability:.2f}" if self.probability < 0.995 else "p > 0.99"
         told = f"{sure}; {self.found - self.since:.0f} s after it began"
-        if self.thruster is not None:
-            return f"thruster {self.thruster}: loses {_told(100 * self.size, 100 * self.deviation)} % thrust, {told}"
-        return f"{self.sensor}: off by {_told(self.size, self.deviation)} rad/s, {told}"
+        (unit,) = (self.failure.units[p] for p in self.failure.parameters[:1])
+        size = f"{_told(100 * self.size, 100 * self.deviation)} %" if unit == "1" else None
+        if self.failure.effect == "thrust_loss":
+            return f"thruster {self.failure.thruster}: loses {size} thrust, {told}"
+        return f"{self.failure.words}: {size or f'{_told(self.size, self.deviation)} {unit}'}, {told}"
+
+    @property
+    def name(self) -> str:
+        """Identifier of the failure: its effect, what it acts on and the parameter that is off."""
+        place = [str(part) for part in self.failure.place[1:] if part is not None]
+        return " ".join((self.failure.effect, *place, self.failure.parameters[0]))
 
 
 def _told(value: float, deviation: float) -> str:
@@ -152,25 +160,25 @@ class Watch:
     """All of it; fed with pieces of a log that follow each other without a gap."""
 
     def __init__(
-        self, model: Model, noises: Noises, values: Mapping[Key, float] | None = None,
-        threshold: float = rules.WATCH_THRESHOLD,
+        self, model: Model, healthy: Baseline, threshold: float = rules.WATCH_THRESHOLD
     ) -> None:  # fmt: skip
-        """Begin with the noises and numbers that a recording of the healthy vehicle gave."""
+        """Begin with what recordings of the healthy vehicle taught."""
         self.threshold = threshold
-        self._model, self._noises, self._values = model, noises, dict(values or {})
-        N = model.thrusters
-        self.names: list[tuple[str, int | None, str | None, float]] = [
-            ("thrust_loss", i, None, s) for i in range(N) for s in (rules.WATCH_LOSS, 1.0)
-        ]
-        self.names += [
-            ("imu_bias", None, f"gyro {axis}", sign * rules.WATCH_BIAS) for axis in "xyz" for sign in (1.0, -1.0)
-        ]
-        self.ratios = np.zeros(len(self.names))
-        self._sums = np.zeros((2, len(self.names)))
+        self._model, self._values, self._noises = model, healthy.values, healthy.noises
+        self.followed = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
+        """Failures, each at a size."""
+        self.ratios = np.zeros(len(self.followed))
+        self._sums = np.zeros((2, len(self.followed)))
         """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
-        self._since, self._found = np.zeros(len(self.names)), np.full(len(self.names), np.nan)
+        self._since, self._found = np.zeros(len(self.followed)), np.full(len(self.followed), np.nan)
         self.time = 0.0
         self.begin()
+
+    @property
+    def words(self) -> str:
+        """What is watched for, in a sentence."""
+        titles = dict.fromkeys(described(h.effect).title for h, _ in self.followed)
+        return f"{', '.join(titles)} of {self._model.thrusters} thrusters, body and sensors"
 
     def begin(self) -> None:
         """Begin anew with what sensors tell next: after a gap, or where the vehicle was lost."""
@@ -181,17 +189,10 @@ class Watch:
         self._state: Array | None = None
         self._begun = self.time
 
-    def _effects(self, name: tuple[str, int | None, str | None, float]) -> tuple[ActiveVehicleEffect, ...]:
-        effect, thruster, sensor, size = name
-        if effect == "thrust_loss":
-            return (ActiveVehicleEffect(id=effect, sizes={"share": size}, thruster=thruster),)
-        assert sensor is not None
-        return (ActiveVehicleEffect(id=effect, sizes={"rate": size}, axis=sensor[-1]),)
-
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
         if not self._branches:
-            bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *(self._effects(n) for n in self.names)]
+            bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in self.followed)]
             self._branches = [_Branch(self._model, self._values, effects, log) for effects in bank]
         first, noises = self._branches[0], self._noises
         nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
@@ -242,10 +243,10 @@ class Watch:
         """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""
         if self.ratios.max() < self.threshold:
             return []
-        nearer: dict[tuple[str, int | None, str | None], int] = {}
+        nearer: dict[Hypothesis, int] = {}
         for j in np.argsort(-self.ratios):
             if self.ratios[j] > 0.0:
-                nearer.setdefault(self.names[j][:3], int(j))
+                nearer.setdefault(self.followed[j][0], int(j))
         leading = list(nearer.values())
         sure = probabilities(list(self.ratios[leading]))
         return [
@@ -253,15 +254,17 @@ class Watch:
         ]
 
     def _alarm(self, j: int, probability: float) -> Alarm:
-        effect, thruster, sensor, size = self.names[j]
+        failure, size = self.followed[j]
         fitted, deviation = _fitted(size, *self._sums[:, j])
-        if effect == "thrust_loss":
-            fitted = float(np.clip(fitted, 0.0, 1.2))
         return Alarm(
-            effect=effect, thruster=thruster, sensor=sensor, size=fitted, deviation=deviation,
-            log_ratio=float(self.ratios[j]), probability=probability, since=float(self._since[j]),
-            found=float(self._found[j]),
+            failure=failure, size=fitted, deviation=deviation, log_ratio=float(self.ratios[j]),
+            probability=probability, since=float(self._since[j]), found=float(self._found[j]),
         )  # fmt: skip
+
+
+def _of_single_parts(model: Model, there: Mapping[str, bool]) -> list[Hypothesis]:
+    """Return the hypotheses that these sensors can show and that are not of all thrusters at once."""
+    return [h for h in hypotheses(model, there) if h.thruster is not None or h.effect in VEHICLE_LIBRARY]
 
 
 def _fitted(along: float, fitted: float, changed: float) -> tuple[float, float]:

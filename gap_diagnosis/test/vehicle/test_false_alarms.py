@@ -8,7 +8,7 @@ import pytest
 
 from gap_diagnosis.vehicle.blind import watch_hours_io
 from gap_diagnosis.vehicle.blind.cli_watch_rate import main, said
-from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.blind.watch_hours_io import EFFECTS, Watched, watched_draw
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import (
     Excursions,
@@ -70,16 +70,20 @@ def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytes
         {"seed": 1, "run": 0, "hours": 100.0, "peaks": [float(k) for k in range(1, 31)]},
         {"seed": 1, "run": 0, "kind": "steps", "thrust": 4.0, "ratios": [0.0, 10.0, 60.0, 200.0], "others": [0.0] * 4},
     ]
+    rows.append({"seed": 1, "run": 0, "failure": "gyro", "ratios": [0.0, 170.0], "others": [300.0, 0.0]})
     file.write_text("".join(json.dumps(r) + "\n" for r in rows), "utf-8")
     picture = tmp_path / "delays.svg"
     assert main([str(file), "--plot", str(picture)]) == 0
     assert "not found in 60 s" in picture.read_text("utf-8")
     told = capsys.readouterr().out
     assert "100.0 h of 1 healthy vehicles, 30 excursions." in told
-    assert "| 3 to 6 | 1 | 1 | 1 | 3 |" in told
+    assert "| 3 to 6 | 1 | 1 | 1 | 3 | 0 |" in told
+    assert "| gyro | 1 | 1 | 1 | 2 | 1 |" in told
 
 
-def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_thruster_that_loses_half_its_thrust_stands_out_as_does_whatever_else_fails(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(watch_hours_io, "_MINUTE", 30.0)
     monkeypatch.setattr(watch_hours_io, "_AFTER", 20.0)
     draw = watched_draw(5)
@@ -89,3 +93,7 @@ def test_a_thruster_that_loses_half_its_thrust_stands_out_from_a_healthy_dive(mo
     assert calm["hours"] == pytest.approx(7.5 / 3600.0, rel=0.05)
     assert max(lost["ratios"]) > 10.0 * max([*calm["peaks"], 1.0])
     assert max(lost["ratios"]) > max(lost["others"])
+    for run, name in enumerate(EFFECTS):
+        failed = watched.failure(run)
+        assert failed["failure"] == name and max(failed["ratios"]) > 40.0
+        assert max(failed["ratios"]) > max(failed["others"])

@@ -1,18 +1,21 @@
 """How far a vehicle's model goes astray: against what it is measured, and what is said where there is no gap."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle import how_far
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.content import content_of
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.how_far import left_out_errors, without_run
+from gap_diagnosis.vehicle.how_far import Point, left_out_errors, without_run
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.refining import Problem
+from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found, search
 from gap_diagnosis.vehicle.verdict import judged
@@ -41,6 +44,22 @@ def test_a_random_wrench_that_was_learned_as_large_is_no_excuse_for_an_error(hea
     large, huge = (left_out_errors(pushed(healthy, times), [2.0])[0] for times in (1e3, 1e5))
     assert large.foreseen == pytest.approx(huge.foreseen, nan_ok=True)
     assert large.steps == pytest.approx(huge.steps)
+
+
+def test_free_runs_of_a_model_that_loses_the_vehicle_are_as_far_off_as_can_be(
+    healthy: Found, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Drag that no step of the filter follows, as where numbers of other recordings make no vehicle."""
+    monkeypatch.setattr(how_far, "without_run", lambda *_: Point({("vehicle", "Q_r"): 1e6}, ()))
+    found, last = healthy, healthy.stages[-1]
+    (errors,) = left_out_errors(found, [2.0])
+    assert errors.retuned["gyro"] == np.inf and np.isfinite(errors.as_is["gyro"])
+    assert 10.0 * errors.steps[0] < errors.steps[1] <= 1e3
+    log = last.screen.runs[0].log
+    content = content_of(judged(found, [log]), found, [errors], None, [log], {"runs": ["run"]})
+    assert json.dumps(content, allow_nan=False)
+    report = report_of(content, MODEL.vehicle, [errors], "", "Diagnosis")
+    assert "1,000" in report.html() or "1000" in report.html()
 
 
 def test_where_there_is_no_gap_a_sentence_says_so_in_place_of_shares(healthy: Found) -> None:

@@ -15,6 +15,8 @@ from sensor_msgs.msg import BatteryState, Imu
 from std_msgs.msg import Header
 
 from gap_diagnosis.vehicle import watch_node
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.watch_node import VehicleWatch
 from gap_diagnosis.vehicle.watching import Alarm
@@ -24,8 +26,11 @@ from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
 
 PERIOD, NANO, THRUSTERS = 40_000_000, 1_000_000_000, 6
+(LOSS,) = (
+    h for h in hypotheses(load_model("ngs"), {}) if (h.effect, h.thruster) == ("thrust_loss", 3)
+)  # fmt: skip
 WEAK = Alarm(
-    effect="thrust_loss", thruster=3, sensor=None, size=0.25, deviation=0.04, log_ratio=300.0, probability=0.98,
+    failure=LOSS, size=0.25, deviation=0.04, log_ratio=300.0, probability=0.98,
     since=4.0, found=16.0,
 )  # fmt: skip
 
@@ -34,6 +39,7 @@ class Told:
     """Stands in for the bank of filters: keeps the pieces, and raises the alarms that it was given."""
 
     def __init__(self, *_: Any) -> None:
+        self.words = "losses"
         self.time, self.pieces, self.alarms, self.begun = 0.0, list[VehicleLog](), list[Alarm](), 0
 
     def step(self, piece: VehicleLog) -> list[Alarm]:
@@ -104,7 +110,7 @@ class Scene:
 @pytest.fixture
 def scene(monkeypatch: pytest.MonkeyPatch, context: Context, spun: Callable[..., Executor]) -> Scene:
     monkeypatch.setattr(watch_node, "read_logs", lambda _, model: ([], model))
-    monkeypatch.setattr(watch_node, "baseline", lambda *_: ({}, None))
+    monkeypatch.setattr(watch_node, "baseline", lambda *_: None)
     monkeypatch.setattr(watch_node, "Watch", Told)
     return Scene(context, spun, report_failures=True)
 
@@ -149,7 +155,7 @@ def test_an_alarm_says_what_how_sure_and_how_late_and_what_false_alarms_there_ar
     scene.sail(0, 60)
     assert scene.said("thruster 3: loses 25 ± 4 % thrust, p 0.98; 12 s after it began")
     assert scene.values()["false alarms [1/h]"] == "0.03 (less than 0.08 at 95 %, 75.5 h counted)"
-    assert scene.values()["probability of thrust_loss 3 [1]"] == "0.98"
+    assert scene.values()["probability of thrust_loss 3 share [1]"] == "0.98"
     assert spin_until(scene.executor, lambda: bool(scene.failures), 10.0)
     (failure,) = scene.failures
     assert (failure.thruster, failure.kind, failure.effectiveness) == (3, ThrusterFailure.KIND_WEAK, 0.75)

@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.watching import Alarm, _accumulated, _fitted
 
 
@@ -23,19 +25,24 @@ def test_a_deviation_is_that_of_readings_worth_a_log_ratio_of_the_tail_and_of_a_
     assert _fitted(0.3, 8e8, 4e8) == pytest.approx((0.6, 0.03), rel=1e-3)
 
 
-def alarm(size: float, deviation: float, probability: float = 0.98, sensor: str | None = None) -> Alarm:
-    """Return one of thruster 3, or of a sensor, found 12 s after it began."""
+SENSORS = ("attitude", "gyro", "accelerometer", "depth", "velocity", "tachometer", "battery")
+FAILURES = {h.place[:4] + h.parameters: h for h in hypotheses(load_model("ngs"), dict.fromkeys(SENSORS, True))}
+LOSS, GYRO = FAILURES["thrust_loss", 3, None, None, "share"], FAILURES["imu_bias", None, None, "x", "rate"]
+
+
+def alarm(size: float, deviation: float, probability: float = 0.98, failure: Hypothesis = LOSS) -> Alarm:
+    """Return one of thruster 3, or of another part, found 12 s after it began."""
     return Alarm(
-        effect="imu_bias" if sensor else "thrust_loss", thruster=None if sensor else 3, sensor=sensor, size=size,
-        deviation=deviation, log_ratio=200.0, probability=probability, since=31.0, found=43.0,
+        failure=failure, size=size, deviation=deviation, log_ratio=200.0, probability=probability, since=31.0,
+        found=43.0,
     )  # fmt: skip
 
 
 def test_an_alarm_says_which_thruster_how_much_how_sure_and_how_long_after_it_began() -> None:
     assert alarm(0.25, 0.04).words == "thruster 3: loses 25 ± 4 % thrust, p 0.98; 12 s after it began"
-    assert (
-        alarm(0.02, 0.004, sensor="gyro x").words == "gyro x: off by 0.020 ± 0.004 rad/s, p 0.98; 12 s after it began"
-    )
+    gyro = alarm(0.02, 0.004, failure=GYRO)
+    assert gyro.words == "bias of the IMU (x): 0.020 ± 0.004 rad/s, p 0.98; 12 s after it began"
+    assert (gyro.name, alarm(0.25, 0.04).name) == ("imu_bias x rate", "thrust_loss 3 share")
 
 
 def test_a_deviation_is_never_said_to_be_nothing_nor_an_alarm_to_be_certain() -> None:

@@ -112,6 +112,7 @@ class Suspected:
         flowing: whether only thrusters that have an axial flow can have it.
         read_by: sensor without which it cannot be shown.
         told_by: by parameter, sensors of which one must be there for it to be fitted; any, where not named.
+        watched: sizes of its first parameter that a watch follows on line: a failure that may begin in mid-dive.
     """
 
     sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
@@ -125,6 +126,7 @@ class Suspected:
     flowing: bool = False
     read_by: str = ""
     told_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    watched: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""Command line: false alarms of the watch per hour, counted by its own code on healthy vehicles, and delays of a loss.
+"""Command line: false alarms of the watch per hour, counted by its own code on healthy vehicles; delays of failures.
 
 Each dive is appended to DIVES.jsonl as it is done: an interrupted count goes on where it stopped.
 """
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.blind.watch_hours_io import EFFECTS, Watched, watched_draw
 from gap_diagnosis.vehicle.blind.watch_plot_io import draw_delays
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import most_alarms, rate_at, threshold_for
@@ -22,7 +22,8 @@ from run_bag.command_line import user_arguments
 __all__ = ["main", "said"]
 
 _DIVES, _LOSSES = 30, 3
-"""Healthy dives of a vehicle before the next one is drawn; beside each third of them there is one with a loss."""
+"""Healthy dives of a vehicle before the next one is drawn; beside each third of them a thruster fails in one, and
+something else in another one."""
 _MINUTES = 10.0
 _LEVELS = ((0.0, 0.5), (0.5, 1.5), (1.5, 3.0), (3.0, 6.0), (6.0, np.inf))
 
@@ -52,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             draw = watched_draw(seed)
             watched = Watched(draw, load_model(draw.vehicle))
         of = {"seed": seed, "run": run, "vehicle": watched.draw.vehicle}
-        dives = [watched.loss(run // _LOSSES)] if run % _LOSSES == 0 else []
+        failing = run // _LOSSES
+        dives = [watched.loss(failing), watched.failure(failing)] if run % _LOSSES == 0 else []
         for each in (*dives, watched.healthy(run, _MINUTES)):  # the healthy one last: it tells that all is done
             dive = {**of, **each}
             with given.dives.open("a", encoding="utf-8") as file:
@@ -65,8 +67,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     print(said(done, given.rate))
     if given.plot is not None:
         threshold = _threshold(done, given.rate)
-        lost = {(d["seed"], d["run"]): d for d in done if "ratios" in d}.values()
-        draw_delays(given.plot, [(d["kind"], d["thrust"], _delay(d["ratios"], threshold)) for d in lost], threshold)
+        lost = [(d["kind"], d["thrust"], _delay(d["ratios"], threshold)) for d in _once(done, "thrust")]
+        draw_delays(given.plot, lost, threshold)
         print(given.plot)
     return 0
 
@@ -82,7 +84,7 @@ def _threshold(done: Sequence[dict[str, Any]], rate: float) -> float:
 
 def said(done: Sequence[dict[str, Any]], rate: float) -> str:
     """Return the tables of what was counted."""
-    healthy, lost = [d for d in done if "peaks" in d], {(d["seed"], d["run"]): d for d in done if "ratios" in d}
+    healthy = [d for d in done if "peaks" in d]
     hours, peaks = sum(d["hours"] for d in healthy), [p for d in healthy for p in d["peaks"]]
     if not healthy:
         return "nothing was counted yet"
@@ -104,21 +106,44 @@ def said(done: Sequence[dict[str, Any]], rate: float) -> str:
         lines.append(
             f"| {level:g} | {counted} | {rate_at(level, peaks, hours):.2g} | {most_alarms(counted, hours):.2g} |"
         )
-    lines += ["", f"Loss of 30 %, at the threshold {wanted:.1f}:", ""]
-    lines += [
-        "| mean thrust of it [N] | dives | found in 10 s | found in 60 s | median delay [s] |",
-        "|---|---|---|---|---|",
-    ]
+    lines += ["", f"Loss of 30 %, at the threshold {wanted:.1f}:", "", *_table("mean thrust of it [N]")]
     for low, high in _LEVELS:
-        delays = [_delay(d["ratios"], wanted) for d in lost.values() if low <= d["thrust"] < high]
-        if delays:
-            name = f"{low:g} to {high:g}" if np.isfinite(high) else f"above {low:g}"
-            middle = float(np.median(delays))
-            told = f"{middle:.0f}" if np.isfinite(middle) else "not found"
-            soon = sum(x <= 10.0 for x in delays)
-            found = sum(np.isfinite(x) for x in delays)
-            lines.append(f"| {name} | {len(delays)} | {soon} | {found} | {told} |")
+        name = f"{low:g} to {high:g}" if np.isfinite(high) else f"above {low:g}"
+        lines += _row(name, [d for d in _once(done, "thrust") if low <= d["thrust"] < high], wanted)
+    lines += ["", f"What else fails, at the threshold {wanted:.1f}:", "", *_table("what")]
+    for name in EFFECTS:
+        lines += _row(name, [d for d in _once(done, "failure") if d["failure"] == name], wanted)
     return "\n".join(lines)
+
+
+def _once(done: Sequence[dict[str, Any]], key: str) -> list[dict[str, Any]]:
+    """Return the dives that have this key, each once: an interrupted count may have begun with them anew."""
+    return list({(d["seed"], d["run"]): d for d in done if key in d}.values())
+
+
+def _table(first: str) -> list[str]:
+    return [
+        f"| {first} | dives | found in 10 s | found in 60 s | median delay [s] | another one ahead when found |",
+        "|---|---|---|---|---|---|",
+    ]
+
+
+def _row(name: str, dives: Sequence[dict[str, Any]], threshold: float) -> list[str]:
+    """Return the row of these dives, none where there are none."""
+    if not dives:
+        return []
+    delays = [_delay(d["ratios"], threshold) for d in dives]
+    middle = float(np.median(delays))
+    told = f"{middle:.0f}" if np.isfinite(middle) else "not found"
+    soon, found = sum(x <= 10.0 for x in delays), sum(np.isfinite(x) for x in delays)
+    ahead = sum(_misled(d["ratios"], d["others"], threshold) for d in dives)
+    return [f"| {name} | {len(dives)} | {soon} | {found} | {told} | {ahead} |"]
+
+
+def _misled(own: Sequence[float], others: Sequence[float], threshold: float) -> bool:
+    """Return whether something else is ahead when the first of them reaches the threshold."""
+    first = next(((a, b) for a, b in zip(own, others, strict=True) if max(a, b) >= threshold), None)
+    return first is not None and first[1] > first[0]
 
 
 def _delay(ratios: Sequence[float], threshold: float) -> float:

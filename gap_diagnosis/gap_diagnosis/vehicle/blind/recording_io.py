@@ -15,10 +15,12 @@ from run_bag.known_topics import KNOWN_VEHICLE
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["recorded", "recorded_run"]
+__all__ = ["LATE", "recorded", "recorded_run"]
 
 Array = NDArray[np.float64]
 NANO, RPM = 1_000_000_000, np.pi / 30.0
+LATE = 20.0
+"""[s] after which what fails in mid-run fails."""
 
 
 def recorded(
@@ -114,6 +116,8 @@ def _outside(kind: str, wrench: Array, truth: Truth, t: Array, rng: np.random.Ge
     elif kind == "breathing_thrust":
         wrench[:, 0] += 4.0 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
         wrench[:, 5] += 0.5 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
+    elif kind == "lost_foam":
+        wrench[t >= LATE, 2] += 5.0
     elif kind == "lift":
         truth.D_Q[2, 0] += 40.0 * rng.choice((-1.0, 1.0))
         truth.D_Q[4, 0] += 8.0 * rng.choice((-1.0, 1.0))

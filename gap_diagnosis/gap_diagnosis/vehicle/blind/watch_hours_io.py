@@ -1,4 +1,4 @@
-"""Hours in the sealed cases' world under the watch's own code: peaks of healthy vehicles, delays of a loss."""
+"""Hours in the sealed cases' world under the watch's own code: peaks of healthy vehicles, delays of failures."""
 
 from dataclasses import replace
 from typing import Any
@@ -7,7 +7,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.blind.draws import SETS, Draw
-from gap_diagnosis.vehicle.blind.recording_io import recorded_run
+from gap_diagnosis.vehicle.blind.recording_io import LATE, recorded_run
 from gap_diagnosis.vehicle.blind.truth import Truth, truth_of
 from gap_diagnosis.vehicle.blind.world import COLUMNS
 from gap_diagnosis.vehicle.false_alarms import Excursions
@@ -22,9 +22,15 @@ __all__ = ["Watched", "watched_draw"]
 KINDS = ("hold", "steps", "sines")
 LEARNED = ("steps", "sines")
 """Runs of a minute each that the watch learns from, as an operator would record them first."""
-_MINUTE, _LATE, _AFTER = 60.0, 20.0, 60.0
-_BASELINE, _LOSSES = 1000, 2000
+_MINUTE, _AFTER = 60.0, 60.0
+_BASELINE, _LOSSES, _FAILURES = 1000, 2000, 3000
 """Numbers of the runs: their programmes and noises differ from those of the hours."""
+EFFECTS = {
+    "gyro": "imu_bias.rate", "accelerometer": "imu_bias.force", "velocity log": "velocity_scale.share",
+    "tachometer": "tach_scale.share", "foam lost": "buoyancy_offset.force",
+}  # fmt: skip
+"""What fails beside thrusters, and the effect and its parameter that tell of it: a gyro off by 0.03 rad/s, an
+accelerometer by 0.4 m/s^2, a velocity log by a quarter, a tachometer that tells 0, 5 N of foam."""
 
 
 def watched_draw(seed: int) -> Draw:
@@ -45,15 +51,15 @@ class Watched:
         self.draw, self.model = draw, model
         self._truth = truth_of(draw, model.vehicle, model.sets)
         logs = [self._log(self._truth, _BASELINE + k, kind, _MINUTE) for k, kind in enumerate(LEARNED)]
-        self._values, self._noises = baseline(model, logs)
+        self._healthy = baseline(model, logs)
 
-    def _log(self, truth: Truth, run: int, kind: str, duration: float) -> VehicleLog:
-        draw = replace(self.draw, duration=duration)
+    def _log(self, truth: Truth, run: int, kind: str, duration: float, outside: str = "") -> VehicleLog:
+        draw = replace(self.draw, duration=duration, outside=outside)
         topics = recorded_run(draw, truth, self.model.vehicle, self.model.sensors, run, kind)
         return log_of(_run(topics), self.model.thrusters)
 
     def _ratios(self, log: VehicleLog) -> tuple[Watch, list[Any]]:
-        watch, piece, found = Watch(self.model, self._noises, self._values), round(1.0 / log.period), []
+        watch, piece, found = Watch(self.model, self._healthy), round(1.0 / log.period), []
         for first in range(0, log.count - piece + 1, piece):
             watch.step(log.part(first, first + piece))
             found.append(watch.ratios.copy())
@@ -64,7 +70,7 @@ class Watched:
         kind = KINDS[run % len(KINDS)]
         log = self._log(self._truth, run, kind, minutes * _MINUTE)
         watch, ratios = self._ratios(log)
-        seen = Excursions(len(watch.names))
+        seen = Excursions(len(watch.followed))
         for each in ratios:
             seen.add(each)
         return {"kind": kind, "hours": log.duration / 3600.0, "peaks": [round(p, 2) for p in seen.close()]}
@@ -74,18 +80,45 @@ class Watched:
         rng = np.random.default_rng(np.random.SeedSequence(self.draw.seed, spawn_key=(84, run)))
         i, kind = int(rng.integers(self.model.thrusters)), KINDS[run % len(KINDS)]
         table = self._truth.thrusters.copy()
-        table[i, COLUMNS.index("share")], table[i, COLUMNS.index("since")] = 1.0 - share, _LATE
-        log = self._log(self._truth._replace(thrusters=table), _LOSSES + run, kind, _LATE + _AFTER)
-        watch, ratios = self._ratios(log)
-        own = [j for j, name in enumerate(watch.names) if name[1] == i]
-        late = round(_LATE)
-        n = log.speeds[round(_LATE / log.period) :, i]
+        table[i, COLUMNS.index("share")], table[i, COLUMNS.index("since")] = 1.0 - share, LATE
+        log = self._log(self._truth._replace(thrusters=table), _LOSSES + run, kind, LATE + _AFTER)
+        n = log.speeds[round(LATE / log.period) :, i]
         thrust = float(np.nanmean(self.model.sets[i].coefficients.c_T2 * n**2)) * float(1.0 - share)
+        return {"kind": kind, "thruster": i, "thrust": thrust, **self._climbs(log, "thrust_loss.share", i)}
+
+    def failure(self, run: int) -> dict[str, Any]:
+        """Return how the ratio of a sensor climbs that fails in mid-dive, or of foam that is lost then, likewise."""
+        rng = np.random.default_rng(np.random.SeedSequence(self.draw.seed, spawn_key=(85, run)))
+        name, kind = list(EFFECTS)[run % len(EFFECTS)], KINDS[int(rng.integers(len(KINDS)))]
+        outside = "lost_foam" if name == "foam lost" else ""
+        log = self._log(self._truth, _FAILURES + run, kind, LATE + _AFTER, outside)
+        told, speeds, begun = log.told.copy(), log.speeds.copy(), round(LATE / log.period)
+        place: str | int | None = None
+        axis, sign = int(rng.integers(3)), float(rng.choice((-1.0, 1.0)))
+        if name == "gyro":
+            place, told[begun:, 3 + axis] = "xyz"[axis], told[begun:, 3 + axis] + 0.03 * sign
+        elif name == "accelerometer":
+            place, told[begun:, 6 + axis] = "xyz"[axis], told[begun:, 6 + axis] + 0.4 * sign
+        elif name == "velocity log":
+            told[begun:, 10:] *= 1.0 + 0.25 * sign
+        elif name == "tachometer":
+            place = int(rng.integers(self.model.thrusters))
+            speeds[begun:, place] = 0.0
+        spoiled = replace(log, told=told, speeds=speeds)
+        return {"kind": kind, "failure": name, **self._climbs(spoiled, EFFECTS[name], place)}
+
+    def _climbs(self, log: VehicleLog, effect: str, place: str | int | None) -> dict[str, list[float]]:
+        """Return the log ratio of one effect in its place, and the largest of all others, from `LATE` on."""
+        watch, ratios = self._ratios(log)
+        own = [
+            j
+            for j, (h, _) in enumerate(watch.followed)
+            if f"{h.effect}.{h.parameters[0]}" == effect and place in (h.thruster, h.axis)
+        ]
         return {
-            "kind": kind, "thruster": i, "thrust": thrust,
-            "ratios": [round(float(max(r[own])), 1) for r in ratios[late:]],
-            "others": [round(float(np.delete(r, own).max()), 1) for r in ratios[late:]],
-        }  # fmt: skip
+            "ratios": [round(float(max(r[own])), 1) for r in ratios[round(LATE) :]],
+            "others": [round(float(np.delete(r, own).max()), 1) for r in ratios[round(LATE) :]],
+        }
 
 
 def _run(topics: list[Topic]) -> Run:

@@ -21,5 +21,5 @@ EFFECT = Effect(
     sample=sample,
     channel="speed",
     order=2,
-    suspected=(Suspected(sizes={"share": (0.15, 0.03)}, read_by="tachometer"),),
+    suspected=(Suspected(sizes={"share": (0.15, 0.03)}, read_by="tachometer", watched=(-0.3, 0.3)),),
 )

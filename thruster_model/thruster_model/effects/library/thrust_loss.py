@@ -18,5 +18,5 @@ EFFECT = Effect(
     equation="T (1 - s)",
     parameters=(EffectParameter(name="share", unit="1", meaning="of the thrust lost", lower=-0.3, upper=1.0),),
     hooks={"loads": loads},
-    suspected=(Suspected(sizes={"share": (0.3, 0.05)}),),
+    suspected=(Suspected(sizes={"share": (0.3, 0.05)}, watched=(0.3, 1.0)),),
 )

@@ -16,5 +16,5 @@ EFFECT = VehicleEffect(
     equation="B + s",
     parameters=(EffectParameter(name="force", unit="N", meaning="of buoyancy more", lower=-30.0, upper=30.0),),
     body=body,
-    suspected=(Suspected(sizes={"force": (5.0, 0.3)}),),
+    suspected=(Suspected(sizes={"force": (5.0, 0.3)}, watched=(5.0, -5.0)),),
 )

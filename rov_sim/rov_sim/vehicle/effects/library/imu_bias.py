@@ -26,7 +26,7 @@ EFFECT = VehicleEffect(
     choices={"axis": AXES},
     sensing=sensing,
     suspected=(
-        Suspected(sizes={"rate": (0.02, 0.002)}, read_by="gyro"),
-        Suspected(sizes={"force": (0.3, 0.03)}, read_by="accelerometer"),
+        Suspected(sizes={"rate": (0.02, 0.002)}, read_by="gyro", watched=(0.02, -0.02)),
+        Suspected(sizes={"force": (0.3, 0.03)}, read_by="accelerometer", watched=(0.3, -0.3)),
     ),
 )
