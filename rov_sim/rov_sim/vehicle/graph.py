@@ -58,8 +58,8 @@ class Experiment:
         lockstep: on /clock; false: by the wall's clock.
         recorded: whether a recorder is there: lockstep, or in real time the script, waits until it hears each thruster.
         scene: whether a node draws for viewers; nobody waits for it.
-        watched: run of the healthy vehicle from which a node learns that watches thrusters and sensors; it alone tells of
-            failures then, the plant does not; "": nobody watches.
+        watched: run of the healthy vehicle, from which a node learns that watches thrusters and sensors; it alone tells
+            of failures then, the plant does not; "": nobody watches.
         hardware: ports of thrusters that are not simulated, by index; `EMULATED` or `FIRMWARE`: the emulated bench.
 
     Raises:
