@@ -101,7 +101,8 @@ def initial_state(
 
     A thruster rests where no throttle is given for a while and its speed's first samples lie within four standard
     deviations of zero (and 3 rad/s); the water may still move, by what its meter does not see. Where commands come at
-    once, it may run with the first one, or be about to after it: nothing before it tells.
+    once, it may run with the first one, or be about to after it: nothing before it tells. Without a tachometer it runs
+    where it gives thrust as the first command comes.
 
     `spikes`: by signal the samples that tell nothing, shape (M,).
     """
@@ -118,7 +119,8 @@ def initial_state(
     noise = {name: m.noise for name, m in experiment.measurements.items()}
     given = np.flatnonzero(np.abs(experiment.throttle) > idle)
     waits = experiment.dt * float(given[0] if given.size else experiment.throttle.size)
-    if "speed" not in moving and (waits >= _AT_REST or "speed" not in first):
+    turns = "speed" in moving if "speed" in first else "thrust" in moving and waits < _AT_REST
+    if not turns and (waits >= _AT_REST or "speed" not in first):
         # Or its meter is off zero, or there is a current: not the start's.
         water = [abs(first[name][0]) for name in ("axial", "ambient") if name in moving]
         if water:
@@ -126,13 +128,17 @@ def initial_state(
         return AT_REST, {"ambient": noise["ambient"]} if "ambient" in noise else {}
     u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
     n, ambient, axial = (first[name][0] if name in first else 0.0 for name in ("speed", "ambient", "axial"))
-    spread = noise.get("speed", 6.0)
-    deviations = {"n": max(5.0, 5.0 * spread, 0.5 * abs(n)), "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
+    spread = max(5.0, 5.0 * noise.get("speed", 6.0), 0.5 * abs(n))
+    if "speed" not in first and turns:
+        n, spread = float(np.copysign(0.5 * _ANY_SPEED, first["thrust"][0])), _ANY_SPEED
+    deviations = {"n": spread, "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
     return PlantState(n, axial, ambient, u), deviations
 
 
 _AT_REST = 0.3
 """Time without a command [s] after which a rotor that does not turn rests."""
+_ANY_SPEED = 100.0
+"""[rad/s] Of a rotor that runs at the start while no tachometer tells: thrust says only which way it turns."""
 _TINY = dict.fromkeys(SIGNALS, 1e-12) | {"speed": 3.0}
 
 

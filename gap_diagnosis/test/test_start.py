@@ -15,7 +15,7 @@ NOISE = {"speed": 1.2, "ambient": 0.006, "thrust": 0.25, "torque": 4e-4}
 LEVELS = np.array([0.0, 4.0, 4.0, 0.1, -3.0, 2.0, -4.4, 3.0, 0.0, 1.5])  # [V], a second each
 
 
-def cut(first, late):
+def cut(first, late, *, only=tuple(NOISE)):
     """Return what is recorded from the instant `first` [s] on, the first samples `late` [s] after the throttle's."""
     rng = np.random.default_rng(2)
     commands = np.repeat(LEVELS, 1000)
@@ -28,6 +28,7 @@ def cut(first, late):
             np.interp(at, 1e-3 * np.arange(values.size), values) + NOISE[name] * rng.standard_normal(at.size),
         )
         for name, values in dense.items()
+        if name in only
     }
     stamps = np.arange(0.0, 10.0 - first, 0.02)
     return recording_of("run", (stamps, commands[np.round((stamps + first) * 1e3).astype(int)]), signals)
@@ -49,6 +50,20 @@ def test_a_start_that_nothing_tells_is_found_by_the_fit(first, late, why):
     found = fit(problem, white_noise(problem), problem.start(), iterations=20)
     early = np.abs(found.white[problem.times < 0.3])
     assert np.max(early) < 4.5, why
+
+
+@pytest.mark.parametrize("first", [1.5, 2.5, 4.6, 6.3])
+def test_a_rotor_that_runs_is_no_other_parameter_where_no_tachometer_tells(first):
+    recording = cut(first, 0.01, only=("thrust",))
+    assert {"n", "v", "u"} < set(recording.start_std)
+    problem = Problem(recordings=(recording,), parameter_set=HL, deviations=deviations_of(HL))
+    found = fit(problem, white_noise(problem), problem.start(), iterations=20)
+    assert np.max(np.abs(found.white[problem.times < 0.3])) < 4.5
+    assert np.max(np.abs(found.x[: len(problem.names)])) < 2.0
+
+
+def test_a_load_cell_that_tells_nothing_at_the_start_leaves_the_rotor_at_rest():
+    assert not cut(0.0, 0.0, only=("thrust",)).start_std
 
 
 def test_a_thruster_in_still_water_starts_at_rest():

@@ -129,15 +129,9 @@ def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
 def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
     """Return the noises that the filters' own estimates speak for."""
     old = found[0].noises
-    w = np.concatenate(
-        [
-            (np.nan_to_num(states_of(p.base.states).wrench) ** 2 + p.gains.wrench_variance)[first_instant(p.log) :]
-            for p in found
-        ]
-    )
     least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
     most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
-    wrench = np.clip(np.sqrt(_trimmed(w)), least, most)
+    wrench = np.clip(_wrench(found), least, most)
     left, spread = [], []
     for p in found:
         # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it
@@ -163,6 +157,26 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
         if np.isfinite(b[:, j]).sum() > 20:
             battery[j] = max(float(np.nanstd(b[:, j])), floor[j])
     return Noises(wrench, old.time, channels, rotor, speed, battery)
+
+
+def _wrench(found: Sequence[Prepared]) -> Array:
+    """Return the deviations (6,) of the random wrench that the filters' estimates speak for.
+
+    Two moments tell of it. Its size alone takes a constant moment, or one that drifts, for a large random one; its
+    changes within a period do not, but move little in a round where readings hardly tell of it, so they count thrice.
+    """
+    old, keep = found[0].noises, np.exp(-found[0].log.period / found[0].noises.time)
+    squares, changes, spreads = [], [], []
+    for p in found:
+        first = first_instant(p.log)
+        w, variance = np.nan_to_num(states_of(p.base.states).wrench)[first:], p.gains.wrench_variance[first:]
+        squares.append(w**2 + variance)
+        changes.append((w[1:] - keep * w[:-1]) ** 2)
+        spreads.append(variance[1:] - keep**2 * variance[:-1])
+    pushed = _trimmed(np.concatenate(changes)) + _mean(np.concatenate(spreads))
+    by_size = _trimmed(np.concatenate(squares)) / old.wrench**2
+    by_change = np.maximum(pushed, 0.0) / (1.0 - keep**2) / old.wrench**2
+    return np.asarray(old.wrench * (by_size * by_change**3) ** 0.25)
 
 
 def _trimmed(squares: Array) -> Array:
