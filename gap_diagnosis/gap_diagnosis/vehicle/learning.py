@@ -18,6 +18,8 @@ from rov_sim.vehicle.innovations import states_of
 __all__ = ["first_noises", "learned_from", "prepared"]
 
 Array = NDArray[np.float64]
+_BY_SIZE, _BY_CHANGE = (0.5, 0.0), (0.25, 0.75)
+"""Powers of both moments of the random wrench that are tried, see `_wrench`: the likelihood decides between them."""
 
 
 def prepared(
@@ -41,7 +43,9 @@ def prepared(
         moving = _all_prepared(model, logs, noises, values, effects, states)
         return [_weighted(p if p.base.done else q) for p, q in zip(moving, at_rest, strict=True)]
 
-    def learned(noises: Noises, rounds: int, patient: bool = False) -> tuple[float, list[Prepared]]:
+    def learned(
+        noises: Noises, rounds: int, patient: bool = False, powers: tuple[float, float] = _BY_SIZE
+    ) -> tuple[float, list[Prepared]]:
         states: list[Array | None] = [None] * len(logs)
         best: tuple[float, list[Prepared]] | None = None
         for turn in range(rounds + 1):
@@ -55,7 +59,7 @@ def prepared(
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
             channels = noises.channels
             if turn > 0 or done:
-                noises = _learned(model, found) if done else _looser(noises)
+                noises = _learned(model, found, powers) if done else _looser(noises)
             if done and patient and turn < rounds - 1:
                 noises = noises._replace(channels=channels)
         assert best is not None
@@ -68,9 +72,10 @@ def prepared(
             for time in rules.CORRELATION_TIMES
             for patient in (False, True)
         ]
+        ways += [learned(first._replace(time=time), rounds, powers=_BY_CHANGE) for time in rules.CORRELATION_TIMES]
     else:
-        ways = [learned(start, rounds)]
-        ended = learned_from(ways[0][1])
+        ways = [learned(start, rounds, powers=powers) for powers in (_BY_SIZE, _BY_CHANGE)]
+        ended = learned_from(max(ways, key=lambda way: way[0])[1])
         ways += [learned(ended._replace(time=t), rounds // 4) for t in rules.CORRELATION_TIMES if t != start.time]
     return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
 
@@ -126,12 +131,12 @@ def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
     return np.array([1e-3, max(rules.DRAWN * drawn, 1e-3)])
 
 
-def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
-    """Return the noises that the filters' own estimates speak for."""
+def _learned(model: Model, found: Sequence[Prepared], powers: tuple[float, float]) -> Noises:
+    """Return the noises that the filters' own estimates speak for; powers: see `_wrench`."""
     old = found[0].noises
     least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
     most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
-    wrench = np.clip(_wrench(found), least, most)
+    wrench = np.clip(_wrench(found, *powers), least, most)
     left, spread = [], []
     for p in found:
         # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it
@@ -159,11 +164,12 @@ def _learned(model: Model, found: Sequence[Prepared]) -> Noises:
     return Noises(wrench, old.time, channels, rotor, speed, battery)
 
 
-def _wrench(found: Sequence[Prepared]) -> Array:
+def _wrench(found: Sequence[Prepared], of_size: float, of_change: float) -> Array:
     """Return the deviations (6,) of the random wrench that the filters' estimates speak for.
 
-    Two moments tell of it. Its size alone takes a constant moment, or one that drifts, for a large random one; its
-    changes within a period do not, but move little in a round where readings hardly tell of it, so they count thrice.
+    Two moments tell of its variance. Its mean square takes a constant moment, or one that drifts, for a large random
+    one. The mean square of its changes within a period does not, but moves little in a round where readings hardly
+    tell of the wrench. Each counts with a power of its own.
     """
     old, keep = found[0].noises, np.exp(-found[0].log.period / found[0].noises.time)
     squares, changes, spreads = [], [], []
@@ -176,7 +182,8 @@ def _wrench(found: Sequence[Prepared]) -> Array:
     pushed = _trimmed(np.concatenate(changes)) + _mean(np.concatenate(spreads))
     by_size = _trimmed(np.concatenate(squares)) / old.wrench**2
     by_change = np.maximum(pushed, 0.0) / (1.0 - keep**2) / old.wrench**2
-    return np.asarray(old.wrench * (by_size * by_change**3) ** 0.25)
+    moved = by_size**of_size * by_change**of_change  # NaN in a log of an instant, which tells nothing
+    return np.where(np.isfinite(moved), old.wrench * moved, old.wrench)
 
 
 def _trimmed(squares: Array) -> Array:

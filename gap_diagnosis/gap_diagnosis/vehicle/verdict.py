@@ -226,7 +226,7 @@ def _summary(
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(
-            f"{p} {s:.3g} ± {d:.2g}"
+            f"{p} {s:.3g} ± {d:.2g}{'' if h.units[p] == '1' else ' ' + h.units[p]}"
             for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")

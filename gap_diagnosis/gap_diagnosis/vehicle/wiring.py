@@ -250,8 +250,9 @@ def _sentences(verdict, order, signs, silent, alike, used):  # type: ignore[no-u
     if idle:
         says.append(f"Thruster {', '.join(map(str, idle))} was never commanded: nothing is known of its wire.")
     if dead:
+        named = ", ".join(map(str, dead))
         says.append(
-            f"The command of thruster {', '.join(map(str, dead))} moves nothing that stands out from the other motion."
+            f"What thruster {named} moves does not stand out from the other motion: nothing is seen of its wire."
         )
     says += [f"Thrusters {', '.join(map(str, g))} push alike: an exchange among them cannot be seen." for g in alike]
     return tuple(says)
