@@ -65,11 +65,12 @@ class Alarm:
         """It in a sentence."""
         sure = f"p {self.probability:.2f}" if self.probability < 0.995 else "p > 0.99"
         told = f"{sure}; {self.found - self.since:.0f} s after it began"
-        (unit,) = (self.failure.units[p] for p in self.failure.parameters[:1])
-        size = f"{_told(100 * self.size, 100 * self.deviation)} %" if unit == "1" else None
+        unit = self.failure.units[self.failure.parameters[0]]
+        scale, unit = (100.0, "%") if unit == "1" else (1.0, unit)
+        size = f"{_told(scale * self.size, scale * self.deviation)} {unit}"
         if self.failure.effect == "thrust_loss":
             return f"thruster {self.failure.thruster}: loses {size} thrust, {told}"
-        return f"{self.failure.words}: {size or f'{_told(self.size, self.deviation)} {unit}'}, {told}"
+        return f"{self.failure.words}: {size}, {told}"
 
     @property
     def name(self) -> str:
