@@ -49,7 +49,7 @@ CHANNEL_GROUPS = {
 }
 _WARM = 2.0  # s of filter before each free run
 _DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its interval [%]
-_LOST = 1e3  # deviations: farther out a free run is lost, not more or less so
+_LOST = 30.0  # deviations, more than an attitude can be off: farther out a free run is lost, not more or less so
 _SEEN = 2.0  # standard errors by which a re-tuned model must be off for a share of it to mean anything
 
 

@@ -54,12 +54,11 @@ def test_free_runs_of_a_model_that_loses_the_vehicle_are_as_far_off_as_can_be(
     found, last = healthy, healthy.stages[-1]
     (errors,) = left_out_errors(found, [2.0])
     assert errors.retuned["gyro"] == np.inf and np.isfinite(errors.as_is["gyro"])
-    assert 10.0 * errors.steps[0] < errors.steps[1] <= 1e3
+    assert 10.0 * errors.steps[0] < errors.steps[1] <= 30.0
     log = last.screen.runs[0].log
     content = content_of(judged(found, [log]), found, [errors], None, [log], {"runs": ["run"]})
     assert json.dumps(content, allow_nan=False)
-    report = report_of(content, MODEL.vehicle, [errors], "", "Diagnosis")
-    assert "1,000" in report.html() or "1000" in report.html()
+    assert "Where the gap goes" in report_of(content, MODEL.vehicle, [errors], "", "Diagnosis").html()
 
 
 def test_where_there_is_no_gap_a_sentence_says_so_in_place_of_shares(healthy: Found) -> None:
