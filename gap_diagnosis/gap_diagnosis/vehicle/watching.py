@@ -179,7 +179,7 @@ class Watch:
     def words(self) -> str:
         """What is watched for, in a sentence."""
         titles = dict.fromkeys(described(h.effect).title for h, _ in self.followed)
-        return f"{', '.join(titles)} of {self._model.thrusters} thrusters, body and sensors"
+        return f"{', '.join(titles)} on {self._model.thrusters} thrusters, the body and its sensors"
 
     def begin(self) -> None:
         """Begin anew with what sensors tell next: after a gap, or where the vehicle was lost."""
