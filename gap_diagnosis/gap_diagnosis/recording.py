@@ -127,9 +127,11 @@ def initial_state(
             return AT_REST, {"v": 0.5, "ambient": max(0.1, *water)}
         return AT_REST, {"ambient": noise["ambient"]} if "ambient" in noise else {}
     u = float(experiment.throttle[0]) if experiment.throttle.size else 0.0
-    n, ambient, axial = (first[name][0] if name in first else 0.0 for name in ("speed", "ambient", "axial"))
-    spread = max(5.0, 5.0 * noise.get("speed", 6.0), 0.5 * abs(n))
-    if "speed" not in first and turns:
+    ambient, axial = (first[name][0] if name in first else 0.0 for name in ("ambient", "axial"))
+    if "speed" in first:
+        n = first["speed"][0]
+        spread = max(5.0, 5.0 * noise["speed"], 0.5 * abs(n))
+    else:
         n, spread = float(np.copysign(0.5 * _ANY_SPEED, first["thrust"][0])), _ANY_SPEED
     deviations = {"n": spread, "v": 0.5, "ambient": 0.1, "u": max(0.5 * abs(u), 0.1)}
     return PlantState(n, axial, ambient, u), deviations

@@ -13,7 +13,7 @@ from rov_sim.vehicle.effects.effect import VehicleEffect
 from thruster_model.effects import stages
 from thruster_model.effects.effect import Suspected
 
-__all__ = ["WIRING", "Hypothesis", "described", "hypotheses"]
+__all__ = ["WIRING", "Hypothesis", "described", "hypotheses", "sized"]
 
 _FURTHER = (0.3, 1.0, 2.0)
 """Sizes, in expected ones, from which what is bent is looked for."""
@@ -22,6 +22,11 @@ _FURTHER = (0.3, 1.0, 2.0)
 def described(effect: str) -> Any:
     """Return an effect as its library describes it, that of the vehicle or that of a thruster."""
     return VEHICLE_LIBRARY.get(effect) or stages.LIBRARY[effect]
+
+
+def sized(parameter: str, size: float, deviation: float, unit: str) -> str:
+    """Return a size in words."""
+    return f"{parameter} {size:.3g} ± {deviation:.2g}{'' if unit == '1' else ' ' + unit}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -32,9 +32,9 @@ def prepared(
 ) -> list[Prepared]:
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
-    The wrench's deviations follow by expectation and maximisation on the filter's estimates, its time from the
-    likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best of all
-    that was tried is kept.
+    The wrench's deviations follow in rounds from the size of the filter's estimates and from their changes, its time
+    from the likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best
+    of all that was tried is kept.
     """
     if rounds == 0:
         noises = start or first_noises(model, logs)

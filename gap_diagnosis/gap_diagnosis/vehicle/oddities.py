@@ -16,7 +16,7 @@ from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import probability_at, scattered_before_sorting, share_deviation
 from gap_diagnosis.suspects import betrayed_by
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.hypotheses import described
+from gap_diagnosis.vehicle.hypotheses import described, sized
 from thruster_model.effects import stages
 
 __all__ = ["Logged", "Oddity", "cleaned", "common_to"]
@@ -69,8 +69,7 @@ class Logged(NamedTuple):
     @property
     def sentence(self) -> str:
         """Of a summary."""
-        unit = "" if self.unit == "1" else f" {self.unit}"
-        told = f"{self.parameter} {self.size:.3g} ± {self.deviation:.2g}{unit} (p {self.probability:.2f})"
+        told = f"{sized(self.parameter, self.size, self.deviation, self.unit)} (p {self.probability:.2f})"
         return f"{self.words[0].upper()}{self.words[1:]}: {told}, as the log itself shows."
 
 

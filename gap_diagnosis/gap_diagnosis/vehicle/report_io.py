@@ -7,6 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors
+from gap_diagnosis.vehicle.hypotheses import sized
 from run_bag.report import Axis, Bars, Column, Plot, Report, bars
 from thruster_model.vehicle_set import VehicleSet
 
@@ -34,10 +35,7 @@ def report_of(
     if content["effects"]:
         rows = []
         for e in content["effects"]:
-            sizes = "; ".join(
-                f"{n} {p['value']:.3g} ± {p['std']:.2g}{'' if p['unit'] == '1' else ' ' + p['unit']}"
-                for n, p in e["parameters"].items()
-            )
+            sizes = "; ".join(sized(n, p["value"], p["std"], p["unit"]) for n, p in e["parameters"].items())
             near = ", ".join(f"{r['id']} ({r['probability']:.2f})" for r in e["indistinguishable_from"]) or "none"
             rows.append([e["words"], e["probability"], sizes or "on", _closes(e), near])
         report.table(

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
 from gap_diagnosis.vehicle.gram import solution
-from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, sized
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.oddities import Logged, common_to
@@ -226,7 +226,7 @@ def _summary(
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(
-            f"{p} {s:.3g} ± {d:.2g}{'' if h.units[p] == '1' else ' ' + h.units[p]}"
+            sized(p, s, d, h.units[p])
             for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")

@@ -159,9 +159,9 @@ class VehicleWatch(Node):
 
     def _fail(self, alarm: Alarm, stamp: int) -> None:
         thruster = alarm.failure.thruster
-        if thruster is None or thruster in self._reported:
+        if thruster is None or alarm.failure.effect != "thrust_loss":
             return
-        if alarm.failure.effect != "thrust_loss" or alarm.deviation > _SURE:
+        if thruster in self._reported or alarm.deviation > _SURE:
             return
         self._reported.add(thruster)
         left = max(1.0 - alarm.size, 0.0)
