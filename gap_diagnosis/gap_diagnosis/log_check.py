@@ -47,14 +47,15 @@ def lattice_step(values: Array, *, least_values: int = 4) -> float:
 def hole_around_zero(values: Array, *, least: int = 5) -> float:
     """Return the magnitude below which a noisy sensor gives exactly zero; 0 where there is no such hole.
 
-    There must be zeros, and as many readings between the hole's edge and its double as would betray readings inside.
+    There must be zeros, and as many different readings between the hole's edge and its double as would betray readings
+    inside: on a coarse lattice the first step is none.
     """
     known = values[np.isfinite(values)]
     other = np.abs(known[known != 0.0])
     if known.size - other.size < least or other.size < least:
         return 0.0
     edge = float(np.min(other))
-    return edge if np.sum(other < 2.0 * edge) >= least and edge > 3.0 * lattice_step(values) else 0.0
+    return edge if np.unique(other[other < 2.0 * edge]).size >= least else 0.0
 
 
 def repeated_samples(values: Array) -> Mask:

@@ -31,6 +31,8 @@ _WITHOUT = {
     None: "those beside it tell what acts",
 }
 """Where a stamp holds no command, by how commands act between their samples."""
+_SIGNED, _OPPOSITE = ("thrust", "torque", "ambient", "axial"), -0.8
+"""Signals that tell a direction; correlation of one of them with the speed below which it goes the other way."""
 
 
 def read_recordings(
@@ -134,7 +136,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         found = "; ".join(warnings) or f"found {', '.join(run)}"
         raise UnfitDataError([f"{run.name}: expected one of {expected}; {found}"])
     if "speed" in signals:
-        signals["speed"] = _with_sign(run, prefix, signals["speed"], commands)
+        signals["speed"] = _with_sign(run, prefix, signals, commands)
     parts = _parts(commands, signals, f"{prefix}/throttle", warnings)
     recordings: list[Recording] = []
     supply = _supply(run, f"{prefix}/state.supply_voltage")
@@ -193,14 +195,28 @@ def _is_raw(run: Run, prefix: str) -> bool:
     return f"{prefix}/throttle_sent.sent" in run or not lacks_sign(run[sign].values, run[speed].values)
 
 
-def _with_sign(run: Run, prefix: str, speed: Samples, throttle: Samples) -> Samples:
-    """Return speeds with their signs; NaN where nothing tells one."""
+def _with_sign(run: Run, prefix: str, signals: Mapping[str, Samples], throttle: Samples) -> Samples:
+    """Return speeds with their signs; NaN where nothing tells one.
+
+    A tachometer without sign has the throttle's, unless two sensors say that the thruster turns the other way.
+    """
+    speed = signals["speed"]
     sign, values = f"{prefix}/state.sign_source", run[f"{prefix}/state.n"].values
     if sign not in run:
         return speed
     if lacks_sign(run[sign].values, values):
-        return _signed(*speed, throttle)
+        time, found = _signed(*speed, throttle)
+        likeness = [_likeness(time, found, *each) for name, each in signals.items() if name in _SIGNED]
+        turned = len(likeness) > 1 and max(likeness) < 0.0 and min(likeness) < _OPPOSITE
+        return time, -found if turned else found
     return speed[0], with_known_sign(run[sign].values[np.isfinite(values)], speed[1])
+
+
+def _likeness(time: Array, speed: Array, stamps: Array, readings: Array) -> float:
+    """Return the correlation, about zero, of readings with speeds; 0 where they have no instant together."""
+    there = np.isfinite(speed) & (time >= stamps[0]) & (time <= stamps[-1])
+    n, y = speed[there], np.interp(time[there], stamps, readings)
+    return float(n @ y) / max(np.sqrt(float(n @ n) * float(y @ y)), 1e-300)
 
 
 def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:

@@ -76,6 +76,13 @@ def test_spikes_stand_out_of_a_slow_signal():
     assert np.mean(spikes(slow, 0.006)) < 0.005
 
 
+def test_the_first_step_of_coarse_readings_is_no_hole_however_many_outliers_lie_off_their_lattice():
+    coarse = np.round(60.0 * np.sin(np.arange(8000) / 40.0) + RNG.standard_normal(8000))
+    coarse[np.flatnonzero(np.abs(coarse) > 20.0)[::500]] += 0.37
+    assert np.count_nonzero(coarse == 0.0) > 5
+    assert hole_around_zero(coarse) == 0.0
+
+
 def test_a_hole_around_zero_is_as_wide_as_the_smallest_reading():
     cut = np.where(np.abs(NOISY) < 14.0, 0.0, NOISY)
     assert 14.0 <= hole_around_zero(cut) < 16.0

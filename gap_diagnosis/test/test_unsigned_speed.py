@@ -1,5 +1,7 @@
 """Tachometers that give magnitudes: the sign is the throttle's, and what nothing tells is left out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -91,3 +93,22 @@ def test_single_readings_whose_sign_is_unknown_are_not_measured_unless_near_rest
     speed = recording.experiment.measurements["speed"].values
     assert np.isnan(speed[unsure & (np.abs(truth) > 5.0)]).all()
     assert np.isfinite(speed[~unsure]).all() and np.mean(np.isfinite(speed[at < 1.0])) > 0.95
+
+
+@pytest.mark.parametrize(("channels", "sense"), [(("load", "flow"), 1.0), (("load",), -1.0), ((), -1.0)])
+def test_speeds_go_against_the_throttle_only_where_two_sensors_say_that_the_thruster_does(tmp_path, channels, sense):
+    at = np.arange(0.0, 30.0, 0.02)
+    commands = 3.0 * np.sin(0.5 * at)
+    true = simulate(HL.model.coefficients(HL.values), -np.repeat(commands, 20), 1e-3)
+    n, thrust, flow = (each[:-1:20] for each in (true.n, true.thrust, true.ambient))
+    read = {
+        "state": topic("state", "ThrusterState", at, {"n": np.abs(n), "sign_source": np.zeros(at.size)}),
+        "throttle": topic("throttle", "Throttle", at, {"commanded": commands}),
+        "load": replace(topic("load", "", at, {"wrench.force.x": thrust}), type="geometry_msgs/msg/WrenchStamped"),
+        "flow": topic("flow", "FlowVelocity", at, {"ambient": flow}),
+    }
+    run = write_run(tmp_path / "run", [read[name] for name in ("state", "throttle", *channels)], {})
+    (recording,) = read_recordings([run])
+    speed = recording.experiment.measurements["speed"].values
+    known = np.isfinite(speed) & (np.abs(n) > 1.0)
+    np.testing.assert_array_equal(np.sign(speed[known]), sense * np.sign(n[known]))

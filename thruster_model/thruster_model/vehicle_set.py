@@ -122,11 +122,16 @@ class VehicleSet:
         )
 
     def with_values(self, values: Mapping[str, float], *, source: str) -> "VehicleSet":
-        """Return a copy with some parameters' values replaced, their source stated, their deviations kept."""
-        changed = {
-            name: replace(p, value=float(values[name]), source=source) if name in values else p
-            for name, p in self.parameters.items()
-        }
+        """Return a copy with some parameters' values replaced, their source stated, their deviations kept.
+
+        A parameter that the set does not state, such as x_G, is stated then.
+        """
+        changed = dict(self.parameters)
+        for name, value in values.items():
+            if name in changed:
+                changed[name] = replace(changed[name], value=float(value), source=source)
+            elif (definition := definition_of(name)) is not None:
+                changed[name] = Parameter(value=float(value), unit=definition.unit, source=source)
         return replace(self, parameters=changed)
 
 

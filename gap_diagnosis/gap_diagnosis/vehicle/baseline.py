@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 
 __all__ = ["Baseline", "baseline"]
 

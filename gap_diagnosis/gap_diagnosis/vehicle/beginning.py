@@ -10,12 +10,13 @@ from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis
 from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.rivals import Rivals
 from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled_from_believed
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
+from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.innovations import CHANNELS
 
 __all__ = ["begun"]

@@ -10,9 +10,9 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.stage import Stage, log_prior
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["refined_ones"]
 

@@ -10,13 +10,13 @@ import numpy as np
 from gap_diagnosis.check_io import topics_within
 from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.fit_io import name_of
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
 from gap_diagnosis.vehicle.log_io import log_of, suited_period
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
+from gap_diagnosis.vehicle.unknowns import Key, words_of
 from gap_diagnosis.vehicle.wiring import wiring_of
 from run_bag import Run, RunError, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
@@ -142,5 +142,5 @@ def _named(keys: Sequence[Key]) -> str:
     for key in keys:
         if key[0] == "own":
             own.setdefault(key[1], []).append(str(key[2]))
-    others = [name_of(key) for key in keys if key[0] != "own"]
+    others = [words_of(key) for key in keys if key[0] != "own"]
     return ", ".join([*others, *(f"{name} of thruster {' '.join(thrusters)}" for name, thrusters in own.items())])

@@ -12,7 +12,8 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog, held
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import PARTS, innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of

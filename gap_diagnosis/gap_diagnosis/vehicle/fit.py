@@ -15,11 +15,12 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
 from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle", "numbers_of"]
 

@@ -10,32 +10,14 @@ import numpy as np
 
 from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
 from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model, admissible
+from gap_diagnosis.vehicle.model import Model, admissible
+from gap_diagnosis.vehicle.unknowns import OF_RUN, unit_of, words_of
 from run_bag.report import Column, Report
 from safe_files.whole_files_io import new_folder, write_whole
-from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import dump_vehicle_set
 
 __all__ = ["content_of", "fitted_set", "summary_of", "written"]
-
-
-def name_of(key: Key) -> str:
-    """Return a number's name in words."""
-    kind = key[0]
-    if kind == "own":
-        return f"{key[1]} of thruster {key[2]}"
-    if kind == "shared":
-        return f"{key[1]} of all thrusters"
-    if kind == "late":
-        return "commands act late" if key[1] == "commands" else "the IMU is late"
-    return " ".join(map(str, key[1:]))
-
-
-def unit_of(key: Key) -> str:
-    """Return the unit that a number moves in."""
-    definition = definition_of(key[1]) if key[0] == "vehicle" else None
-    return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")
 
 
 def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
@@ -63,7 +45,7 @@ def summary_of(fit: VehicleFit) -> str:
     far = sorted((n for n in own if n.shifted), key=lambda n: -abs(n.moved / n.before))
     says = [f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
     if far:
-        named = ", ".join(f"{name_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
+        named = ", ".join(f"{words_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
         says.append(f"Farther from what was stated than its deviation allows: {named}. An effect may be behind it.")
     for e in fit.errors:
         nearer = [c for c in CHANNEL_GROUPS if e.fitted[c] < e.as_stated[c]]
@@ -81,9 +63,9 @@ def content_of(model: Model, fit: VehicleFit, provenance: dict[str, Any]) -> dic
 
     def row(n: FittedNumber) -> dict[str, Any]:
         stated = values[n.key[1]] if n.key[0] == "vehicle" else 0.0
-        told_with = None if n.together is None else {"name": name_of(n.together[0]), "correlation": n.together[1]}
+        told_with = None if n.together is None else {"name": words_of(n.together[0]), "correlation": n.together[1]}
         return {
-            "name": name_of(n.key), "key": list(n.key), "unit": unit_of(n.key), "stated": stated,
+            "name": words_of(n.key), "key": list(n.key), "unit": unit_of(n.key), "stated": stated,
             "stated_std": n.before, "value": stated + n.moved, "std": n.after, "determined": n.told,
             "told_with": told_with,
         }  # fmt: skip

@@ -14,10 +14,11 @@ from gap_diagnosis.vehicle.gram import gathered
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.stage import least_shown
+from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 
 __all__ = ["Foreseen", "foreseen"]
 

@@ -22,11 +22,12 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviations
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.rules import CALM_WRENCH
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
+from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = [
@@ -202,7 +203,7 @@ def free_runs(model: Model, runs: Sequence[Prepared], points: Sequence[Point], h
 
 def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> Point:
     """Return numbers and effects as all recordings but one have them, along the columns of the joint fit; the one's
-    biases are its own. With one recording there are no others.
+    biases are its own, its trim is not known. With one recording there are no others.
 
     One step without checking what it gains (x + H^-1 J_k^T r_k, the slope of all being zero) went to a negative mass
     where an effect was missing.
@@ -214,8 +215,9 @@ def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> 
     problem = Problem(screen=left, nuisances=free, effects=tuple(a.hypothesis for a in fit.effects))
     columns = [fit.columns[j] for j in others]
     found = problem.fit(fit.moved, [a.sizes for a in fit.effects], columns, product_of(columns))
-    own = {key: value for key, value in fit.values.items() if key[0] in OF_RUN}
-    return Point({**found.values, **own}, [a.active for a in found.effects])
+    own = {key: value for key, value in fit.values.items() if key[0] in OF_RUN and key[0] != "trim"}
+    others_own = {key: value for key, value in found.values.items() if key[0] != "trim"}
+    return Point({**others_own, **own}, [a.active for a in found.effects])
 
 
 def _windows(log: VehicleLog, horizon: float) -> tuple[range, int, int]:

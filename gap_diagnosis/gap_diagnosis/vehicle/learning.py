@@ -10,8 +10,9 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.side_by_side import side_by_side
+from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 

@@ -1,15 +1,4 @@
-"""The vehicle's model at any point of the space of its unknowns, as tables for the filter's kernel.
-
-Unknowns are named by keys:
-    ("vehicle", name)            added to a parameter of the vehicle set, in its unit
-    ("shared", group)            share by which a group of coefficients of all thrusters is larger
-    ("own", group, i)            the same of one thruster, beside
-    ("gyro", run, axis)          bias of the gyro in one run [rad/s]
-    ("force", run, axis)         bias of the accelerometer [m/s^2]
-    ("late", what)               by which commands act, or the IMU is read, later than stamps say or before them [s]
-    ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
-    ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
-"""
+"""The vehicle's model at any point of the space of its unknowns, as tables for the filter's kernel."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
+from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
 from rov_sim.vehicle.innovations import PARTS
 from rov_sim.vehicle.plant import VehicleSettings
@@ -33,10 +23,9 @@ from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "OF_LOG", "OF_RUN", "Built", "Key", "Model", "admissible"]
+__all__ = ["GROUPS", "OF_LOG", "Built", "Model", "admissible"]
 
 Array = NDArray[np.float64]
-Key = tuple[Any, ...]
 GROUPS: dict[str, tuple[str, ...]] = {
     "c_u1": ("c_u1",),
     "c_u2": ("c_u2",),
@@ -63,8 +52,6 @@ _LEAST_SHARE = 0.05
 _TACH = ("tach_scale", "tach_lag")
 OF_LOG = ("log_alignment", "clock_drift")
 """Effects of when commands are said to act, not of the vehicle."""
-OF_RUN = ("gyro", "force")
-"""First parts of keys of unknowns that each run has of its own; the run is the second part."""
 _VEHICLES = 512
 """Vehicles with changed numbers that are kept: a fit asks for the same ones with other thrusters, run after run."""
 
@@ -122,7 +109,7 @@ class Model:
         base = self.vehicle.values
 
         def changed(changes: tuple[tuple[str, float], ...]) -> VehicleCoefficients:
-            values = {n: admissible(n, base[n] + v) for n, v in changes}
+            values = {n: admissible(n, base.get(n, 0.0) + v) for n, v in changes}
             vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
             return vehicle.coefficients._replace(full_thrust=self._full)
 
@@ -171,8 +158,7 @@ class Model:
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
                     tach[i, 1] = max(next(iter(effect.sizes.values())), 0.0)
-        changes = tuple((k[1], v) for k, v in values.items() if k[0] == "vehicle" and v)
-        body = body_with(self._coefficients(changes), active)
+        body = body_with(self._coefficients(_changes(values, run)), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
         if initial is not None and not body.turning.all():  # a rotor that has stopped stood still before
             thrusters_then = initial.thrusters.copy()
@@ -196,6 +182,21 @@ class Model:
             signed=int(signed), **power,
         )  # fmt: skip
         return Built(settings, sensors, tach)
+
+
+def _changes(values: Mapping[Key, float], run: int) -> tuple[tuple[str, float], ...]:
+    """Return by how much parameters of the vehicle are changed in one run, (name, change) each.
+
+    What runs differ by sums to zero over all of them: what is the same in all is the vehicle's.
+    """
+    found: dict[str, float] = {}
+    for key, value in values.items():
+        if key[0] == "vehicle" and value:
+            found[key[1]] = found.get(key[1], 0.0) + value
+        elif key[0] == "trim" and value and acts_in(key, run):
+            last = key[2]
+            found[key[1]] = found.get(key[1], 0.0) + value * (last if run == last else -1.0) / (last + 1.0)
+    return tuple(found.items())
 
 
 def admissible(name: str, value: float) -> float:

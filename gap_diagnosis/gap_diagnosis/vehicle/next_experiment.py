@@ -21,13 +21,13 @@ from gap_diagnosis.vehicle.gram import Gram
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.learning import learned_from
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import OF_RUN
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.programmes import Limits, Programme, pulses, sweeps
 from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown, stage_at
+from gap_diagnosis.vehicle.unknowns import acts_in
 from gap_diagnosis.vehicle.verdict import Verdict
 
 __all__ = ["NextExperiment", "Separation", "next_experiment"]
@@ -112,7 +112,7 @@ def _with_recording(found: Found, logs: Sequence[VehicleLog], programme: Program
     log, states = foreseen(model, logs[0], programme.throttles, fit.values, effects)
     run = len(logs)
     prepared = prepared_with(model, log, run, learned_from(last.screen.runs), fit.values, effects, states)
-    free = {k: d for k, d in nuisances(model, [*logs, log]).items() if not (k[0] in OF_RUN and k[1] != run)}
+    free = {k: d for k, d in nuisances(model, [*logs, log]).items() if acts_in(k, run)}
     moved = np.array([fit.values.get(k, 0.0) / d for k, d in free.items()])
     sizes = [a.sizes for a in fit.effects]
     problem = Problem(

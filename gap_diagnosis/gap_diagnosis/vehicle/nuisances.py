@@ -6,9 +6,12 @@ thruster and a wrong common coefficient do not compete.
 
 from collections.abc import Sequence
 
+import numpy as np
+
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import GROUPS, Key, Model
-from gap_diagnosis.vehicle.rules import OWN, SHARED, TIMING
+from gap_diagnosis.vehicle.model import GROUPS, Model
+from gap_diagnosis.vehicle.rules import OWN, SHARED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["nuisances"]
 
@@ -43,6 +46,11 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
+    volume = model.vehicle.values["volume"]
+    for k in range(1, len(logs)):
+        against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
+        found["trim", "volume", k] = float(against * TRIMMED * volume)
+        found |= {("trim", f"{a}_G", k): float(against * TRIMMED * np.cbrt(volume)) for a in "xyz"}
     found |= {("late", "commands"): TIMING, ("late", "imu"): TIMING}
     if any(log.there["battery"] for log in logs):
         found |= {("power", name): share for name, share in _POWER.items()}

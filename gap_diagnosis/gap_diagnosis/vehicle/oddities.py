@@ -109,7 +109,7 @@ def _of_tachometer(time: Array, speed: Array, thruster: int) -> tuple[Mask, list
     found = []
     if step > _COARSE * largest:
         found.append(Oddity(betrayed_by("lattice"), "tachometer", thruster, step, 1e-3 * step, LOG_RULES.certain))
-    if hole <= max(LOG_RULES.hole, step):
+    if hole <= LOG_RULES.hole:
         return np.zeros(speed.size, dtype=np.bool_), found
     beyond = int(np.count_nonzero((speed != 0.0) & (np.abs(speed) < 2.0 * hole)))
     found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, hole / beyond, LOG_RULES.certain))

@@ -22,9 +22,9 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import Columns, descended, normal
 from gap_diagnosis.vehicle.filtering import LOST
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.model import OF_RUN, Key
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
+from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = ["Fit", "Problem", "Refined"]
@@ -253,7 +253,7 @@ class Problem:
                 J[:, :first] = known[k]
 
             def fill(j: int, k: int = k, each: Array = each, J: NDArray[np.float32] = J) -> None:
-                if j < len(keys) and keys[j][0] in OF_RUN and keys[j][1] != k:
+                if j < len(keys) and not acts_in(keys[j], k):
                     return
                 for step in (steps[j], -steps[j]):
                     there = x.copy()

@@ -10,11 +10,12 @@ from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled_with
 from gap_diagnosis.vehicle.stage import log_prior
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["Rivals", "exchanged", "spare_of"]
 

@@ -17,6 +17,9 @@ SHARED = 0.05
 """Deviation of what all thrusters have in common, where the set states none."""
 OWN = 0.02
 """Deviation of one thruster from the others: motors and propellers of one batch."""
+TRIMMED = 0.01
+"""Share of a vehicle's volume, and of its size, by which buoyancy and centre of mass differ from dive to dive: ballast,
+another battery, the tether's end. One of 11 kg: 1.1 N and 2 mm. Set by reason."""
 CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
 """[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
 LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4

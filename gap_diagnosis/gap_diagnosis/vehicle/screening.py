@@ -12,7 +12,8 @@ from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
 from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import OF_RUN, Key, Model
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.body_axes import pushed_by
 from rov_sim.vehicle.innovations import states_of
@@ -79,7 +80,7 @@ class Screen:
         step = 0.2 * deviation
 
         def change(k: int) -> Array:
-            if key[0] in OF_RUN and key[1] != k:
+            if not acts_in(key, k):
                 return np.zeros_like(self.residual(k))
             moved = {**self.values, key: self.values.get(key, 0.0) + step}
             return self._beside(k, moved, self.effects) / (step / deviation)

@@ -11,13 +11,14 @@ from gap_diagnosis.vehicle.candidates import refined_ones
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.rivals import Rivals, exchanged, spare_of
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
 from gap_diagnosis.vehicle.settling import log_evidence, settled, settled_from_believed, settled_with
 from gap_diagnosis.vehicle.stage import Stage, stage_at
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["Found", "search"]
 

@@ -8,9 +8,10 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood
 from gap_diagnosis.vehicle.learning import learned_from, prepared
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["likelihood", "log_evidence", "settled", "settled_from_believed", "settled_with"]
 

@@ -10,10 +10,11 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import log_evidence
+from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["Stage", "least_shown", "log_prior", "of_any_size", "stage_at"]
 

@@ -11,12 +11,12 @@ from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, sized
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
-from gap_diagnosis.vehicle.model import Key
 from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.refining import Refined
 from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown
+from gap_diagnosis.vehicle.unknowns import Key, unit_of, words_of
 
 __all__ = ["Claim", "Verdict", "judged"]
 
@@ -74,7 +74,8 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
     accepted = zip(last.accepted, found.odds, found.rivals, where, strict=True)
     claims = tuple(_claim(a, o, r, stage) for a, o, r, stage in accepted if worth_claiming(a))
     small = tuple(a for a in last.accepted if not worth_claiming(a))
-    best = found.left[0][0] if found.left else -np.inf
+    near = [(odds, each) for odds, each in found.left if worth_claiming(each)]
+    best = near[0][0] if near else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
     nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
     hidden = [] if nameless else _in_calm_water(found)
@@ -109,7 +110,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]),
         hidden=least_shown(last.gram, range(len(found.nuisances))),
         wrench=wrench, logged=logged,
-        summary=_summary(name, claims, logged, small, found, nameless, rough, wrench, shifted),
+        summary=_summary(name, claims, logged, small, found, near, nameless, rough, wrench, shifted),
     )  # fmt: skip
 
 
@@ -204,15 +205,21 @@ def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
     rows = [
         (key, float(moved[j]), float(np.sqrt(covariance[j, j])))
         for j, key in enumerate(found.nuisances)
-        if key[0] in ("vehicle", "shared", "own")
+        if key[0] in ("vehicle", "shared", "own", "trim")
     ]
     rows.sort(key=lambda row: -abs(row[1]))
     return tuple(row for row in rows if abs(row[1]) > 1.5)[:8]
 
 
+def _by(key: Key, size: float) -> str:
+    """Return by how much a number moved, in words."""
+    unit = unit_of(key)
+    return f"{words_of(key)} by {f'{100.0 * size:+.1f} %' if unit == '1' else f'{size:+.3g} {unit}'}"
+
+
 def _summary(
     name: str, claims: Sequence[Claim], logged: Sequence[Logged], small: Sequence[Refined], found: Found,
-    nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
+    near: Sequence[tuple[float, Refined]], nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
     shifted: Sequence[tuple[Key, float, float]],
 ) -> str:  # fmt: skip
     says = []
@@ -222,7 +229,7 @@ def _summary(
         says.append("More is wrong than the library explains; what follows holds only if the rest leaves it alone.")
         key, moved, _ = max(shifted, key=lambda row: abs(row[1]), default=(("",), 0.0, 0.0))
         if abs(moved) > rules.HELD:
-            says.append(f"It needs {'.'.join(map(str, key[1:]))} to be {moved:+.0f} deviations from what is stated.")
+            says.append(f"It needs {words_of(key)} to be {moved:+.0f} deviations from what is stated.")
     for claim in claims:
         h = claim.refined.hypothesis
         sizes = ", ".join(
@@ -241,10 +248,11 @@ def _summary(
     if small:
         says.append("Too small to be claimed: " + ", ".join(a.hypothesis.words for a in small) + ".")
     if name == "parameters":
-        named = ", ".join(f"{'.'.join(map(str, k[1:]))} by {s:+.1f} deviations" for k, s, _ in shifted[:3])
+        far = [(key, moved) for key, moved, _ in shifted if abs(moved) > rules.SHIFTED][:3]
+        named = ", ".join(f"{_by(key, moved * found.nuisances[key])} ({moved:+.1f} deviations)" for key, moved in far)
         says.append(f"Parameters beyond their stated deviations explain the gap: {named}.")
     if name == "cannot_tell" and not claims:
-        says.append(f"Something may be there, but not surely: {found.left[0][1].hypothesis.words} is the nearest.")
+        says.append(f"Something may be there, but not surely: {near[0][1].hypothesis.words} is the nearest.")
     if nameless:
         says.append(f"What is left {_acts(nameless[0][1])}: no effect of the library does that.")
     if rough:

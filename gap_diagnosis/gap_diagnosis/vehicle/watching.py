@@ -32,7 +32,8 @@ from gap_diagnosis.vehicle.gains import filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.model import Key, Model
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of

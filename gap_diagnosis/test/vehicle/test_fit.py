@@ -87,3 +87,14 @@ def test_a_number_that_a_fit_leaves_beyond_its_range_is_written_at_its_end(fitte
     model, fit = fitted
     drag = next(n for n in fit.numbers if n.key == ("vehicle", "Q_u"))
     assert fitted_set(model, [replace(drag, moved=-1e4)]).values["Q_u"] == 0.0
+
+
+def test_what_dives_differ_by_sums_to_zero_over_them_and_is_none_of_the_vehicles() -> None:
+    model = load_model("ngs")
+    values = {("trim", "x_G", 1): 0.01, ("trim", "x_G", 2): -0.02, ("trim", "volume", 2): 1e-4}
+    r_G = [model.built(values, run=k).settings.coefficients.r_G[0] for k in range(3)]
+    believed = model.built({}).settings.coefficients.r_G[0]
+    assert r_G[1] - r_G[0] == pytest.approx(0.01)
+    assert r_G[2] - np.mean(r_G[:2]) == pytest.approx(-0.02)
+    assert np.mean(r_G) == pytest.approx(believed)
+    assert model.built(values, run=-1).settings.coefficients.r_G[0] == pytest.approx(believed)

@@ -229,3 +229,23 @@ def test_four_minutes_of_dives_name_what_two_name_and_nothing_beside_it(tmp_path
     assert (found["id"], found["thruster"]) == ("thrust_loss", 3)
     size = found["parameters"]["share"]
     assert abs(size["value"] - 0.2628) < 3.0 * size["std"]
+
+
+def test_a_centre_of_mass_that_lies_elsewhere_in_each_dive_is_a_number_of_the_dives_and_no_effect(
+    tmp_path: Path,
+) -> None:
+    model, paths = load_model("ngs"), []
+    at = model.vehicle.values.get("x_G", 0.0)
+    for k, forward in enumerate((-0.004, 0.004)):
+        draw = Draw(seed=31 + k, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=24.0)
+        there = model.vehicle.with_values({"x_G": at + forward}, source="truth")
+        (topics,) = recorded(draw, there, model.sets, model.sensors)
+        paths.append(write_run(tmp_path / f"run_{k}", topics))
+    logs, model = read_logs(paths, model)
+    content = diagnosed(model, logs, {}, only=lambda h: h.effect in FEW, how_far=False).content
+    assert content["verdict"] in ("parameters", "no_gap") and not content["effects"]
+    apart = content["retuned_parameters"]["x_G.1"]
+    scale = rules.TRIMMED * np.cbrt(model.vehicle.values["volume"]) * np.sqrt(2.0)
+    assert abs(apart["deviations"] * scale - 0.008) < 0.001
+    if content["verdict"] == "parameters":
+        assert "x_G of recording 2 against those before it by" in content["summary"]

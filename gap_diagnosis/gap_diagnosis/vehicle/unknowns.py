@@ -1,0 +1,50 @@
+"""What is unknown of a vehicle, its sensors and its recordings beside effects.
+
+Unknowns are named by keys:
+    ("vehicle", name)            added to a parameter of the vehicle set, in its unit
+    ("shared", group)            share by which a group of coefficients of all thrusters is larger
+    ("own", group, i)            the same of one thruster, beside
+    ("gyro", run, axis)          bias of the gyro in one run [rad/s]
+    ("force", run, axis)         bias of the accelerometer [m/s^2]
+    ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
+    ("late", what)               by which commands act, or the IMU is read, later than stamps say or before them [s]
+    ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
+    ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
+"""
+
+from typing import Any
+
+from thruster_model.vehicle_parameters import definition_of
+
+__all__ = ["OF_RUN", "Key", "acts_in", "unit_of", "words_of"]
+
+Key = tuple[Any, ...]
+OF_RUN = ("gyro", "force", "trim")
+"""First parts of keys of unknowns that tell of single runs."""
+
+
+def acts_in(key: Key, run: int) -> bool:
+    """Return whether an unknown changes anything in a run."""
+    if key[0] == "trim":
+        return bool(0 <= run <= key[2])
+    return key[0] not in OF_RUN or key[1] == run
+
+
+def words_of(key: Key) -> str:
+    """Return a number's name in words."""
+    kind = key[0]
+    if kind == "own":
+        return f"{key[1]} of thruster {key[2]}"
+    if kind == "shared":
+        return f"{key[1]} of all thrusters"
+    if kind == "trim":
+        return f"{key[1]} of recording {key[2] + 1} against those before it"
+    if kind == "late":
+        return "commands act late" if key[1] == "commands" else "the IMU is late"
+    return " ".join(map(str, key[1:]))
+
+
+def unit_of(key: Key) -> str:
+    """Return the unit that a number moves in."""
+    definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None
+    return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")
