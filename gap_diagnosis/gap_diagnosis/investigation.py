@@ -9,10 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
-from gap_diagnosis.discrepancy import Discrepancy, discrepancy
+from gap_diagnosis.discrepancy import Discrepancy, Feature, discrepancy
 from gap_diagnosis.offers import offers_of
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.rules import RULES
+from gap_diagnosis.uneven_push import evidence_for_uneven_push
 from system_identification.earning import Earned, earned
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
@@ -276,8 +277,23 @@ def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> 
         gained[key] = left.fitted.evidence - less.fitted.evidence
         ahead[key] = gained[key] + unexplained.evidence - discrepancy(less.fitted, less.noise, trace).evidence
     return Investigation(
-        search=search, left=left, left_by_none=none, unexplained=unexplained, gained=gained, ahead=ahead, offer=offer
+        search=search,
+        left=left,
+        left_by_none=none,
+        unexplained=_with_push(unexplained, left),
+        gained=gained,
+        ahead=ahead,
+        offer=offer,
     )
+
+
+def _with_push(unexplained: Discrepancy, left: Left) -> Discrepancy:
+    """Return what is left, with the random push of the rotor where more evidence is for that than for all functions."""
+    uneven = evidence_for_uneven_push(left.fitted, left.noise)
+    if uneven <= max(unexplained.evidence, RULES.nameless):
+        return unexplained
+    feature = Feature("speed", "a random push that grows with |n|", 2.0 * uneven)
+    return unexplained._replace(features=(feature, *unexplained.features), evidence=uneven)
 
 
 def imitated_by_parameters(found: Hypothesis, suspect: Suspect) -> tuple[float, float]:

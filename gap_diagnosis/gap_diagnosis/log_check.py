@@ -22,6 +22,8 @@ Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
 _BY_CHANCE = 1e-4  # probability of so many repeats, below which they are the log's
 _SMALL, _OFF_STEPS = 15.0, 0.1  # differences in the smallest one; their median distance from whole ones, evenly 0.25
+_ABOUT_ZERO, _INSIDE = 4.0, 1e-3  # standard deviations that noise about zero reaches; share of outliers in a hole
+_SUDDEN = 3.0  # times as far as the sample before
 _WANDERS = 0.7  # share of the deviation of stamps that lasts longer than some fifty samples
 
 
@@ -45,17 +47,31 @@ def lattice_step(values: Array, *, least_values: int = 4) -> float:
 
 
 def hole_around_zero(values: Array, *, least: int = 5) -> float:
-    """Return the magnitude below which a noisy sensor gives exactly zero; 0 where there is no such hole.
+    """Return the magnitude below which a sensor gives zero, or noise about zero; 0 where there is no such hole.
 
     There must be zeros, and as many different readings between the hole's edge and its double as would betray readings
-    inside: on a coarse lattice the first step is none.
+    inside: on a coarse lattice the first step is none. Where zeros have noise, readings must fall to them from one
+    sample to the next, much faster than they fell before: a rotor that slows down does not.
     """
     known = values[np.isfinite(values)]
-    other = np.abs(known[known != 0.0])
-    if known.size - other.size < least or other.size < least:
+    size = np.abs(known)
+    noisy = np.count_nonzero(known == 0.0) < least
+    zero = _ABOUT_ZERO * float(np.nan_to_num(noise_level(known))) if noisy and known.size else 0.0
+    beyond = np.sort(size[size > zero])
+    if known.size - beyond.size < least or beyond.size < least:
         return 0.0
-    edge = float(np.min(other))
-    return edge if np.unique(other[other < 2.0 * edge]).size >= least else 0.0
+    edge = float(beyond[int(_INSIDE * known.size) if noisy else 0])
+    if np.unique(beyond[(beyond >= edge) & (beyond < 2.0 * edge)]).size < least:
+        return 0.0
+    return edge if not noisy or (edge > 2.0 * zero and _falls(size, zero, least)) else 0.0
+
+
+def _falls(size: Array, zero: float, least: int) -> bool:
+    """Tell whether magnitudes (M,) fall to zero from one sample to the next, though they had hardly fallen before."""
+    last = 1 + np.flatnonzero((size[:-2] > zero) & (size[1:-1] > zero) & (size[2:] <= zero))
+    before = np.maximum(np.abs(size[last] - size[last - 1]), zero / _ABOUT_ZERO)
+    sudden = size[last] - size[last + 1] > _SUDDEN * before
+    return bool(np.count_nonzero(sudden) >= least and np.mean(sudden) > 0.25)
 
 
 def repeated_samples(values: Array) -> Mask:

@@ -64,6 +64,8 @@ def _beginning(recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
     return {name: measured.time < end for name, measured in experiment.measurements.items()}
 
 
+_INSIDE, _OUTLIERS = 0.5, 1e-3
+"""Share of a hole below which a reading is zero; of readings that may lie between it and the hole's edge."""
 _ABOUT = np.array([0.25, 0.25, 0.0, 0.25, 0.25])
 
 
@@ -72,10 +74,10 @@ def _zeros(recording: Recording, hole: float) -> Mapping[str, NDArray[np.bool_]]
     seen, so their mean is not the speed. By their neighbours, as their own noise must not choose them.
     """
     read = recording.experiment.measurements.get("speed")
-    if hole == 0.0 or read is None or not np.any(read.values == 0.0):
+    if hole == 0.0 or read is None or not np.any(zero := np.abs(read.values) < _INSIDE * hole):
         return {}
     about = np.abs(np.convolve(np.nan_to_num(read.values), _ABOUT, "same"))
-    return {"speed": (read.values == 0.0) | (about < hole + 3.0 * read.noise)}
+    return {"speed": zero | (about < hole + 3.0 * read.noise)}
 
 
 def _hole(recordings: Sequence[Recording]) -> float:
@@ -86,7 +88,8 @@ def _hole(recordings: Sequence[Recording]) -> float:
     readings = np.concatenate(
         [r.experiment.measurements["speed"].values for r in recordings if "speed" in r.experiment.measurements]
     )
-    return min(holes) if not np.any((np.abs(readings) < 0.95 * min(holes)) & (readings != 0.0)) else 0.0
+    inside = (np.abs(readings) < 0.95 * min(holes)) & (np.abs(readings) > _INSIDE * min(holes))
+    return min(holes) if np.mean(inside) < _OUTLIERS else 0.0
 
 
 def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
@@ -106,7 +109,7 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     hole = _hole(recordings)
     if hole > 0.0:
         readings = [m.values for r in recordings if (m := r.experiment.measurements.get("speed")) is not None]
-        beyond = sum(int(np.sum((v != 0.0) & (np.abs(v) < 2.0 * hole))) for v in readings)
+        beyond = sum(int(np.sum((np.abs(v) > _INSIDE * hole) & (np.abs(v) < 2.0 * hole))) for v in readings)
         found.append(
             Scatter(
                 effect=betrayed_by("zeros"),
@@ -115,7 +118,7 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
                 size=hole,
                 deviation=hole / max(beyond, 1),
                 log_odds=LOG_RULES.certain,
-                sentence=f"the tachometer reads exactly zero below {hole:.3g} rad/s",
+                sentence=f"the tachometer reads zero below {hole:.3g} rad/s",
             )
         )
     steps = [r.log.lattice.get("speed", 0.0) for r in recordings if "speed" in r.experiment.measurements]

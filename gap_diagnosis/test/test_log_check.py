@@ -88,6 +88,27 @@ def test_a_hole_around_zero_is_as_wide_as_the_smallest_reading():
     assert 14.0 <= hole_around_zero(cut) < 16.0
 
 
+def slowing(rng, stops):
+    """Return speeds of a rotor at 100 Hz that is driven up and coasts down again and again; `stops`: when it slows."""
+    up = 90.0 * (1.0 - np.exp(-np.arange(100) / 8.0))
+    down = 90.0 * np.exp(-np.arange(150) / 8.0)
+    return np.concatenate([np.concatenate((up, stops(down))) for _ in range(12)]) + 0.5 * rng.standard_normal(3000)
+
+
+def test_a_hole_is_seen_where_zeros_have_noise_and_the_edge_differs_between_rise_and_fall():
+    rng = np.random.default_rng(7)
+    noise = 0.5 * rng.standard_normal(3000)
+    speed = slowing(rng, lambda down: down)
+    blind = np.where(np.diff(speed, prepend=0.0) > 0.0, speed < 16.0, speed < 12.0)
+    assert 11.0 < hole_around_zero(np.where(blind, 0.0, speed) + noise) < 13.5
+
+
+def test_a_rotor_that_coasts_down_or_that_friction_stops_has_no_hole():
+    rng = np.random.default_rng(8)
+    assert hole_around_zero(slowing(rng, lambda down: down)) == 0.0
+    assert hole_around_zero(slowing(rng, lambda down: np.maximum(down - 3.0 * (down < 30.0), 0.0))) == 0.0
+
+
 def test_scatter_of_stamps_is_measured_about_a_line_and_undone_of_sorting():
     regular = 0.04 * np.arange(3000) + 1.0
     scattered = np.sort(regular + 0.02 * RNG.standard_normal(3000))

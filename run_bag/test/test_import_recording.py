@@ -210,7 +210,10 @@ def test_words_within_names_and_units_in_brackets_suggest_too(tmp_path, capsys):
         in text
     )
     assert "thruster_0/state.current: {column: motor current, unit: A}" in text
-    assert "# 'Schub (kgf)' 0.5 to 0.5 kgf, 2 samples" in text
+    assert (
+        "load.wrench.force.x: {column: 'Schub (kgf)', unit: kgf}   # 0.5 to 0.5 kgf, 2 samples; by its unit alone"
+        in text
+    )
 
 
 SWEEP = np.sin(np.arange(0.0, 12.0, 0.02))
@@ -321,6 +324,33 @@ def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
     )
     assert expected in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_columns_whose_names_no_rule_knows_are_guessed_by_their_units(tmp_path, capsys):
+    rows = [f"{10 * (k - k % 2)},{u:g},{300 * u:g},{4 * u:g}" for k, u in enumerate(SWEEP)]  # two rows have one stamp
+    (tmp_path / "x.csv").write_text("\n".join(["Zeit (ms),Stellwert (%),Drehzahl (rpm),Kraft (N)", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: 'Zeit (ms)', unit: ms}" in text and "Not recognised" not in text
+    for channel, unit in (("throttle.commanded", "'%'"), ("state.n", "rpm"), ("load.wrench.force.x", "N")):
+        (line,) = (line for line in text.splitlines() if line.startswith(f"thruster_0/{channel}"))
+        assert f"unit: {unit}" in line and "by its unit alone: is it?" in line
+
+
+def test_two_columns_of_one_unit_without_a_known_name_are_left_to_the_reader(tmp_path, capsys):
+    rows = [f"{0.01 * k},{u:g},{u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,Kraft (N),Zug (N)", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    assert "wrench" not in capsys.readouterr().out
+
+
+def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
+    rows = [f"{0.01 * k},{u:g},{0.01 * k + 0.004:g},{60 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t u,u_V,t n,omega (rad/s)", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: t u, unit: s}" in text and "Not recognised" not in text
+    assert "time_column: t n" in next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
 
 
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):

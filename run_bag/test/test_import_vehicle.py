@@ -150,6 +150,15 @@ def test_without_the_axes_the_import_says_that_z_points_up(tmp_path, capsys):
     assert "rov/imu: its z axis points up: expected axes forward, starboard, down" in capsys.readouterr().err
 
 
+def test_outputs_with_the_thruster_s_number_inside_and_specific_forces_are_a_vehicle_s(tmp_path, capsys):
+    names = {f"servo{k}_out": 1500.0 + 200.0 * np.sin(TIME + k) for k in (1, 2)}
+    forces = {"fx": 0.1 * np.sin(TIME), "fy": 0.2 * np.cos(TIME), "fz": np.full(TIME.size, -9.8)}
+    text = guessed(capsys, write_table(tmp_path / "a.csv", {"t": TIME, **names, **forces, "volts": 15.0 + TIME}))
+    for k in (1, 2):
+        assert f"thruster_{k - 1}/throttle.commanded: {{column: servo{k}_out, unit: us" in text
+    assert "rov/imu.linear_acceleration.z: {column: fz" in text and "rov/battery.voltage: {column: volts" in text
+
+
 def test_an_autopilot_s_attitude_depth_and_battery_are_guessed(tmp_path, capsys):
     data = message_format(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
     data += message_format(10, 3 + 8 + 4, "RCOU", "QHH", "TimeUS,C1,C2")

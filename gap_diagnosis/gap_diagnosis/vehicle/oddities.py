@@ -111,9 +111,10 @@ def _of_tachometer(time: Array, speed: Array, thruster: int) -> tuple[Mask, list
         found.append(Oddity(betrayed_by("lattice"), "tachometer", thruster, step, 1e-3 * step, LOG_RULES.certain))
     if hole <= LOG_RULES.hole:
         return np.zeros(speed.size, dtype=np.bool_), found
-    beyond = int(np.count_nonzero((speed != 0.0) & (np.abs(speed) < 2.0 * hole)))
+    zero = np.abs(speed) < 0.5 * hole
+    beyond = int(np.count_nonzero(~zero & (np.abs(speed) < 2.0 * hole)))
     found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, hole / beyond, LOG_RULES.certain))
-    return _crossed(time, speed == 0.0), found
+    return _crossed(time, zero), found
 
 
 def _crossed(time: Array, zero: Mask) -> Mask:

@@ -8,19 +8,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..errors import RunError
 from ..known_topics import topic_type
 from ..units import unit_of
 from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .bag_source import BagSource
-from .conversions import COMMANDS, conversion
+from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
+from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
+from .guessed_clock import bare_name, clock_of, is_time, own_times, time_of, values_of
 from .guessed_units import guessed_time_unit, guessed_unit
-from .recording_map import Entry, Mapped
-from .sources import Array, Source
+from .sources import Source
 
-_TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|(t_|time_?)(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
 _SUFFIX = re.compile(
     r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
     re.IGNORECASE,
@@ -33,7 +31,8 @@ SHOWN = 60
 
 
 class _Found(NamedTuple):
-    """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign."""
+    """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign;
+    why: what else than its name says so."""
 
     channel: str
     source: Source
@@ -41,6 +40,7 @@ class _Found(NamedTuple):
     usual: str = ""
     sign: int = 1
     stated: str = ""
+    why: str = ""
 
     @property
     def topic(self) -> str:
@@ -57,12 +57,12 @@ def guess(sources: Sequence[Source]) -> str:
     clock, told = _clock(sources)
     found: dict[str, _Found] = {}
     of_topic: dict[str, str] = {}
-    left: list[str] = []
+    left: list[tuple[Source, str]] = []
     vehicle = any(map(_of_vehicle, sources))
     for source in sources:
         rules = _rules(source, vehicle=vehicle)
         for name in source.names():
-            if isinstance(source, CsvSource) and (_is_time(name) or name == clock):
+            if isinstance(source, CsvSource) and (is_time(name) or name in (clock, *own_times(source))):
                 continue
             each = _propose(source, name, rules)
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
@@ -71,16 +71,21 @@ def guess(sources: Sequence[Source]) -> str:
                 or each.channel in found
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
-                left.append(f"# {_quoted(name)}{_seen(source, name)}")
+                left.append((source, name))
             else:
                 found[each.channel] = each
     for each in _parted(found.values()):
         del found[each.channel]
-        left.append(f"# {_quoted(each.name)}{_seen(each.source, each.name)}")
+        left.append((each.source, each.name))
+    for each in [] if vehicle else _by_unit(left):
+        if each.channel not in found:
+            found[each.channel] = each
+            left.remove((each.source, each.name))
     several = len(sources) > 1
     lines = ["# A proposal: read it, correct it, and import with --map.", *told, *_axes(found.values())]
     lines += [_line(each, [f for f in found.values() if f.group == each.group], several) for each in found.values()]
-    lines += ["# Not recognised:", *left[:SHOWN]] if left else []
+    lines += ["# Not recognised:"] if left else []
+    lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     return "\n".join(lines) + "\n"
 
@@ -101,35 +106,34 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
     ]
 
 
+def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+    """Return channels of a thruster that the stated unit of one column alone, whatever it is called, leaves no doubt
+    about."""
+    found: dict[str, list[_Found]] = {}
+    for source, name in left:
+        unit = source.unit(name) if isinstance(source, CsvSource) else ""
+        channel = next((c for ours, c in BY_UNIT.items() if unit and _is_same(spelled(unit), ours)), "")
+        if channel and values_of(source, name) is not None:
+            each = _Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
+            found.setdefault(each.channel, []).append(each)
+    return [each for (each, *others) in found.values() if not others]
+
+
+def _is_same(unit: str, ours: str) -> bool:
+    """Tell whether a unit is one of a channel in `ours`, a command's by itself."""
+    return unit == ours if ours in COMMANDS else conversion(unit, ours) is not None
+
+
 def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     """Return the column of time of tables ("" where none is seen), and the lines of the map about it."""
-    tables = [s for s in sources if isinstance(s, CsvSource)]
-    if not tables:
+    found = clock_of(sources)
+    if found is None:
         return "", []
-    names = tables[0].names()
-    found = next((name for name in names if _is_time(name)), "") or next(
-        (name for name in names if _rises(tables[0], name)), ""
-    )
-    if found:
-        unit, why = guessed_time_unit(_bare(found), tables[0].unit(found), _values(tables[0], found))
-        return found, [f"time: {{column: {_quoted(found)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
-    return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
-
-
-def _rises(table: CsvSource, name: str) -> bool:
-    """Tell whether a column with a unit of time only rises."""
-    stated = table.unit(name)
-    values = _values(table, name) if stated and conversion(stated, "s") is not None else None
-    return values is not None and values.size > 1 and bool(np.all(np.diff(values) > 0))
-
-
-def _is_time(name: str) -> bool:
-    return bool(_TIME.fullmatch(_bare(name)))
-
-
-def _bare(name: str) -> str:
-    """Return the name of a column without its unit in brackets."""
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().replace(" ", "_")
+    table, name = found
+    if not name:
+        return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
+    unit, why = guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
+    return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
 def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
@@ -144,14 +148,21 @@ def _of_vehicle(source: Source) -> bool:
     """Tell whether a table has several thrusters, or a gyro."""
     if not isinstance(source, CsvSource):
         return False
-    plain, command = _plain(source), THRUSTER[0].names
-    several = {n for name in plain for stem, n in [_numbered(name, source)] if re.fullmatch(command, stem)}
+    plain, commands = _plain(source), [r.names for r in THRUSTER if r.channel.endswith(".commanded")]
+    several = {n for name in plain for n in _numbers(name, source, commands)}
     gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
     return len(several) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
 
 
+def _numbers(name: str, source: Source, commands: Sequence[str]) -> list[int]:
+    """Return the number of a thruster whose command a column is called, from 0; none where it is no command."""
+    stem, number = _numbered(name, source)
+    inside = [int(m["one"]) - 1 for names in commands if (m := re.fullmatch(names, name)) and "one" in m.groupdict()]
+    return inside or [number for names in commands if re.fullmatch(names, stem)]
+
+
 def _plain(source: Source) -> list[str]:
-    return [_SUFFIX.sub("", _bare(name)).lower() for name in source.names()]
+    return [_SUFFIX.sub("", bare_name(name)).lower() for name in source.names()]
 
 
 def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
@@ -164,7 +175,7 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
         if kind in OF_TYPE:
             return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
-    bare = _bare(name) if table else name.strip().replace(" ", "_")
+    bare = bare_name(name) if table else name.strip().replace(" ", "_")
     tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
@@ -188,7 +199,7 @@ def _numbered(name: str, source: Source) -> tuple[str, int]:
     match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})", name)
     if match is None:
         return name, 0
-    first = any(re.fullmatch(re.escape(match[1]) + "_?0", _bare(other)) for other in source.names())
+    first = any(re.fullmatch(re.escape(match[1]) + "_?0", bare_name(other)) for other in source.names())
     return match[1], max(int(match[2]) - (0 if first else 1), 0)
 
 
@@ -207,7 +218,7 @@ def _axes(found: Iterable[_Found]) -> list[str]:
     if not topics:
         return []
     line = f"axes: {{{', '.join(f'{topic}: {axes}' for topic, axes in sorted(topics.items()))}}}"
-    force = {e.channel[-1]: _values(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
+    force = {e.channel[-1]: values_of(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
     means = {axis: float(np.nanmean(values)) for axis, values in force.items() if values is not None}
     size = float(np.linalg.norm(list(means.values())))
     if set(means) == set("xyz") and abs(means["z"]) > _UP * size:
@@ -221,44 +232,31 @@ def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
     table, notes = isinstance(source, CsvSource), _seen(source, name)
     place = "column" if table else "field"
     file = f", file: {source.path.name}" if several else ""
+    if isinstance(source, CsvSource) and (clock := time_of(source, name)):
+        file += f", time_column: {_quoted(clock)}"
     if each.stated:
         return f"{each.channel}: {{{place}: {_quoted(name)}, unit: {_quoted(each.stated)}{file}}}   #{notes}"
     topic, _, path = each.channel.partition(".")
     command = path == "commanded"
-    parts = [values for part in group if (values := _values(part.source, part.name)) is not None]
+    parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
     unit, why = guessed_unit(
-        unit_in_map(str(topic_type(topic)), path, topic), _bare(name) if table else name, source.unit(name),
+        unit_in_map(str(topic_type(topic)), path, topic), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
     )  # fmt: skip
     text = f"{place}: {_quoted(name)}, unit: {_quoted(unit)}"
     if command and unit in COMMANDS:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-    own = _values(source, name)
+    own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
-    notes = ";".join(part for part in (notes, f" {why}" if why else "", doubt) if part)
+    notes = ";".join(part for part in (notes, f" {why}" if why else "", each.why, doubt) if part)
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
 
 
-def _values(source: Source, name: str) -> Array | None:
-    try:
-        if isinstance(source, CsvSource):
-            values = source.numbers(source.names().index(name))
-        else:
-            own = Entry(channel=name, topic="", type="", path="", unit="")
-            entry = Mapped(**vars(own), column=name, is_field=True)
-            if not source.has(entry):
-                return None
-            values = source.series(entry).values
-    except RunError:
-        return None
-    return values if np.isfinite(values).any() else None
-
-
 def _seen(source: Source, name: str) -> str:
-    values = _values(source, name)
+    values = values_of(source, name)
     if values is None:
         return " no numbers"
     unit = source.unit(name)

@@ -4,21 +4,21 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "Rule"]
+__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "Rule"]
 
 
 class Rule(NamedTuple):
     """A channel, the names that suggest it, the format's unit where none is stated, and its sign there.
 
     {i} is the thruster's number from 0, of groups `one` or `zero` or of the name's end; {axis} that of a group `axis`,
-    or the name of the group that matched. `together`: names that must all be there for the rule to hold.
+    or the name of the group that matched. `together`: plain names that must all be there for the rule to hold.
     """
 
     channel: str
     names: str
     unit: str = ""
     sign: int = 1
-    together: str = ""
+    together: tuple[str, ...] = ()
 
 
 _AXIS = r"(?P<axis>[xyz])"
@@ -28,7 +28,8 @@ _GYRO = rf"(imu_?)?(gyro?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
 _LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
-_SUPPLY = r"(supply|batt(ery)?|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage"
+_SUPPLY = r"(supply|batt(ery)?|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage|volts"
+_OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|cmd|command|raw)"
 _CURRENT = r"(batt(ery)?_?|supply_?)?(current|amps?)(_a)?|(batt(ery)?|supply)_a"
 
 LOGS = (
@@ -51,6 +52,7 @@ LOGS = (
 they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
 
 THRUSTER = (
+    Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
@@ -62,6 +64,15 @@ THRUSTER = (
 )
 """Of tables and other bags: the whole name, or its last part."""
 
+BY_UNIT = {
+    "rad/s": "thruster_{i}/state.n",
+    "N": "thruster_{i}/load.wrench.force.x",
+    "N m": "thruster_{i}/load.wrench.torque.x",
+    "%": "thruster_{i}/throttle.commanded",
+    "us": "thruster_{i}/throttle.commanded",
+}
+"""Units that leave little doubt in a table of one thruster, whatever a column is called -> the channel."""
+
 WHICH_FLOW = " of the water around? at the propeller it is flow.axial"
 """Asked where a name says that it is a flow, and not which."""
 
@@ -70,11 +81,12 @@ VEHICLE = (
     Rule("rov/imu.orientation.{angle}", rf"(att(itude)?_?|euler_?)?{_ANGLE}(_angle)?"),
     Rule("rov/imu.angular_velocity.{axis}", _GYRO),
     Rule("rov/imu.angular_velocity.{axis}", _TURN),
-    Rule("rov/imu.angular_velocity.{axis}", r"(?P<x>p)|(?P<y>q)|(?P<z>r)", together="pqr"),
+    Rule("rov/imu.angular_velocity.{axis}", r"(?P<x>p)|(?P<y>q)|(?P<z>r)", together=("p", "q", "r")),
     Rule("rov/imu.linear_acceleration.{axis}", _FORCE),
+    Rule("rov/imu.linear_acceleration.{axis}", r"f(?P<axis>[xyz])", together=("fx", "fy", "fz")),
     Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
-    Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together="uvw"),
+    Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together=("u", "v", "w")),
     Rule("rov/depth.depth", r"depth(_sensor)?"),
     Rule("rov/battery.current", _CURRENT, "", -1),
     Rule("rov/battery.voltage", _SUPPLY),

@@ -1,0 +1,63 @@
+"""Random pushes of the rotor, drawn on the model linearised: as hard at any speed, or harder the faster it turns."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from generated import campaign
+from scipy.signal import lfilter
+
+from gap_diagnosis.problem import Problem, deviations_of
+from gap_diagnosis.uneven_push import evidence_for_uneven_push
+from system_identification.fitting import Fitted, fit
+from system_identification.kalman import driven_by
+from system_identification.levels import plain_levels
+from system_identification.noise import Whitener, whitener
+
+LEVEL = 3.0
+
+
+@pytest.fixture(scope="module")
+def fitted() -> tuple[Fitted, Whitener]:
+    stated, recordings = campaign(seed=4, spread=0.0, duration=30.0, runs=2)
+    problem = Problem(recordings=tuple(recordings), parameter_set=stated, deviations=deviations_of(stated))
+    noise = whitener(problem, problem.start(), plain_levels(problem, 3, 0.1))
+    return fit(problem, noise, problem.start(), iterations=0), noise
+
+
+def pushed(fitted: Fitted, noise: Whitener, *, by_speed: bool, level: float, seed: int) -> Fitted:
+    """Return a fit that leaves noise and what a push of the rotor makes of readings, in place of its own residuals."""
+    rng, problem = np.random.default_rng(seed), fitted.problem
+    left = rng.standard_normal(problem.known.size)
+    for each in problem.series:
+        left[each.rows] *= noise.levels.sensors[each.signal]
+    for run, happened, recording in zip(noise.linear, problem.happened(fitted.x), problem.recordings, strict=True):
+        count, _, q = run.push.shape
+        keep = np.exp(-run.dt / noise.levels.memory)
+        walk = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal(count))
+        n = happened.outputs["speed"]
+        at = np.interp(run.dt * np.arange(count), recording.experiment.dt * np.arange(n.size), np.abs(n))
+        walks = np.zeros((q, count))
+        walks[0] = level * noise.units[0] * walk * (at / np.sqrt(np.mean(at**2)) if by_speed else 1.0)
+        states = np.zeros((count, run.transition.shape[1], q))
+        driven_by(run.transition, run.push, walks, states)
+        m = run.transition.shape[1]
+        moved = states.sum(axis=2)[np.minimum(run.places, count - 1)]
+        left[run.rows] += np.einsum("km,km->k", run.readings[:, :m], moved)
+    return replace(fitted, residuals=left)
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_push_that_grows_with_speed_is_told_from_one_that_does_not(
+    fitted: tuple[Fitted, Whitener], seed: int
+) -> None:
+    uneven = pushed(*fitted, by_speed=True, level=LEVEL, seed=seed)
+    even = pushed(*fitted, by_speed=False, level=LEVEL, seed=seed)
+    learned = replace(fitted[1], levels=replace(fitted[1].levels, pushes=(2.0, 0.1, 0.1)))
+    assert evidence_for_uneven_push(uneven, learned) > 20.0
+    assert evidence_for_uneven_push(even, learned) < 0.0
+
+
+def test_a_push_that_hardly_moves_the_rotor_is_none(fitted: tuple[Fitted, Whitener]) -> None:
+    small = pushed(*fitted, by_speed=True, level=0.3, seed=1)
+    assert evidence_for_uneven_push(small, fitted[1]) == -np.inf

@@ -1,0 +1,80 @@
+"""Which column of a table is its time, or that of single sensors, by names and values."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ..errors import RunError
+from .conversions import conversion
+from .csv_source import CsvSource
+from .recording_map import Entry, Mapped
+from .sources import Array, Source
+
+__all__ = ["bare_name", "clock_of", "is_time", "own_times", "time_of", "values_of"]
+
+_TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|(t_|time_?)(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
+_OWN_TIME = re.compile(r"(t|time|stamp)[ _.].+", re.IGNORECASE)
+"""The time of the columns that follow it."""
+
+
+def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
+    """Return the first table with its column of time, "" where none is seen; None without tables."""
+    table = next((s for s in sources if isinstance(s, CsvSource)), None)
+    if table is None:
+        return None
+    names = table.names()
+    likely = (*filter(is_time, names), *own_times(table), *(name for name in names if _rises(table, name)))
+    return table, next(iter(likely), "")
+
+
+def own_times(table: CsvSource) -> list[str]:
+    """Return the columns of time of a table in which each sensor has its own; none where there is one time."""
+    found = [name for name in table.names() if _OWN_TIME.fullmatch(bare_name(name)) and _never_falls(table, name)]
+    return found if len(found) > 1 and not any(map(is_time, table.names())) else []
+
+
+def time_of(table: CsvSource, name: str) -> str:
+    """Return the column of time of a column, "" where it is the table's."""
+    names, own = table.names(), own_times(table)
+    before = [each for each in own if names.index(each) < names.index(name)]
+    return before[-1] if before and before[-1] != own[0] else ""
+
+
+def is_time(name: str) -> bool:
+    return bool(_TIME.fullmatch(bare_name(name)))
+
+
+def _rises(table: CsvSource, name: str) -> bool:
+    """Tell whether a column with a unit of time rises."""
+    stated = table.unit(name)
+    return bool(stated) and conversion(stated, "s") is not None and _never_falls(table, name)
+
+
+def _never_falls(table: CsvSource, name: str) -> bool:
+    """Tell whether values rise and never fall: two rows may have one stamp."""
+    values = values_of(table, name)
+    steps = np.zeros(0) if values is None else np.diff(values[np.isfinite(values)])
+    return bool(np.all(steps >= 0.0) and np.any(steps > 0.0))
+
+
+def bare_name(name: str) -> str:
+    """Return the name of a column without its unit in brackets."""
+    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().replace(" ", "_")
+
+
+def values_of(source: Source, name: str) -> Array | None:
+    try:
+        if isinstance(source, CsvSource):
+            values = source.numbers(source.names().index(name))
+        else:
+            own = Entry(channel=name, topic="", type="", path="", unit="")
+            entry = Mapped(**vars(own), column=name, is_field=True)
+            if not source.has(entry):
+                return None
+            values = source.series(entry).values
+    except RunError:
+        return None
+    return values if np.isfinite(values).any() else None
