@@ -24,6 +24,7 @@ Samples = tuple[Array, Array]
 _LONGEST_SILENCE = 0.5  # [s] without a command, where commands come at a steady period
 _SHORTEST_PART = 1.0  # [s]
 _LEAST_REST = 20  # samples
+_UNEVEN = 1.5  # times the usual time between commands, from which on one is missing
 _LATEST = 10.0  # [s] that readings may begin after the last command, which is held
 _WITHOUT = {
     "previous": "the one before is held",
@@ -237,7 +238,8 @@ def _signed(time: Array, magnitude: Array, throttle: Samples) -> Samples:
 def _finite(name: str, run: Run, warnings: list[str], without: str = "") -> Samples:
     """Return the samples that are numbers; NaN says that nothing was measured, infinity that something is wrong.
 
-    `without`: what is done where a command is missing; "" where readings may.
+    `without`: what is done where a command is missing; "" where readings may. Commands that are there at even times
+    miss none: where each row is an event, most rows are of a sensor.
     """
     time, values = run.time(name), run[name].values
     known = np.isfinite(values)
@@ -245,7 +247,8 @@ def _finite(name: str, run: Run, warnings: list[str], without: str = "") -> Samp
     if infinite:
         warnings.append(f"{name}: expected numbers, found {infinite} infinite ones; left out")
     missing = int(np.sum(np.isnan(values)))
-    if missing and without:
+    steps = np.diff(time[known])
+    if missing and without and steps.size and np.max(steps) > _UNEVEN * np.median(steps):
         warnings.append(f"{name}: {missing} of {values.size} stamps hold no command; {without}")
     return time[known], values[known]
 
