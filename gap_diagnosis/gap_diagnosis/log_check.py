@@ -15,6 +15,7 @@ __all__ = [
     "regular_stamps",
     "repeated_samples",
     "spikes",
+    "within_hole",
 ]
 
 Array = NDArray[np.float64]
@@ -64,6 +65,11 @@ def hole_around_zero(values: Array, *, least: int = 5) -> float:
     if np.unique(beyond[(beyond >= edge) & (beyond < 2.0 * edge)]).size < least:
         return 0.0
     return edge if not noisy or (edge > 2.0 * zero and _falls(size, zero, least)) else 0.0
+
+
+def within_hole(values: Array, hole: float) -> Mask:
+    """Return which readings are the zeros of a hole of such a width."""
+    return np.asarray(np.abs(values) < 0.5 * hole)
 
 
 def _falls(size: Array, zero: float, least: int) -> bool:

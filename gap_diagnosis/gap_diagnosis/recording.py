@@ -24,7 +24,7 @@ class LogFindings:
         spikes: which samples stand out of their neighbours, shape (M,), by signal.
         lone: single samples far from all their neighbours, shape (M,), by signal.
         lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
-        hole: readings up to this magnitude are given as exactly zero, in the signal's unit; 0 where there is no hole.
+        hole: readings up to this magnitude are given as zero or noise about it, in the signal's unit; 0: there is none.
         scatter: standard deviation of the stamps about regular ones [s]; also of the "throttle".
         period: of the samples as they came [s]; also of the "throttle".
     """

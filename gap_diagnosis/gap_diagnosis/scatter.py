@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import poisson
 
+from gap_diagnosis.log_check import within_hole
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.suspects import betrayed_by
@@ -64,8 +65,8 @@ def _beginning(recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
     return {name: measured.time < end for name, measured in experiment.measurements.items()}
 
 
-_INSIDE, _OUTLIERS = 0.5, 1e-3
-"""Share of a hole below which a reading is zero; of readings that may lie between it and the hole's edge."""
+_OUTLIERS = 1e-3
+"""Share of readings that may lie between a hole's zeros and its edge."""
 _ABOUT = np.array([0.25, 0.25, 0.0, 0.25, 0.25])
 
 
@@ -74,7 +75,7 @@ def _zeros(recording: Recording, hole: float) -> Mapping[str, NDArray[np.bool_]]
     seen, so their mean is not the speed. By their neighbours, as their own noise must not choose them.
     """
     read = recording.experiment.measurements.get("speed")
-    if hole == 0.0 or read is None or not np.any(zero := np.abs(read.values) < _INSIDE * hole):
+    if hole == 0.0 or read is None or not np.any(zero := within_hole(read.values, hole)):
         return {}
     about = np.abs(np.convolve(np.nan_to_num(read.values), _ABOUT, "same"))
     return {"speed": zero | (about < hole + 3.0 * read.noise)}
@@ -88,7 +89,7 @@ def _hole(recordings: Sequence[Recording]) -> float:
     readings = np.concatenate(
         [r.experiment.measurements["speed"].values for r in recordings if "speed" in r.experiment.measurements]
     )
-    inside = (np.abs(readings) < 0.95 * min(holes)) & (np.abs(readings) > _INSIDE * min(holes))
+    inside = (np.abs(readings) < 0.95 * min(holes)) & ~within_hole(readings, min(holes))
     return min(holes) if np.mean(inside) < _OUTLIERS else 0.0
 
 
@@ -109,7 +110,7 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     hole = _hole(recordings)
     if hole > 0.0:
         readings = [m.values for r in recordings if (m := r.experiment.measurements.get("speed")) is not None]
-        beyond = sum(int(np.sum((np.abs(v) > _INSIDE * hole) & (np.abs(v) < 2.0 * hole))) for v in readings)
+        beyond = sum(int(np.sum(~within_hole(v, hole) & (np.abs(v) < 2.0 * hole))) for v in readings)
         found.append(
             Scatter(
                 effect=betrayed_by("zeros"),

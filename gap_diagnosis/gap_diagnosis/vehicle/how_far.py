@@ -35,6 +35,7 @@ __all__ = [
     "Errors",
     "Point",
     "Share",
+    "fit_without",
     "free_runs",
     "left_out_errors",
     "rms",
@@ -202,22 +203,27 @@ def free_runs(model: Model, runs: Sequence[Prepared], points: Sequence[Point], h
 
 
 def without_run(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> Point:
-    """Return numbers and effects as all recordings but one have them, along the columns of the joint fit; the one's
-    biases are its own, its trim is not known. With one recording there are no others.
+    """Return numbers and effects as all recordings but one have them; the one's biases are its own, its trim is not
+    known. With one recording there are no others."""
+    if len(fit.columns) < 2:
+        return Point(fit.values, [a.active for a in fit.effects])
+    found = fit_without(screen, fit, free, k)
+    own = {key: value for key, value in fit.values.items() if key[0] in OF_RUN}
+    values = {key: value for key, value in {**found.values, **own}.items() if key[0] != "trim"}
+    return Point(values, [a.active for a in found.effects])
+
+
+def fit_without(screen: Screen, fit: Fit, free: Mapping[Key, float], k: int) -> Fit:
+    """Return the fit to all recordings but one, of two or more, along the columns of the joint fit.
 
     One step without checking what it gains (x + H^-1 J_k^T r_k, the slope of all being zero) went to a negative mass
     where an effect was missing.
     """
     others = [j for j in range(len(fit.columns)) if j != k]
-    if not others:
-        return Point(fit.values, [a.active for a in fit.effects])
     left = Screen(model=screen.model, runs=[screen.runs[j] for j in others], values={})
     problem = Problem(screen=left, nuisances=free, effects=tuple(a.hypothesis for a in fit.effects))
     columns = [fit.columns[j] for j in others]
-    found = problem.fit(fit.moved, [a.sizes for a in fit.effects], columns, product_of(columns))
-    own = {key: value for key, value in fit.values.items() if key[0] in OF_RUN and key[0] != "trim"}
-    others_own = {key: value for key, value in found.values.items() if key[0] != "trim"}
-    return Point({**others_own, **own}, [a.active for a in found.effects])
+    return problem.fit(fit.moved, [a.sizes for a in fit.effects], columns, product_of(columns))
 
 
 def _windows(log: VehicleLog, horizon: float) -> tuple[range, int, int]:

@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.content import content_of
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.how_far import Point, left_out_errors, without_run
+from gap_diagnosis.vehicle.how_far import Point, fit_without, left_out_errors, without_run
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.report_io import report_of
@@ -81,9 +81,10 @@ def test_what_the_other_recordings_say_is_as_likely_in_them_as_what_all_say_even
     found = search(model, logs, only=lambda h: False)
     stage = found.stages[-1]
     for left_out, other in ((0, 1), (1, 0)):
-        point = without_run(stage.screen, stage.fit, found.nuisances, left_out)
+        without = fit_without(stage.screen, stage.fit, found.nuisances, left_out)
         alone = Screen(model=model, runs=[stage.screen.runs[other]], values={})
         there = Problem(screen=alone, nuisances=found.nuisances, effects=())
-        moved = [point.values[key] / deviation for key, deviation in found.nuisances.items()]
-        assert there.score(np.array(moved), []) > there.score(stage.fit.moved, []) - 1.0
+        assert there.score(without.moved, []) > there.score(stage.fit.moved, []) - 1.0
+        predicted = without_run(stage.screen, stage.fit, found.nuisances, left_out)
+        assert not any(key[0] == "trim" for key in predicted.values)  # of a dive that was not seen it is not known
     assert all(np.isfinite(errors.with_effect["attitude"]) for errors in left_out_errors(found, [2.0]))
