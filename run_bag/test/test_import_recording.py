@@ -353,6 +353,15 @@ def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
     assert "time_column: t n" in next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
 
 
+def test_a_column_called_t_is_no_time_where_its_unit_is_a_force(tmp_path, capsys):
+    rows = [f"{0.01 * k},{u:g},{4 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["clock,u,T", "s,V,N", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: clock, unit: s}" in text
+    assert "thruster_0/load.wrench.force.x: {column: T, unit: N}" in text
+
+
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
     run = imported(tmp_path, table(tmp_path / "x.csv"), "thruster_0/state.n: {column: 3, time_column: 1, unit: rpm}")
     assert main([str(tmp_path / "run"), "--guess"]) == 0

@@ -62,7 +62,7 @@ def guess(sources: Sequence[Source]) -> str:
     for source in sources:
         rules = _rules(source, vehicle=vehicle)
         for name in source.names():
-            if isinstance(source, CsvSource) and (is_time(name) or name in (clock, *own_times(source))):
+            if isinstance(source, CsvSource) and (is_time(source, name) or name in (clock, *own_times(source))):
                 continue
             each = _propose(source, name, rules)
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""

@@ -26,14 +26,15 @@ def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
     if table is None:
         return None
     names = table.names()
-    likely = (*filter(is_time, names), *own_times(table), *(name for name in names if _rises(table, name)))
+    named = [name for name in names if is_time(table, name)]
+    likely = (*named, *own_times(table), *(name for name in names if _rises(table, name)))
     return table, next(iter(likely), "")
 
 
 def own_times(table: CsvSource) -> list[str]:
     """Return the columns of time of a table in which each sensor has its own; none where there is one time."""
     found = [name for name in table.names() if _OWN_TIME.fullmatch(bare_name(name)) and _never_falls(table, name)]
-    return found if len(found) > 1 and not any(map(is_time, table.names())) else []
+    return found if len(found) > 1 and not any(is_time(table, name) for name in table.names()) else []
 
 
 def time_of(table: CsvSource, name: str) -> str:
@@ -43,8 +44,10 @@ def time_of(table: CsvSource, name: str) -> str:
     return before[-1] if before and before[-1] != own[0] else ""
 
 
-def is_time(name: str) -> bool:
-    return bool(_TIME.fullmatch(bare_name(name)))
+def is_time(table: CsvSource, name: str) -> bool:
+    """Tell whether a column is called a time, and has no other unit: T is a thrust where its unit is N."""
+    stated = table.unit(name)
+    return bool(_TIME.fullmatch(bare_name(name))) and (not stated or conversion(stated, "s") is not None)
 
 
 def _rises(table: CsvSource, name: str) -> bool:
