@@ -362,6 +362,16 @@ def test_a_column_called_t_is_no_time_where_its_unit_is_a_force(tmp_path, capsys
     assert "thruster_0/load.wrench.force.x: {column: T, unit: N}" in text
 
 
+@pytest.mark.parametrize("header", ["# bench 3\n# t in s\nt,n_rpm", "# bench 3\n# t,n_rpm"])
+def test_comments_before_a_table_are_no_rows_and_the_last_one_may_name_the_columns(tmp_path, capsys, header):
+    rows = [f"{0.01 * k},{300 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join([header, *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: t, unit: s}" in text
+    assert f"thruster_0/state.n: {{column: n_rpm, unit: rpm}}   # -300 to 300, {SWEEP.size} samples" in text
+
+
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
     run = imported(tmp_path, table(tmp_path / "x.csv"), "thruster_0/state.n: {column: 3, time_column: 1, unit: rpm}")
     assert main([str(tmp_path / "run"), "--guess"]) == 0

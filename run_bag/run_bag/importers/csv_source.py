@@ -43,7 +43,7 @@ class CsvSource:
         try:
             if path.stat().st_size > MAX_BYTES:
                 raise TooLargeError(f"{path}: expected a table of at most {MAX_BYTES} bytes", path=path)
-            self.data = path.read_bytes().removeprefix(b"\xef\xbb\xbf")
+            self.data = _without_comments(path.read_bytes().removeprefix(b"\xef\xbb\xbf"))
             first = [line.decode("utf-8") for line in self.data[: 1 << 20].splitlines()[:LOOK]]
         except UnicodeDecodeError as error:
             text = f"{path}: cannot be read as csv: expected UTF-8: {error}"
@@ -282,6 +282,23 @@ class CsvSource:
 
 def _nan(cell: str) -> bool:
     return cell.strip().lower().lstrip("+-") == "nan"
+
+
+def _without_comments(data: bytes) -> bytes:
+    """Return a table whose first lines are empty where they are comments (#), so that lines keep their numbers.
+
+    The last of them names the columns where numbers follow it: so numpy writes a header.
+    """
+    count = 0
+    lines = data[: 1 << 20].splitlines(keepends=True)
+    while count < len(lines) and lines[count].lstrip().startswith(b"#"):
+        count += 1
+    if count == 0:
+        return data
+    rest = data[sum(map(len, lines[:count])) :]
+    follows = lines[count].strip()[:1] if count < len(lines) else b""
+    last = lines[count - 1].lstrip().lstrip(b"#").lstrip() if follows in b"0123456789-+." and follows else b"\n"
+    return b"\n" * (count - 1) + last + rest
 
 
 def _separator(lines: list[str]) -> str:
