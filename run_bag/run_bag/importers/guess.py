@@ -61,8 +61,9 @@ def guess(sources: Sequence[Source]) -> str:
     vehicle = any(map(_of_vehicle, sources))
     for source in sources:
         rules = _rules(source, vehicle=vehicle)
+        times = (clock, *own_times(source)) if isinstance(source, CsvSource) else ()
         for name in source.names():
-            if isinstance(source, CsvSource) and (is_time(source, name) or name in (clock, *own_times(source))):
+            if isinstance(source, CsvSource) and (is_time(source, name) or name in times):
                 continue
             each = _propose(source, name, rules)
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
@@ -112,16 +113,11 @@ def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
     found: dict[str, list[_Found]] = {}
     for source, name in left:
         unit = source.unit(name) if isinstance(source, CsvSource) else ""
-        channel = next((c for ours, c in BY_UNIT.items() if unit and _is_same(spelled(unit), ours)), "")
+        channel = next((c for ours, c in BY_UNIT.items() if unit and conversion(spelled(unit), ours) is not None), "")
         if channel and values_of(source, name) is not None:
             each = _Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
             found.setdefault(each.channel, []).append(each)
     return [each for (each, *others) in found.values() if not others]
-
-
-def _is_same(unit: str, ours: str) -> bool:
-    """Tell whether a unit is one of a channel in `ours`, a command's by itself."""
-    return unit == ours if ours in COMMANDS else conversion(unit, ours) is not None
 
 
 def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:

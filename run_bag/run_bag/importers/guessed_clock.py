@@ -69,6 +69,7 @@ def bare_name(name: str) -> str:
 
 
 def values_of(source: Source, name: str) -> Array | None:
+    """Return the values of a column or field, None where they are no numbers."""
     try:
         if isinstance(source, CsvSource):
             values = source.numbers(source.names().index(name))
