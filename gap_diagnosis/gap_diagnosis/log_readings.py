@@ -5,7 +5,7 @@ again with each effect that is found: dry friction that is not known of looks li
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,7 @@ class LogReading:
     log: Problem
     straight: bool | None
     on_regular: bool = False
+    _gains: dict[tuple[str, ...], float] = field(init=False, default_factory=dict, compare=False, repr=False)
 
     @cached_property
     def as_stamped(self) -> Problem:
@@ -77,7 +78,7 @@ class LogReading:
             other = replace(self, straight=not self.straight)
             if other.problem.known.size != self.problem.known.size:
                 return None  # what is not the same data cannot be compared
-            if _ahead(other.problem, found) > LOG_RULES.straight:
+            if self._gain(other.problem, found, "straight") > LOG_RULES.straight:
                 return other
         return None
 
@@ -90,7 +91,16 @@ class LogReading:
         """Return by how much regular stamps suit a set found in this reading better, nats; 0: none scatter."""
         if self.regular is None:
             return 0.0
-        return -_ahead(self.as_stamped, found) if self.on_regular else _ahead(self.regular, found)
+        if self.on_regular:
+            return -self._gain(self.as_stamped, found, "stamps")
+        return self._gain(self.regular, found, "stamps")
+
+    def _gain(self, other: Problem, found: Hypothesis, way: str) -> float:
+        """Return by how much a set suits another way better; of a set that was asked before it is known."""
+        key = (way, *sorted(found.keys))
+        if key not in self._gains:
+            self._gains[key] = _ahead(other, found)
+        return self._gains[key]
 
 
 def read_as_suits(
