@@ -125,7 +125,7 @@ class _Run:
     def __init__(self, anchor: Fitted, noise: Whitener, index: int, happened: Happened) -> None:
         problem = anchor.problem
         recording = problem.recordings[index]
-        linear = linearised(problem, anchor.x, happened, recording.experiment.dt)
+        linear = linearised(problem, anchor.x, index, happened)
         self._throttle = _delayed(recording.experiment.throttle, happened.throttle)
         self._keeps = np.ascontiguousarray(linear.transition[:, 0, 0])
         self._pushes = np.ascontiguousarray(linear.gain[:, 0, 0] * linear.by_throttle[0][:, 0])

@@ -67,7 +67,7 @@ def _answers(fitted: Fitted, noise: Whitener, index: int, happened: Happened) ->
     problem = fitted.problem
     recording = problem.recordings[index]
     dt = recording.experiment.dt
-    linear = linearised(problem, fitted.x, happened, dt)
+    linear = linearised(problem, fitted.x, index, happened)
     basis = basis_of(happened.outputs, happened.throttle, dt)[1]
     size = np.sqrt(np.mean(basis**2, axis=1, keepdims=True))
     basis = basis / np.where(size > 0.0, size, 1.0)

@@ -12,7 +12,7 @@ from gap_diagnosis.preparing import CELL, DT, held_on_grid
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
-from gap_diagnosis.ventilation import RATE
+from gap_diagnosis.ventilation import AIR, RATE
 from system_identification.fitting import Fitted
 from system_identification.hypothesis import Hypothesis
 from system_identification.rating import Rated
@@ -208,7 +208,7 @@ def recording_of_programme(problem: Problem, programme: Programme) -> Recording:
 
 def in_experiment(rival: Rival, recording: Recording) -> tuple[Problem, Array, Array]:
     """Return (hypothesis in a new experiment, unknowns there (K,), a square root of their covariance (K, K))."""
-    gates = (_air(recording),) if rival.problem.gates else ()
+    gates = (_air(recording),) if any(slot.effect == AIR for slot in rival.problem.slots) else ()
     problem = replace(rival.problem, recordings=(recording,), masks={}, observed=None, gates=gates)
     names, slots = len(problem.names), len(problem.slots)
     x = np.concatenate((rival.x[:names], np.zeros(len(problem.situations)), rival.x[rival.x.size - slots :]))

@@ -96,7 +96,7 @@ def linear_run(problem: "Problem", x: Array, index: int, happened: Happened, apa
     recording = problem.recordings[index]
     dt = recording.experiment.dt
     every = max(1, round(_PERIOD / dt))
-    slopes = linearised(problem, x, happened, dt, every, apart)
+    slopes = linearised(problem, x, index, happened, every, apart)
     shifts, sizes = problem.situation(x, index).shifts, problem.sizes(x)
     rows, places, readings, signals = [], [], [], []
     for each in problem.series:
@@ -152,9 +152,9 @@ def _brink(rate: Callable[[Array], Array], v: Array, step: float) -> Array:
 
 
 def linearised(
-    problem: "Problem", x: Array, happened: Happened, dt: float, every: int = 1, apart: Array | None = None
+    problem: "Problem", x: Array, index: int, happened: Happened, every: int = 1, apart: Array | None = None
 ) -> Slopes:
-    """Return the model at x, linearised along what happened in one recording, at every so many steps of `dt` [s].
+    """Return the model at x, linearised along what happened in one recording, at every so many steps of that.
 
     Statistically: slopes are means over as far as pushes may have moved a state. Where friction turns round or a dead
     zone ends, the slope at a point is that of either side.
@@ -162,11 +162,13 @@ def linearised(
     `apart`: along states (n, v, U) that differ by so much from those, (N, 3); by no more than the run itself goes, as
     what no sensor reads a filter may see anywhere.
     """
-    dt = dt * every
+    dt = problem.recordings[index].experiment.dt * every
     p = problem.parameter_set.model.coefficients(problem.values(x))
     sizes = problem.sizes(x)
     e = effect_values(sizes) if sizes else NO_EFFECTS
     u = happened.throttle[::every]
+    gates = problem.gates[index] if problem.gates else np.ones(1)
+    gate = gates[np.minimum(every * np.arange(u.size), gates.size - 1)]
     outputs = happened.outputs
     state = [outputs[name][::every] for name in ("speed", "axial", "ambient")]
     most = [float(np.max(np.abs(each))) for each in state]
@@ -175,7 +177,7 @@ def linearised(
 
     def at(states: Sequence[Array], throttle: Array) -> list[Array]:
         n, v, ambient = states
-        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, 1.0, 1.0, p, e)
+        found = pipeline(n, v, ambient, throttle, 0.0, 0.0, gate, 1.0, p, e)
         return [np.broadcast_to(np.asarray(value, dtype=np.float64), u.shape) for value in found]
 
     def slopes_over(steps: Sequence[float]) -> list[list[Array]]:

@@ -7,6 +7,7 @@ from functools import partial
 import numpy as np
 
 from gap_diagnosis.converter_steps import SPACING, TURN, likely_speed_steps, likely_steps
+from gap_diagnosis.reversal import REVERSAL, turns_beside
 from gap_diagnosis.suspects import suspects
 from gap_diagnosis.ventilation import AIR, air_beside
 from system_identification.hypothesis import Hypothesis
@@ -32,7 +33,11 @@ def offers_of(signals: set[str], excluded: Sequence[str] = ()) -> Callable[[Hypo
 
 def _offered(listed: Sequence[Suspect], air: bool, beside: Hypothesis) -> list[Suspect]:
     found = [_with_likely_sizes(each, beside) for each in listed]
-    drawn = air_beside(beside) if air and AIR not in beside.keys else None
+    if beside.system.gates:
+        return found  # there can be one effect in stretches
+    if REVERSAL not in beside.keys:
+        found = [(turns_beside(beside) or each) if each.key == REVERSAL else each for each in found]
+    drawn = air_beside(beside) if air else None
     return found if drawn is None else [*found, drawn]
 
 

@@ -29,6 +29,7 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
 from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
+from thruster_model.effects.effect import WITH
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
@@ -238,7 +239,10 @@ class Problem:
     @property
     def jumps(self) -> bool:
         """Tell whether readings jump where a state passes a threshold."""
-        return any(LIBRARY[slot.effect].jumps for slot in self.slots)
+        told = any(np.any(each == WITH) for each in self.gates)
+        return any(
+            LIBRARY[slot.effect].jumps and not (told and LIBRARY[slot.effect].search == "turns") for slot in self.slots
+        )
 
     @cached_property
     def measured(self) -> Array:
@@ -354,8 +358,9 @@ class Problem:
         return bounded
 
     def with_effects(self, slots: tuple[SizeSlot, ...], gates: tuple[Array, ...] = ()) -> "Problem":
-        """Return the same problem with unknown sizes of other effects."""
-        return replace(self, slots=slots, gates=gates or self.gates)
+        """Return the same problem with unknown sizes of other effects; gates are kept where one of them needs any."""
+        needed = any(LIBRARY[slot.effect].search in ("gates", "turns") for slot in slots)
+        return replace(self, slots=slots, gates=(gates or self.gates) if needed else ())
 
     def tried(self, x: Array, suspect: Suspect) -> Array:
         """Return the predictions (G, R) with a suspect at each size of its grid beside these effects."""

@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
 
+from gap_diagnosis.lost_thrust import falls_of, slots_of
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.suspects import found_by
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect
-from system_identification.system import Series, SizeSlot
+from system_identification.system import Series
 from thruster_model.compilation import compiled
-from thruster_model.effects.stages import LIBRARY
 
 __all__ = ["AIR", "RATE", "air_beside"]
 
@@ -36,7 +36,6 @@ LEAST_GAIN = 8.0
 _SHARES = (0.08, 0.15, 0.25, 0.4, 0.6, 0.8)
 _ONSETS = tuple(np.arange(20.0, 140.0, 6.0))
 _SINGLE = 1.9  # changes that one reading may pay for
-_LITTLE = 0.01  # share of thrust
 _ROUNDS = 3
 _RATES = float(np.log(np.log(100.0)))  # what the choice of a rate between 0.1 and 10 per second costs
 
@@ -61,13 +60,13 @@ def air_beside(beside: Hypothesis) -> Suspect | None:
     speeds = {each.recording: each for each in problem.series if each.signal == "speed"}
     if not series or any(each.recording not in speeds for each in series):
         return None
-    slots = tuple(SizeSlot(AIR, p.name, p.lower, p.upper, p.unit) for p in LIBRARY[AIR].parameters)
+    slots = slots_of(AIR)
     deviation = beside.noise.level("thrust")
     base, unknowns, found, sizes = beside.fitted, beside.fitted.x, None, np.empty(0)
     shares: tuple[float, ...] = _SHARES
     for _ in range(_ROUNDS):
         in_water = problem.predicted(unknowns)
-        falls = _falls(problem, slots, unknowns, in_water)
+        falls = falls_of(problem, AIR, 0.0, unknowns, in_water)
         decoded = _decoded(problem, series, speeds, in_water, falls, deviation, shares, _ONSETS)
         if decoded is None or decoded.gain < LEAST_GAIN:
             break
@@ -87,17 +86,6 @@ def air_beside(beside: Hypothesis) -> Suspect | None:
     chance = found.changes * np.log(_period(problem) / found.seconds) + float(gammaln(max(found.changes, 1))) - _RATES
     price = -float(chance) + (gained.gain if gained is not None else 0.0)
     return Suspect(effect=AIR, channel="", slots=slots, grid=sizes[None, :].copy(), price=price, gates=found.gates)
-
-
-def _falls(problem: Problem, slots: tuple[SizeSlot, ...], x: Array, in_water: Array) -> Array:
-    """Return by how much readings change for each share that air takes, were there air all the time, shape (R,).
-
-    That is not the thrust that is read: a load cell's offset and accelerated water stay.
-    """
-    air = tuple(np.zeros(recording.experiment.throttle.size) for recording in problem.recordings)
-    posed = problem.with_effects((*problem.slots, *slots), air)
-    sizes = [_LITTLE / slots[0].width, slots[1].lower / slots[1].width]
-    return (posed.predicted(np.concatenate((x, sizes))) - in_water) / _LITTLE
 
 
 def _foreseeable(problem: Problem, series: list[Series], fitted: Fitted, gates: tuple[Array, ...]) -> bool:

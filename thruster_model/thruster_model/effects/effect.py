@@ -9,9 +9,11 @@ from dataclasses import dataclass, field
 from typing import Any, Literal
 
 __all__ = [
+    "AGAINST",
     "ON_COMMAND",
     "ON_SENSOR",
     "STAGES",
+    "WITH",
     "Block",
     "Effect",
     "EffectParameter",
@@ -23,7 +25,7 @@ __all__ = [
 ]
 
 Block = Literal["log", "command", "rotor", "thrust", "flow", "sensor"]
-Search = Literal["slope", "fine", "stairs", "command_lattice", "reading_lattice", "limit", "gates", "log"]
+Search = Literal["slope", "fine", "stairs", "command_lattice", "reading_lattice", "limit", "gates", "turns", "log"]
 """How the sizes of an effect are found in recordings.
 
 slope            by its slope, from the best of a few
@@ -33,6 +35,8 @@ command_lattice  the step of the command's converter: searched among all that th
 reading_lattice  the step of a sensor's converter: likewise
 limit            one of the command: shares of the largest one recorded
 gates            it comes and goes by a state that nothing predicts: when, is read from the recordings
+turns            by its slope; but it ends as an unmeasured flow turns, and pushes move that instant by as much as that
+                 takes: when, is read from the recordings where they tell
 log              it has no trace in predictions: the log betrays it, see `Trace`
 """
 Trace = Literal["", "repeats", "spikes", "zeros", "lattice", "stamps"]
@@ -63,7 +67,8 @@ edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s
 drive            gamma(u) [rad/s^2] at the nominal supply; heat: of the motor, 0 to 1; supply: its relative voltage
 inflow           ambient flow that reaches thruster and instrument [m/s]
 approach         the part of that flow which the propeller meets [m/s]; the instrument still measures all of it
-loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1
+loads            (thrust [N], torque [N m]); v: axial flow [m/s]; gate: 0 while the propeller may draw air, else 1 (or
+                 `WITH`, `AGAINST`)
 rotor            dn/dt [rad/s^2]
 thrust_dynamics  thrust [N], once dn/dt is known
 axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]; force: thrust [N]
@@ -73,6 +78,8 @@ step             the longest step [s] that integrates
 late             how long into each step [s] the command of the step before is still held
 """
 
+WITH, AGAINST = 2.0, -1.0
+"""Gates that say whether the propeller works with the flow through it or against it; under others the states do."""
 ON_COMMAND = ("memory", "u", "step", "e")
 """Arguments of `Effect.sample` on the command [V], once every `step` [s]; it returns what reaches the plant [V]."""
 ON_SENSOR = ("memory", "x", "outputs", "step", "e")

@@ -6,7 +6,7 @@ The blades then meet the water far from the angle that they are made for, and st
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter, Suspected
+from thruster_model.effects.effect import AGAINST, WITH, Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
@@ -16,7 +16,8 @@ LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
 def loads(loads, n, v, ambient, gate, p, e):  # type: ignore[no-untyped-def]
     """Return thrust times (1 - s) while n v < 0, torque as it is."""
     force, moment = loads
-    return force * (1.0 - e.flow_reversal_loss_share * (n * v < 0.0)), moment
+    told = (gate == WITH) | (gate == AGAINST)
+    return force * (1.0 - e.flow_reversal_loss_share * (selected(told, gate, n * v) < 0.0)), moment
 
 
 @equation
@@ -34,6 +35,7 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of the thrust lost against the flow", lower=0.0, upper=0.9),
     ),
     hooks={"loads": loads, "step": step},
+    search="turns",
     jumps=True,
     suspected=(Suspected(sizes={"share": (0.5, 0.2)}, flowing=True),),
 )

@@ -1,0 +1,31 @@
+"""What readings lose where an effect takes a share of the thrust in stretches that gates say."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.problem import Problem
+from system_identification.system import SizeSlot
+from thruster_model.effects.stages import LIBRARY
+
+__all__ = ["falls_of", "slots_of"]
+
+Array = NDArray[np.float64]
+_LITTLE = 0.01  # share of thrust
+
+
+def slots_of(effect: str) -> tuple[SizeSlot, ...]:
+    """Return the unknown sizes of an effect, its share first."""
+    return tuple(SizeSlot(effect, p.name, p.lower, p.upper, p.unit) for p in LIBRARY[effect].parameters)
+
+
+def falls_of(problem: Problem, effect: str, gate: float, x: Array, without: Array) -> Array:
+    """Return by how much readings change for each share that is lost, under one gate all the time, shape (R,).
+
+    That is not the thrust that is read: a load cell's offset and accelerated water stay. `without`: predictions without
+    the effect; sizes beside its share are at their lower ends.
+    """
+    slots = slots_of(effect)
+    gates = tuple(np.full(recording.experiment.throttle.size, gate) for recording in problem.recordings)
+    sizes = [_LITTLE / slots[0].width, *(slot.lower / slot.width for slot in slots[1:])]
+    posed = problem.with_effects((*problem.slots, *slots), gates)
+    return (posed.predicted(np.concatenate((x, sizes))) - without) / _LITTLE
