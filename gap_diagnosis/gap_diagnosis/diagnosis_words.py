@@ -109,8 +109,8 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
     if found is None:
         return ""
     depends = "; ".join(f"{each.signal} on {each.name}" for each in found.unexplained.features[:3])
-    text = "The known effects do not explain the gap: residuals still depend on states and inputs"
-    text += f" ({depends})." if depends else "."
+    text = "The known effects do not explain the gap"
+    text += f": residuals still depend on states and inputs ({depends})." if depends else "."
     if diagnosis.nearest and diagnosis.budget is not None:
         last = diagnosis.nearest[-1].found
         sizes = last.system.sizes(last.fitted.x)
@@ -129,6 +129,8 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
         share = 100.0 * found.named_share
         part = f"{share:.0f}" if share < 99.5 else "more than 99"
         text += f" What is at work resembles {named}, which takes off {part} % of what re-tuning leaves."
+        doubts = [f"{key} {' and '.join(reasons)}" for key, reasons in found.doubts.items()]
+        text += f" Not claimed: {'; '.join(doubts)}." if doubts else ""
     return text
 
 

@@ -224,23 +224,28 @@ class Investigation:
         return unsteady(best.fitted, best.noise, best.loose, best.suspects)
 
     @cached_property
-    def resembling(self) -> dict[str, float]:
-        """Which share of the evidence for the best set each of those effects has that only resembles what is at work.
+    def doubts(self) -> dict[str, list[str]]:
+        """Why effects of the best set only resemble what is at work, in words; those that may be claimed are not there.
 
-        Its size is not one size, functions without a name would explain as much in its place, it does not help on
-        runs that were left out, it is so small that it cannot be told from none, or it explains less than what is left
-        without a name, and may be a part of that.
+        What explains less than is left without a name may be a part of that.
         """
+        found = {}
+        for key in self.best.keys:
+            reasons = {
+                "changes its size with run, time or state": self.unsteady[key] > RULES.unsteady,
+                "explains no more than functions without a name": self.ahead[key] < 0.0,
+                "makes runs that were left out less probable": self.helps[key] < RULES.helps,
+                "is too small to be told from none": self.distances[key] < RULES.apart,
+                "explains less than is left": self.nameless and self.gained[key] < self.unexplained.evidence,
+            }
+            found[key] = [reason for reason, holds in reasons.items() if holds]
+        return {key: reasons for key, reasons in found.items() if reasons}
+
+    @cached_property
+    def resembling(self) -> dict[str, float]:
+        """Which share of the evidence for the best set each effect has that only resembles what is at work."""
         whole = sum(max(gained, 0.0) for gained in self.gained.values())
-        return {
-            key: max(self.gained[key], 0.0) / max(whole, 1e-9)
-            for key, value in self.unsteady.items()
-            if value > RULES.unsteady
-            or self.ahead[key] < 0.0
-            or self.helps[key] < RULES.helps
-            or self.distances[key] < RULES.apart
-            or (self.nameless and self.gained[key] < self.unexplained.evidence)
-        }
+        return {key: max(self.gained[key], 0.0) / max(whole, 1e-9) for key in self.doubts}
 
     @property
     def nameless(self) -> bool:

@@ -13,6 +13,7 @@ from generated import campaign
 from gap_diagnosis.diagnose_io import with_effect, write_diagnosis
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_json import as_json, effects_of
+from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.discrepancy import Discrepancy, Feature
 from gap_diagnosis.rules import RULES, Rules
 from gap_diagnosis.scoreboard.ablation import judged_anew, rows_of
@@ -47,7 +48,10 @@ def test_what_explains_less_than_the_nameless_rest_only_resembles(coulomb):
         feature = Feature("speed", "n", 2.0 * rest)
         left = replace(found, unexplained=Discrepancy((feature,), rest, np.zeros(found.none.system.known.size)))
         assert ("coulomb_friction" in left.resembling) is resembles
-        assert verdict_of(left, ()).verdict == "unknown"  # a third of the gap and more has no name
+        verdict = verdict_of(left, ())
+        assert verdict.verdict == "unknown"  # a third of the gap and more has no name
+        words = in_words(replace(coulomb, investigation=left, verdict=verdict))
+        assert ("Not claimed: coulomb_friction explains less than is left." in words) is resembles
     assert left.named_share == pytest.approx(1.0 / 3.0, abs=0.05) and found.named_share > 0.99
 
 

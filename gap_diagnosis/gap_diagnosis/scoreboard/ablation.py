@@ -21,7 +21,7 @@ FACTORS = (0.0, 0.8, 1.2, math.inf)
 _HEALTHY = ("healthy_sensor", "healthy_colour", "healthy_push")
 _FINITE = (*_HEALTHY, "tempered")
 """Rules that are scales: neither 0 nor infinity is one."""
-_REMEMBERED = ("probabilities", "inclusion", "resembling", "earned")
+_REMEMBERED = ("probabilities", "inclusion", "doubts", "resembling", "earned")
 
 
 class Judged(NamedTuple):
