@@ -4,18 +4,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.problem import Problem
-from system_identification.system import SizeSlot
-from thruster_model.effects.stages import LIBRARY
+from gap_diagnosis.suspects import slots_of
 
-__all__ = ["falls_of", "slots_of"]
+__all__ = ["falls_of"]
 
 Array = NDArray[np.float64]
 _LITTLE = 0.01  # share of thrust
-
-
-def slots_of(effect: str) -> tuple[SizeSlot, ...]:
-    """Return the unknown sizes of an effect, its share first."""
-    return tuple(SizeSlot(effect, p.name, p.lower, p.upper, p.unit) for p in LIBRARY[effect].parameters)
 
 
 def falls_of(problem: Problem, effect: str, gate: float, x: Array, without: Array) -> Array:

@@ -11,9 +11,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.lost_thrust import falls_of, slots_of
+from gap_diagnosis.lost_thrust import falls_of
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import found_by
+from gap_diagnosis.suspects import found_by, slots_of
 from system_identification.fitting import fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis
 from system_identification.noise import whitener

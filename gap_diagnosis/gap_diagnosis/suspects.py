@@ -1,5 +1,6 @@
 """The effects as suspects: which sizes are tried first, and what a recording can say about them at all."""
 
+from collections.abc import Sequence
 from itertools import product
 
 import numpy as np
@@ -7,10 +8,10 @@ from numpy.typing import NDArray
 
 from system_identification.suspects import Suspect
 from system_identification.system import SizeSlot
-from thruster_model.effects.effect import Search, Trace
+from thruster_model.effects.effect import EffectParameter, Search, Trace
 from thruster_model.effects.stages import LIBRARY
 
-__all__ = ["ROUNDED", "Suspect", "betrayed_by", "found_by", "suspects"]
+__all__ = ["ROUNDED", "Suspect", "betrayed_by", "found_by", "slots_of", "suspects"]
 
 Array = NDArray[np.float64]
 _SIGNALS = {"throttle": "", "speed": "speed", "flow": "axial ambient", "load": "thrust torque"}
@@ -48,8 +49,14 @@ def suspects(signals: set[str], excluded: tuple[str, ...] = ()) -> list[Suspect]
     return found
 
 
-def _suspect(name: str, parameters: tuple, channel: str) -> Suspect:  # type: ignore[type-arg]
-    slots = tuple(SizeSlot(name, p.name, -p.upper if p.both_signs else p.lower, p.upper, p.unit) for p in parameters)
+def slots_of(name: str, parameters: Sequence[EffectParameter] | None = None) -> tuple[SizeSlot, ...]:
+    """Return the unknown sizes of an effect: all, or those of some of its parameters."""
+    parameters = LIBRARY[name].parameters if parameters is None else parameters
+    return tuple(SizeSlot(name, p.name, -p.upper if p.both_signs else p.lower, p.upper, p.unit) for p in parameters)
+
+
+def _suspect(name: str, parameters: Sequence[EffectParameter], channel: str) -> Suspect:
+    slots = slots_of(name, parameters)
     tries = (*LIBRARY[name].tries, *[0] * len(slots))
     axes = [_axis(slot, tries[place], first=place == 0) for place, slot in enumerate(slots)]
     return Suspect(effect=name, channel=channel, slots=slots, grid=np.array(list(product(*axes))))

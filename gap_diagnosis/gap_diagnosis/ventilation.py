@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.ndimage import maximum_filter1d
 from scipy.special import gammaln
 
-from gap_diagnosis.lost_thrust import falls_of, slots_of
+from gap_diagnosis.lost_thrust import falls_of
 from gap_diagnosis.problem import Problem
-from gap_diagnosis.suspects import found_by
+from gap_diagnosis.suspects import found_by, slots_of
 from system_identification.fitting import Fitted, fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.suspects import Suspect

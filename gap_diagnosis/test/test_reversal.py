@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 from generated import campaign, noise_of
 
-from gap_diagnosis.lost_thrust import slots_of
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.reversal import REVERSAL, turns_beside
+from gap_diagnosis.suspects import slots_of
 from system_identification.fitting import fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.loose import Loose
