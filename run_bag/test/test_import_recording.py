@@ -353,6 +353,21 @@ def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
     assert "time_column: t n" in next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
 
 
+def test_a_first_column_that_rises_is_proposed_as_the_time_whatever_it_is_called(tmp_path, capsys):
+    rows = [f"{0.01 * k},{300 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["Zeit_s,rpm", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "time: {column: Zeit_s, unit: s}   # the first column, which rises: is it the time?" in text
+    assert "Not recognised" not in text
+
+
+def test_a_pulse_s_scale_is_marked_as_a_guess(tmp_path, capsys):
+    text = guessed(tmp_path, capsys, "t,pwm_us", 1500.0 + 400.0 * SWEEP).out
+    (line,) = (line for line in text.splitlines() if "throttle.commanded" in line)
+    assert "stop: 1500, per_volt: 80" in line and "stop and per_volt are guesses: write yours" in line
+
+
 def test_a_column_called_t_is_no_time_where_its_unit_is_a_force(tmp_path, capsys):
     rows = [f"{0.01 * k},{u:g},{4 * u:g}" for k, u in enumerate(SWEEP)]
     (tmp_path / "x.csv").write_text("\n".join(["clock,u,T", "s,V,N", *rows]))

@@ -129,6 +129,8 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     if not name:
         return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
     unit, why = guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
+    if not is_time(table, name) and name not in own_times(table):
+        why = "; ".join(filter(None, (why, "the first column, which rises: is it the time?")))
     return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
@@ -243,6 +245,7 @@ def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
     if command and unit in COMMANDS:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
+        why = "; ".join(filter(None, (why, "stop and per_volt are guesses: write yours")))
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")

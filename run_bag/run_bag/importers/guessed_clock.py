@@ -27,7 +27,8 @@ def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
         return None
     names = table.names()
     named = [name for name in names if is_time(table, name)]
-    likely = (*named, *own_times(table), *(name for name in names if _rises(table, name)))
+    first = [name for name in names[:1] if table.heading and _never_falls(table, name)]
+    likely = (*named, *own_times(table), *(name for name in names if _rises(table, name)), *first)
     return table, next(iter(likely), "")
 
 
