@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .command_line import printable, user_arguments
+from .command_line import exit_status, printable, user_arguments
 from .errors import RunError
 from .reader import Recording, read_recording, read_run
 from .run import Channel
@@ -109,6 +109,10 @@ def _records(imported: Mapping[str, Any], key: str) -> list[Mapping[str, Any]]:
 def main(argv: Sequence[str] | None = None) -> int:
     """Print; return 0, or 1 if one of the runs could not be read."""
     options = parser().parse_args(user_arguments(argv))
+    return exit_status("info", lambda: _told(options))
+
+
+def _told(options: argparse.Namespace) -> int:
     status = 0
     for path in [run for given in options.paths for run in runs_in(given)]:
         try:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from .errors import RunError
 
-INTERRUPTED = 130  # 128 + SIGINT, as shells have it
+INTERRUPTED, UNREAD = 130, 141  # 128 + SIGINT, + SIGPIPE, as shells have them
 
 
 def user_arguments(argv: Sequence[str] | None = None) -> list[str]:
@@ -52,10 +53,15 @@ def printable(text: str) -> str:
 def exit_status(program: str, work: Callable[[], int]) -> int:
     """Return what `work` returns; 1 or, interrupted, 130 with one sentence on standard error where it fails."""
     try:
-        return work()
+        status = work()
+        sys.stdout.flush()
+        return status
     except KeyboardInterrupt:
         sys.stderr.write(f"{program}: interrupted; what is there is whole, no half-written run was left\n")
         return INTERRUPTED
+    except BrokenPipeError:  # who read, as `head` does, has enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # for what is flushed at the end
+        return UNREAD
     except RunError as error:
         sys.stderr.write("\n".join(map(printable, str(error).split("\n"))) + "\n")
     except OSError as error:

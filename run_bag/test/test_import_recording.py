@@ -1,6 +1,8 @@
 """Any recording: tables, bags of every storage, ROS 1, logs of vehicles, by one map."""
 
 import re
+import subprocess
+import sys
 import time
 
 import numpy as np
@@ -353,6 +355,13 @@ def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
     assert "time_column: t n" in next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
 
 
+def test_a_reader_that_has_enough_is_no_error():
+    program = "import sys; from run_bag.command_line import exit_status as e; sys.exit(e('p', lambda: print('x') or 0))"
+    told = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    told.stdout.close()
+    assert told.stderr.read() == b"" and told.wait() == 141
+
+
 def test_a_first_column_that_rises_is_proposed_as_the_time_whatever_it_is_called(tmp_path, capsys):
     rows = [f"{0.01 * k},{300 * u:g}" for k, u in enumerate(SWEEP)]
     (tmp_path / "x.csv").write_text("\n".join(["Zeit_s,rpm", *rows]))
@@ -366,6 +375,52 @@ def test_a_pulse_s_scale_is_marked_as_a_guess(tmp_path, capsys):
     text = guessed(tmp_path, capsys, "t,pwm_us", 1500.0 + 400.0 * SWEEP).out
     (line,) = (line for line in text.splitlines() if "throttle.commanded" in line)
     assert "stop: 1500, per_volt: 80" in line and "stop and per_volt are guesses: write yours" in line
+
+
+def long_table(path, header, line, order=lambda row: row[0]):
+    """Write a table with a row for each reading: throttles, speeds at half their rate, thrusts."""
+    rows = [(0.01 * k, "throttle_V", "V", u) for k, u in enumerate(SWEEP)]
+    rows += [(0.01 * k + 0.004, "motor_rpm", "rpm", 300.0 * u) for k, u in list(enumerate(SWEEP))[::2]]
+    rows += [(0.01 * k, "thrust_N", "N", 4.0 * u) for k, u in enumerate(SWEEP)]
+    path.write_text("\n".join([header, *(line(*row) for row in sorted(rows, key=order))]))
+
+
+@pytest.mark.parametrize(
+    ("header", "line", "order"),
+    [
+        ("time,signal,unit,value", lambda t, n, unit, v: f"{t:.3f},{n},{unit},{v:.6g}", lambda row: row[0]),
+        ("name;value;t", lambda t, n, _, v: f'"{n}";{v:.6g};{t:.3f}'.replace(".", ","), lambda row: row[1]),
+    ],
+)
+def test_a_long_table_becomes_the_run_of_a_wide_one(tmp_path, capsys, header, line, order):
+    long_table(tmp_path / "x.csv", header, line, order)
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    told = capsys.readouterr().out
+    assert "Not recognised" not in told and "?'" not in told
+    (tmp_path / "map.yaml").write_text(told)
+    given = [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(given) == 0
+    assert f"thruster_0/throttle: {SWEEP.size} messages" in capsys.readouterr().out
+    run = read_run(tmp_path / "run")
+    speed, thrust = run["thruster_0/state.n"], run["thruster_0/load.wrench.force.x"]
+    np.testing.assert_allclose(speed.values, 300.0 * SWEEP[::2] * np.pi / 30.0, rtol=1e-5, atol=1e-9)
+    np.testing.assert_allclose(thrust.values, 4.0 * SWEEP, rtol=1e-5, atol=1e-9)
+    assert speed.stamps[0] - thrust.stamps[0] == 4_000_000
+
+
+def test_a_long_table_s_wrong_cell_is_named_by_its_line_and_name(tmp_path, capsys):
+    long_table(tmp_path / "x.csv", "t,n,v", lambda t, n, _, v: f"{t:.3f},{n},{v:.6g}" if t < 1.0 else f"{t:.3f},{n},x")
+    (tmp_path / "map.yaml").write_text("time: {column: t, unit: s}\nthruster_0/state.n: {column: motor_rpm, unit: rpm}")
+    given = [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(given) == 1
+    assert "x.csv, line 254, value of 'motor_rpm': expected a finite number" in capsys.readouterr().err
+
+
+def test_a_table_with_a_column_of_words_and_more_numbers_is_no_long_one(tmp_path, capsys):
+    rows = [f"{0.01 * k},manual,{u:g},{300 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,mode,throttle_V,rpm", *rows]))
+    assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
+    assert "thruster_0/throttle.commanded: {column: throttle_V" in capsys.readouterr().out
 
 
 def test_a_column_called_t_is_no_time_where_its_unit_is_a_force(tmp_path, capsys):

@@ -9,10 +9,13 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ..bag_folder import bag_files
 from ..budget import VARIABLE
 from ..command_line import described, exit_status, user_arguments
 from ..errors import RecordingError
+from ..topic import Topic
 from ..writer import refuse_existing, write_run
 from .advice import advice
 from .bag_source import BagSource
@@ -68,8 +71,8 @@ def open_source(path: Path, told: RecordingMap | None) -> Source:
     return CsvSource(path, told)
 
 
-def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[list[str], list[str]]:
-    """Import a recording; return the names of the channels in the map, and warnings.
+def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[list[Topic], list[str]]:
+    """Import a recording; return its topics, and warnings.
 
     Raises:
         RunError: the target exists or cannot be written, the map or the recording is wrong.
@@ -92,7 +95,7 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
         metadata["hold"] = holds
     write_run(out, made, metadata)
     lost = [w for s in sources for w in getattr(s, "warnings", ())]
-    return [e.channel for e in told.entries], [*lost, *warnings, *advice(made, holds)]
+    return made, [*lost, *warnings, *advice(made, holds)]
 
 
 def _parts(file: Path) -> list[Path]:
@@ -121,11 +124,20 @@ def _run(options: argparse.Namespace) -> int:
         if asked := text.count(f"unit: '{ASKED}'"):
             print(f"note: units to be written by you, where neither name nor values tell: {asked}", file=sys.stderr)
         return 0
-    channels, warnings = import_recording(options.files, options.map, options.out)
+    made, warnings = import_recording(options.files, options.map, options.out)
     for sentence in warnings:
         print(f"warning: {sentence}", file=sys.stderr)
-    print(f"{options.out}: {len(channels)} channels: {', '.join(channels)}")
+    print(f"{options.out}:")
+    print("\n".join(map(_told, made)))
     return 0
+
+
+def _told(topic: Topic) -> str:
+    """Return what was imported as a topic, with its rate: a wrong unit of time shows there."""
+    seconds = np.asarray(topic.stamps) * 1e-9
+    lasts = float(np.ptp(seconds))
+    rate = f", {(seconds.size - 1) / lasts:.3g} Hz" if lasts > 0.0 else ""
+    return f"  {topic.name}: {seconds.size} messages in {lasts:.1f} s{rate}: {', '.join(topic.fields)}"
 
 
 if __name__ == "__main__":

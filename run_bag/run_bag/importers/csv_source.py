@@ -1,6 +1,7 @@
 """A table of text: rows of one width, with the names of its columns if it has a header line.
 
-Separator and decimal sign are those that the first lines show. Columns are read by pandas where every cell needed is a
+Separator and decimal sign are those that the first lines show. A long table, with a row for each reading and its name
+in a column, is read as one with a column for each name. Columns are read by pandas where every cell needed is a
 number; where one is not, row by row, to name the cell.
 """
 
@@ -19,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError, TooLargeError
 from .conversions import is_unit
+from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
 
@@ -53,6 +55,9 @@ class CsvSource:
         lines = [line for line in first if line.strip()]
         self.separator = (told.separator if told else "") or _separator(lines)
         self.decimal = (told.decimal if told else "") or self._decimal(lines)
+        wide = made_wide(self.data, self.separator, self.number)
+        self.is_long = wide is not None
+        self.data = self.data if wide is None else wide
         rows = self._all_rows()
         head = next(rows, None)
         named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
@@ -124,7 +129,7 @@ class CsvSource:
         seconds = self.numbers(at, entry.nan) * entry.time_scale
         values = self.numbers(index, entry.nan)
         timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values))
-        there = np.flatnonzero(~np.isnan(seconds))
+        there = np.flatnonzero(~np.isnan(seconds) & ~(self.is_long & np.isnan(values)))
         if not there.size:
             text = f"{self.path}: {entry.channel}: time column {entry.time_column!r} has no number"
             raise RecordingError(text, path=self.path, found=entry.time_column)
@@ -165,7 +170,9 @@ class CsvSource:
     def cell(self, row: int, index: int, expected: str) -> RecordingError:
         """Return the error about one cell."""
         line, cells = next(pair for i, pair in enumerate(self.rows()) if i == row)
-        text = f"{self.path}, line {line}, column {index + 1}: expected {expected}, found {cells[index].strip()[:80]!r}"
+        text = (
+            f"{self.path}, line {line}, {self._place(index)}: expected {expected}, found {cells[index].strip()[:80]!r}"
+        )
         return RecordingError(text, path=self.path, position=line, expected=expected, found=cells[index])
 
     def line(self, row: int) -> int:
@@ -196,6 +203,9 @@ class CsvSource:
             return None if "_" in cell else float(cell)  # Python reads 1_000 as a number
         except ValueError:
             return None
+
+    def _place(self, index: int) -> str:
+        return f"value of {self.heading[index]!r}" if self.is_long and index else f"column {index + 1}"
 
     def _all_rows(self) -> Iterator[tuple[int, list[str]]]:
         try:
@@ -274,7 +284,7 @@ class CsvSource:
             if value is None or math.isinf(value):
                 expected = "a finite number, or this text in the map's `nan`"
                 hint = "; is the decimal sign a comma? then say `csv: {decimal: ','}`" if "," in cell else ""
-                text = f"{self.path}, line {line}, column {index + 1}: expected {expected}, found {cell[:80]!r}{hint}"
+                text = f"{self.path}, line {line}, {self._place(index)}: expected {expected}, found {cell[:80]!r}{hint}"
                 raise RecordingError(text, path=self.path, position=line, expected=expected, found=cell)
             result.append(value)
         return np.array(result, dtype=np.float64)

@@ -12,10 +12,11 @@ from ..known_topics import topic_type
 from ..units import unit_of
 from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .bag_source import BagSource
+from .column_names import bare_name
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
-from .guessed_clock import bare_name, clock_of, is_time, own_times, time_of, values_of
+from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
 from .guessed_units import guessed_time_unit, guessed_unit
 from .sources import Source
 
@@ -258,8 +259,8 @@ def _seen(source: Source, name: str) -> str:
     values = values_of(source, name)
     if values is None:
         return " no numbers"
-    unit = source.unit(name)
-    return f" {np.nanmin(values):.4g} to {np.nanmax(values):.4g}{' ' + unit if unit else ''}, {values.size} samples"
+    unit, count = source.unit(name), np.isfinite(values).sum()
+    return f" {np.nanmin(values):.4g} to {np.nanmax(values):.4g}{' ' + unit if unit else ''}, {count} samples"
 
 
 def _quoted(text: str) -> str:

@@ -8,14 +8,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..errors import RunError
+from .column_names import bare_name, called_time
 from .conversions import conversion
 from .csv_source import CsvSource
 from .recording_map import Entry, Mapped
 from .sources import Array, Source
 
-__all__ = ["bare_name", "clock_of", "is_time", "own_times", "time_of", "values_of"]
+__all__ = ["clock_of", "is_time", "own_times", "time_of", "values_of"]
 
-_TIME = re.compile(r"(t|time|timestamp|stamp|seconds|elapsed|(t_|time_?)(s|ms|us|ns|sec|usec|msec))", re.IGNORECASE)
 _OWN_TIME = re.compile(r"(t|time|stamp)[ _.].+", re.IGNORECASE)
 """The time of the columns that follow it."""
 
@@ -48,7 +48,7 @@ def time_of(table: CsvSource, name: str) -> str:
 def is_time(table: CsvSource, name: str) -> bool:
     """Tell whether a column is called a time, and has no other unit: T is a thrust where its unit is N."""
     stated = table.unit(name)
-    return bool(_TIME.fullmatch(bare_name(name))) and (not stated or conversion(stated, "s") is not None)
+    return called_time(name) and (not stated or conversion(stated, "s") is not None)
 
 
 def _rises(table: CsvSource, name: str) -> bool:
@@ -62,11 +62,6 @@ def _never_falls(table: CsvSource, name: str) -> bool:
     values = values_of(table, name)
     steps = np.zeros(0) if values is None else np.diff(values[np.isfinite(values)])
     return bool(np.all(steps >= 0.0) and np.any(steps > 0.0))
-
-
-def bare_name(name: str) -> str:
-    """Return the name of a column without its unit in brackets."""
-    return re.sub(r"\s*[\[(][^\])]*[\])]\s*$", "", name).strip().replace(" ", "_")
 
 
 def values_of(source: Source, name: str) -> Array | None:

@@ -1,0 +1,75 @@
+"""A long table, with a row for each reading and its name in a column of its own, made wide: a column for each name."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+from collections.abc import Callable, Sequence
+
+from .column_names import called_time
+from .conversions import is_unit
+
+__all__ = ["made_wide"]
+
+_LOOK = 100  # rows
+
+
+def made_wide(data: bytes, separator: str, number: Callable[[str], float | None]) -> bytes | None:
+    """Return a long table as a wide one, line by line, None where it is none.
+
+    A long table has, below the names of its columns, two columns of numbers (a time, then a value or the other way
+    round), one of names that come again, and perhaps one of units.
+    """
+    reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), encoding="utf-8", newline=""), delimiter=separator)
+    rows = ((reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row))
+    try:
+        first, head = next(rows, (0, []))
+        seen = list(itertools.islice(rows, _LOOK))
+        places = _places(head, [row for _, row in seen], number)
+        if places is None:
+            return None
+        body = [*seen, *rows]
+    except (UnicodeDecodeError, csv.Error):
+        return None
+    if any(len(row) != len(head) for _, row in body):
+        return None
+    time, name, value, unit = places
+    units = {row[name]: row[unit] if unit is not None else "" for _, row in reversed(body)}
+    names = list(dict.fromkeys(row[name] for _, row in body))
+    at = {each: k for k, each in enumerate(names)}
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=separator, lineterminator="\n")
+    text.write("\n" * (first - 1))
+    writer.writerow([head[time], *(f"{each} [{units[each]}]" if units[each] else each for each in names)])
+    line = first
+    for number_of_line, row in body:
+        text.write("\n" * (number_of_line - line - 1))
+        line, k = number_of_line, at[row[name]]
+        text.write(f"{row[time]}{separator * (k + 1)}{row[value]}{separator * (len(names) - 1 - k)}\n")
+    return text.getvalue().encode()
+
+
+def _places(
+    head: Sequence[str], rows: Sequence[Sequence[str]], number: Callable[[str], float | None]
+) -> tuple[int, int, int, int | None] | None:
+    """Return the columns of time, name, value and unit (None where there is none) of a long table."""
+    if not 3 <= len(head) <= 4 or len(rows) < 4 or any(len(row) != len(head) for row in rows):
+        return None
+    numbers, texts = [], []
+    for k in range(len(head)):
+        known = [number(row[k]) is not None for row in rows if row[k]]
+        if known and all(known):
+            numbers.append(k)
+        elif not any(known):
+            texts.append(k)
+    units = [k for k in texts if all(is_unit(row[k]) for row in rows)]
+    names = [k for k in texts if k not in units and len({row[k] for row in rows}) <= len(rows) // 2]
+    if len(numbers) != 2 or len(names) != 1 or len(numbers) + len(names) + len(units) != len(head):
+        return None
+    if len(units) > 1 or any(not row[names[0]] for row in rows):
+        return None
+    times = [k for k in numbers if called_time(head[k])]
+    time = times[0] if len(times) == 1 else numbers[0]
+    (value,) = (k for k in numbers if k != time)
+    return time, names[0], value, units[0] if units else None
