@@ -176,6 +176,7 @@ if [ -n "$warm" ]; then
 $(find $(printf '%s/%s ' $(printf '%s\n' $warm | sed p)) -name '*.py' | hash_of)"
     if ! stamp_is "$warm_stamp" "$warm_key"; then
         . scripts/env.sh
+        unset PYTHONDONTWRITEBYTECODE # as containers set it: each command would then compile SciPy anew, for seconds
         say "compiled code: compiling that of" $warm "ahead of its first use"
         # As many side by side as there are processors: the compiler uses one.
         if printf '%s\n' $warm | xargs -P "$(nproc)" -I '{}' "$venv/bin/python" -m '{}.warm_cache' >/dev/null; then
