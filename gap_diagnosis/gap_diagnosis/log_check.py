@@ -1,5 +1,7 @@
 """What a log shows before any physics: repeated samples, spikes, values on a lattice, stamps that scatter."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
@@ -9,6 +11,7 @@ from thruster_model.identification.preparation import noise_level
 
 __all__ = [
     "LARGEST_SHARE",
+    "edge_deviation",
     "hole_around_zero",
     "lattice_step",
     "lone_samples",
@@ -70,6 +73,13 @@ def hole_around_zero(values: Array, *, least: int = 5) -> float:
 def within_hole(values: Array, hole: float) -> Mask:
     """Return which readings are the zeros of a hole of such a width."""
     return np.asarray(np.abs(values) < 0.5 * hole)
+
+
+def edge_deviation(readings: Sequence[Array], hole: float) -> float:
+    """Return how far the edge of a hole may be off: the smallest reading beyond it has noise, which is not told."""
+    beyond = sum(int(np.count_nonzero(~within_hole(v, hole) & (np.abs(v) < 2.0 * hole))) for v in readings)
+    noise = max(float(np.nan_to_num(noise_level(v[np.isfinite(v)]))) for v in readings)
+    return float(np.hypot(hole / max(beyond, 1), noise))
 
 
 def _falls(size: Array, zero: float, least: int) -> bool:

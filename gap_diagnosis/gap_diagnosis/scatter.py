@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import poisson
 
-from gap_diagnosis.log_check import within_hole
+from gap_diagnosis.log_check import edge_deviation, within_hole
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.suspects import betrayed_by
@@ -110,14 +110,13 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     hole = _hole(recordings)
     if hole > 0.0:
         readings = [m.values for r in recordings if (m := r.experiment.measurements.get("speed")) is not None]
-        beyond = sum(int(np.sum(~within_hole(v, hole) & (np.abs(v) < 2.0 * hole))) for v in readings)
         found.append(
             Scatter(
                 effect=betrayed_by("zeros"),
                 signal="speed",
                 parameter="threshold",
                 size=hole,
-                deviation=hole / max(beyond, 1),
+                deviation=edge_deviation(readings, hole),
                 log_odds=LOG_RULES.certain,
                 sentence=f"the tachometer reads zero below {hole:.3g} rad/s",
             )

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from gap_diagnosis.log_check import (
+    edge_deviation,
     hole_around_zero,
     lattice_step,
     lone_samples,
@@ -86,6 +87,16 @@ def test_the_first_step_of_coarse_readings_is_no_hole_however_many_outliers_lie_
 def test_a_hole_around_zero_is_as_wide_as_the_smallest_reading():
     cut = np.where(np.abs(NOISY) < 14.0, 0.0, NOISY)
     assert 14.0 <= hole_around_zero(cut) < 16.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_the_edge_of_a_hole_is_as_unsure_as_the_noise_of_the_readings_beyond_it(seed):
+    rng = np.random.default_rng(seed)
+    speed = slowing(rng, lambda down: down)
+    seen = np.where(np.abs(speed) < 18.0, 0.0, speed + rng.standard_normal(speed.size))
+    edge = hole_around_zero(seen)
+    deviation = edge_deviation([seen], edge)
+    assert abs(edge - 18.0) < 2.5 * deviation < 4.0
 
 
 def slowing(rng, stops):

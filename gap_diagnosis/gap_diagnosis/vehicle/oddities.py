@@ -11,7 +11,14 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.log_check import hole_around_zero, lattice_step, regular_stamps, repeated_samples, within_hole
+from gap_diagnosis.log_check import (
+    edge_deviation,
+    hole_around_zero,
+    lattice_step,
+    regular_stamps,
+    repeated_samples,
+    within_hole,
+)
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.scatter import probability_at, scattered_before_sorting, share_deviation
 from gap_diagnosis.suspects import betrayed_by
@@ -112,8 +119,8 @@ def _of_tachometer(time: Array, speed: Array, thruster: int) -> tuple[Mask, list
     if hole <= LOG_RULES.hole:
         return np.zeros(speed.size, dtype=np.bool_), found
     zero = within_hole(speed, hole)
-    beyond = int(np.count_nonzero(~zero & (np.abs(speed) < 2.0 * hole)))
-    found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, hole / beyond, LOG_RULES.certain))
+    deviation = edge_deviation([speed], hole)
+    found.append(Oddity(betrayed_by("zeros"), "tachometer", thruster, hole, deviation, LOG_RULES.certain))
     return _crossed(time, zero), found
 
 
