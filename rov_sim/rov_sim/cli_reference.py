@@ -25,7 +25,9 @@ def reference() -> str:
     head = (
         "# Vehicles and their effects\n\n"
         "Made by `ros2 run rov_sim reference`. Body axes x forward, y starboard, z down; thrusters count from 0. A "
-        "standard deviation that no source states is 5 % of the value. Thrusters' models: [models.md](models.md).\n"
+        "standard deviation that no source states is 5 % of the value. Thrusters' models: [models.md](models.md). "
+        "A propeller's hand is `right` where it turns clockwise, seen along its axis, while it pushes along it; its "
+        "torque acts on the vehicle where the effect `reaction_torque` is on.\n"
     )
     vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
     heads = ["effect", "what it is", "enters", "equation", "parameters", "acts on"]

@@ -252,7 +252,7 @@ def _sentences(verdict, order, signs, silent, alike, used):  # type: ignore[no-u
     if dead:
         named = ", ".join(map(str, dead))
         says.append(
-            f"What thruster {named} moves does not stand out from the other motion: nothing is seen of its wire."
+            f"The wiring of thruster {named} cannot be checked: what it moves does not stand out; `pulses` shows it."
         )
     says += [f"Thrusters {', '.join(map(str, g))} push alike: an exchange among them cannot be seen." for g in alike]
     return tuple(says)
