@@ -6,6 +6,7 @@ may begin with a loss, and that ends when the thrust says so. Every end was sear
 which is its price.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -17,6 +18,7 @@ from gap_diagnosis.suspects import found_by, slots_of
 from system_identification.fitting import fit, fit_past_jumps
 from system_identification.hypothesis import Hypothesis
 from system_identification.noise import whitener
+from system_identification.rating import rated, tried
 from system_identification.suspects import Suspect
 from thruster_model.effects.effect import AGAINST, WITH
 
@@ -52,7 +54,9 @@ def turns_beside(beside: Hypothesis) -> Suspect | None:
     # Parameters that had to make up for the loss may have moved far: it may be plainer beside those as stated.
     both = [(_first(problem, x, deviation), x) for x in (beside.fitted.x, stated)]
     read, x = max(both, key=lambda one: one[0].gain)
-    if read.gain <= 0.0:
+    told = [_suspect(each, np.array([[each.share / slot.width]])) for each, _ in both if each.gain > 0.0]
+    rates = rated(beside.fitted, beside.noise, tried(beside.fitted, told, partial(problem.tried, beside.fitted.x)))
+    if not rates or rates[0].promise <= 0.0:  # to first order it is not worth its price
         return None
     for _ in range(_ROUNDS):
         posed = problem.with_effects((*problem.slots, slot), read.gates)
@@ -64,17 +68,20 @@ def turns_beside(beside: Hypothesis) -> Suspect | None:
             break
         read = again
     posed = problem.with_effects((*problem.slots, slot), read.gates)
-    told = fit(posed, beside.noise, fitted.x, near=beside.fitted, iterations=_STEPS, polish=False)
-    worth = told.evidence - read.price
+    ended = fit(posed, beside.noise, fitted.x, near=beside.fitted, iterations=_STEPS, polish=False)
+    worth = ended.evidence - read.price
     if worth <= beside.fitted.evidence:
         return None
     simulated = problem.with_effects((*problem.slots, slot))
-    starts = told.x, np.append(stated, told.x[-1])
+    starts = ended.x, np.append(stated, ended.x[-1])
     if worth <= max(fit_past_jumps(simulated, beside.noise, each).evidence for each in starts):
         return None
-    return Suspect(
-        effect=REVERSAL, channel="", slots=(slot,), grid=fitted.x[-1:][None].copy(), price=read.price, gates=read.gates
-    )
+    return _suspect(read, fitted.x[-1:][None].copy())
+
+
+def _suspect(read: _Read, grid: Array) -> Suspect:
+    """Return the loss in the stretches that were read, at sizes (G, 1) over their range."""
+    return Suspect(effect=REVERSAL, channel="", slots=slots_of(REVERSAL), grid=grid, price=read.price, gates=read.gates)
 
 
 def _first(problem: Problem, x: Array, deviation: float) -> _Read:
