@@ -22,6 +22,7 @@ from rosbags.rosbag2 import CompressionMode, StoragePlugin
 from run_bag import read_run
 from run_bag.cli_info import main as info
 from run_bag.importers.cli_recording import main
+from run_bag.importers.csv_source import CsvSource
 
 VOLTS = [(throttle_us(k) - 1500.0) / 80.0 for k in range(COUNT)]
 SPEED = [speed_rpm(k) * 2.0 * np.pi / 60.0 for k in range(COUNT)]
@@ -136,8 +137,6 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
     rows = 1_000_000
     values = np.column_stack([np.arange(rows) * 1e-3, np.sin(np.arange(rows)), np.cos(np.arange(rows))])
     np.savetxt(tmp_path / "x.csv", values, fmt="%.6f", delimiter=",", header="t,u,n", comments="")
-    from run_bag.importers.csv_source import CsvSource
-
     begin = time.process_time()
     table = CsvSource(tmp_path / "x.csv")
     read = [table.numbers(i) for i in range(3)]
@@ -409,16 +408,28 @@ def test_a_long_table_becomes_the_run_of_a_wide_one(tmp_path, capsys, header, li
 
 
 def test_a_long_table_s_wrong_cell_is_named_by_its_line_and_name(tmp_path, capsys):
-    long_table(tmp_path / "x.csv", "t,n,v", lambda t, n, _, v: f"{t:.3f},{n},{v:.6g}" if t < 1.0 else f"{t:.3f},{n},x")
+    long_table(
+        tmp_path / "x.csv", "t,sensor,v", lambda t, n, _, v: f"{t:.3f},{n},{v:.6g}" if t < 1.0 else f"{t:.3f},{n},x"
+    )
     (tmp_path / "map.yaml").write_text("time: {column: t, unit: s}\nthruster_0/state.n: {column: motor_rpm, unit: rpm}")
     given = [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
     assert main(given) == 1
     assert "x.csv, line 254, value of 'motor_rpm': expected a finite number" in capsys.readouterr().err
 
 
-def test_a_table_with_a_column_of_words_and_more_numbers_is_no_long_one(tmp_path, capsys):
-    rows = [f"{0.01 * k},manual,{u:g},{300 * u:g}" for k, u in enumerate(SWEEP)]
-    (tmp_path / "x.csv").write_text("\n".join(["t,mode,throttle_V,rpm", *rows]))
+def test_a_long_table_of_a_name_for_each_row_is_not_made_wide(tmp_path):
+    rows = [f"{0.001 * k},s{k if k > 200 else k % 4},1" for k in range(20_000)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,name,value", *rows]))
+    assert CsvSource(tmp_path / "x.csv").names() == ["t", "name", "value"]
+
+
+@pytest.mark.parametrize(
+    ("header", "line"),
+    [("t,mode,throttle_V,rpm", "{t},manual,{u:g},{n:g}"), ("t,mode,throttle_V", "{t},manual,{u:g}")],
+)
+def test_a_table_with_a_column_of_modes_is_no_long_one(tmp_path, capsys, header, line):
+    rows = [line.format(t=0.01 * k, u=u, n=300 * u) for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join([header, *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     assert "thruster_0/throttle.commanded: {column: throttle_V" in capsys.readouterr().out
 

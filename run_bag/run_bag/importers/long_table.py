@@ -5,21 +5,30 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+import re
 from collections.abc import Callable, Sequence
 
-from .column_names import called_time
+from .column_names import bare_name, called_time
 from .conversions import is_unit
 
 __all__ = ["made_wide"]
 
+MOST_NAMES = 256
+"""Of a long table: a wide one has so many cells in each row."""
 _LOOK = 100  # rows
+_NAMES = re.compile(
+    r"_?(signal|name|channel|sensor|topic|variable|var|key|measurement|field|metric|parameter|tag|quantity|series|label)"
+    r"s?(_?name)?",
+    re.IGNORECASE,
+)
+"""What the column of names is called: another one of words, a mode, stands beside one signal."""
 
 
 def made_wide(data: bytes, separator: str, number: Callable[[str], float | None]) -> bytes | None:
     """Return a long table as a wide one, line by line, None where it is none.
 
     A long table has, below the names of its columns, two columns of numbers (a time, then a value or the other way
-    round), one of names that come again, and perhaps one of units.
+    round), one of names, and perhaps one of units.
     """
     reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), encoding="utf-8", newline=""), delimiter=separator)
     rows = ((reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row))
@@ -37,6 +46,8 @@ def made_wide(data: bytes, separator: str, number: Callable[[str], float | None]
     time, name, value, unit = places
     units = {row[name]: row[unit] if unit is not None else "" for _, row in reversed(body)}
     names = list(dict.fromkeys(row[name] for _, row in body))
+    if len(names) > MOST_NAMES:
+        return None
     at = {each: k for k, each in enumerate(names)}
     text = io.StringIO()
     writer = csv.writer(text, delimiter=separator, lineterminator="\n")
@@ -64,7 +75,7 @@ def _places(
         elif not any(known):
             texts.append(k)
     units = [k for k in texts if all(is_unit(row[k]) for row in rows)]
-    names = [k for k in texts if k not in units and len({row[k] for row in rows}) <= len(rows) // 2]
+    names = [k for k in texts if k not in units and _NAMES.fullmatch(bare_name(head[k]))]
     if len(numbers) != 2 or len(names) != 1 or len(numbers) + len(names) + len(units) != len(head):
         return None
     if len(units) > 1 or any(not row[names[0]] for row in rows):
