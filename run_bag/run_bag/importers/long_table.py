@@ -78,7 +78,7 @@ def _places(
     names = [k for k in texts if k not in units and _NAMES.fullmatch(bare_name(head[k]))]
     if len(numbers) != 2 or len(names) != 1 or len(numbers) + len(names) + len(units) != len(head):
         return None
-    if len(units) > 1 or any(not row[names[0]] for row in rows):
+    if any(not row[names[0]] for row in rows):
         return None
     times = [k for k in numbers if called_time(head[k])]
     time = times[0] if len(times) == 1 else numbers[0]
