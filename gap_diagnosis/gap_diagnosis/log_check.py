@@ -25,7 +25,7 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
 _BY_CHANCE = 1e-4  # probability of so many repeats, below which they are the log's
-_SMALL, _OFF_STEPS = 15.0, 0.1  # differences in the smallest one; their median distance from whole ones, evenly 0.25
+_ALIKE = 1e-3  # of the median difference: two that are closer are one, but for the decimals they were written with
 _ABOUT_ZERO, _INSIDE = 4.0, 1e-3  # standard deviations that noise about zero reaches; share of outliers in a hole
 _SUDDEN = 3.0  # times as far as the sample before
 _WANDERS = 0.7  # share of the deviation of stamps that lasts longer than some fifty samples
@@ -94,9 +94,8 @@ def repeated_samples(values: Array) -> Mask:
     """Return which samples repeat the one before them though a noisy sensor would not, shape (M,).
 
     Stretches of zeros and long constant stretches are the sensor's, not the log's. Where values lie on a lattice,
-    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat. By chance a
-    reading is the next value up or down, each, as often as it is the same again: so it is on whole rpm, too, of which a
-    rotor runs through too many to show a lattice. There must be more than that by far.
+    chance repeats some: nothing is marked unless there are three times as many as the noise would repeat, and more than
+    chance alone makes, also on whole rpm or on two lattices, of which a rotor runs through too many to show a step.
     """
     same = np.zeros(values.size, dtype=bool)
     same[1:] = (values[1:] == values[:-1]) & (values[1:] != 0.0)
@@ -111,15 +110,18 @@ def repeated_samples(values: Array) -> Mask:
 
 
 def _repeat_by_chance(values: Array, same: Mask) -> bool:
-    """Tell whether readings in whole steps come again no more often than they come as the next value up or down."""
-    apart = np.abs(np.diff(values))
-    apart = apart[apart > 1e-9 * np.ptp(values)]
-    steps = apart / np.min(apart, initial=np.inf)
-    small = steps[steps < _SMALL]
-    if small.size <= 3 or float(np.median(np.abs(small - np.round(small)))) >= _OFF_STEPS:
+    """Tell whether readings come again no more often than they come with some other difference, up or down.
+
+    By chance, differences near zero are all as likely. On a lattice, or on several, a difference of one step comes up
+    and down as often each as none at all; among readings without steps no difference comes twice.
+    """
+    apart = np.sort(np.abs(np.diff(values))[~same[1:]])
+    apart = apart[apart > 0.0]
+    if not apart.size:
         return False
-    next_value, repeats = int(np.count_nonzero(steps < 1.5)), int(np.count_nonzero(same))
-    return bool(binom.sf(repeats - 1, repeats + next_value, 1.0 / 3.0) > _BY_CHANCE)
+    alike = np.searchsorted(apart, apart + _ALIKE * np.median(apart), side="right") - np.arange(apart.size)
+    repeats = int(np.count_nonzero(same))
+    return bool(binom.sf(repeats - 1, repeats + int(np.max(alike)), 1.0 / 3.0) > _BY_CHANCE)
 
 
 def spikes(values: Array, noise: float, *, limit: float = 6.0) -> Mask:

@@ -57,6 +57,20 @@ def test_whole_rpm_of_a_noisy_tachometer_are_no_repeats(noise, swing):
         assert np.mean(found[~kept]) > 0.9
 
 
+@pytest.mark.parametrize("apart", [0.0003, 0.0006, 0.011])
+def test_readings_on_a_lattice_for_either_way_are_no_repeats(apart):
+    for seed in range(20):
+        rng = np.random.default_rng(seed)
+        speed = 150.0 * np.sin(np.arange(4000) / 100.0) + rng.standard_normal(4000)
+        readings = 0.05 * np.round(speed / 0.05) - apart * np.sign(speed)
+        assert np.mean(readings[1:] == readings[:-1]) > 0.005
+        assert not repeated_samples(readings).any()
+        kept = rng.random(4000) >= 0.05
+        kept[0] = True
+        lost = readings[np.maximum.accumulate(np.where(kept, np.arange(4000), 0))]
+        assert np.mean(repeated_samples(lost)[~kept]) > 0.9
+
+
 def test_repeated_samples_are_marked_one_by_one():
     kept = RNG.random(800) >= 0.2
     kept[0] = True
