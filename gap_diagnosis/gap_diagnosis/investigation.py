@@ -229,7 +229,7 @@ class Investigation:
 
         What explains less than is left without a name may be a part of that.
         """
-        found = {}
+        found: dict[str, list[str]] = {}
         for key in self.best.keys:
             reasons = {
                 "changes its size with run, time or state": self.unsteady[key] > RULES.unsteady,
@@ -238,8 +238,9 @@ class Investigation:
                 "is too small to be told from none": self.distances[key] < RULES.apart,
                 "explains less than is left": self.nameless and self.gained[key] < self.unexplained.evidence,
             }
-            found[key] = [reason for reason, holds in reasons.items() if holds]
-        return {key: reasons for key, reasons in found.items() if reasons}
+            if any(reasons.values()):
+                found[key] = [reason for reason, holds in reasons.items() if holds]
+        return found
 
     @cached_property
     def resembling(self) -> dict[str, float]:

@@ -366,7 +366,7 @@ def test_a_first_column_that_rises_is_proposed_as_the_time_whatever_it_is_called
     (tmp_path / "x.csv").write_text("\n".join(["Zeit_s,rpm", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
-    assert "time: {column: Zeit_s, unit: s}   # the first column, which rises: is it the time?" in text
+    assert "time: {column: Zeit_s, unit: s}   # its values rise: is it the time?" in text
     assert "Not recognised" not in text
 
 

@@ -131,7 +131,7 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
         return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
     unit, why = guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
     if not is_time(table, name) and name not in own_times(table):
-        why = "; ".join(filter(None, (why, "the first column, which rises: is it the time?")))
+        why = "; ".join(filter(None, (why, "its values rise: is it the time?")))
     return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
