@@ -74,12 +74,12 @@ def diagnosed(
     if wiring.turned:
         logs = [mounted(log, wiring.mounting, 0.5 * wiring.gain / len(logs)) for log in logs]
     found = search(model, logs, told, only)
-    verdict = judged(found, logs)
-    if wiring.turned:
-        verdict = replace(verdict, summary=f"{wiring.sentences[0]} {verdict.summary}")
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = left_out_errors(found, horizons)
+    verdict = judged(found, logs, errors)
+    if wiring.turned:
+        verdict = replace(verdict, summary=f"{wiring.sentences[0]} {verdict.summary}")
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
 from gap_diagnosis.vehicle.gram import solution
+from gap_diagnosis.vehicle.how_far import Errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, sized
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.oddities import Logged, common_to
@@ -21,6 +22,8 @@ from gap_diagnosis.vehicle.unknowns import Key, unit_of, words_of
 __all__ = ["Claim", "Verdict", "judged"]
 
 Array = NDArray[np.float64]
+_NAMED = 3
+"""Numbers that a summary names, those that moved most."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -65,8 +68,8 @@ class Verdict:
     summary: str
 
 
-def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
-    """Return the verdict on these recordings."""
+def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = ()) -> Verdict:
+    """Return the verdict on these recordings; errors: of free runs, shortest horizon first."""
     last = found.stages[-1]
     wrench = np.asarray(last.screen.runs[0].noises.wrench)
     begun = len(last.accepted) + 1 - len(found.stages)  # effects with which the search began
@@ -101,7 +104,7 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         name = "cannot_tell"
     elif logged:
         name = "effect"
-    elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted):
+    elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted) or _closed(errors) is not None:
         name = "parameters"
     else:
         name = "no_gap"
@@ -110,8 +113,14 @@ def judged(found: Found, logs: Sequence[VehicleLog]) -> Verdict:
         p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]),
         hidden=least_shown(last.gram, range(len(found.nuisances))),
         wrench=wrench, logged=logged,
-        summary=_summary(name, claims, logged, small, found, near, nameless, rough, wrench, shifted),
+        summary=_summary(name, claims, logged, small, found, near, nameless, rough, wrench, shifted, errors),
     )  # fmt: skip
+
+
+def _closed(errors: Sequence[Errors]) -> Errors | None:
+    """Return the errors over the shortest horizon at which there is a gap, if re-tuning closes some of it surely."""
+    found = next((each for each in errors if each.budget), None)
+    return found if found is not None and found.budget[0].low > 0.0 else None
 
 
 def _misread(claims: Sequence[Claim], nameless: Sequence[tuple[float, Key]]) -> bool:
@@ -211,16 +220,31 @@ def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
     return tuple(row for row in rows if abs(row[1]) > 1.5)[:8]
 
 
-def _by(key: Key, size: float) -> str:
+def _retuned(shifted: Sequence[tuple[Key, float, float]], found: Found, closed: Errors | None) -> str:
+    """Return what re-tuning does, in words, and which numbers moved most."""
+    far = [_moved(key, moved, found) for key, moved, _ in shifted if abs(moved) > rules.SHIFTED or closed][:_NAMED]
+    beyond = "beyond" if any(abs(moved) > rules.SHIFTED for _, moved, _ in shifted) else "within"
+    steps = ""
+    if closed is not None:
+        steps = (
+            f" As stated, the model errs after {closed.horizon:g} s by {closed.steps[0]:.2f} times what a right one "
+            f"does; re-tuned, by {closed.steps[1]:.2f} times."
+        )
+    named = f": {', '.join(far)}" if far else ""
+    return f"Parameters {beyond} their stated deviations explain the gap{named}.{steps}"
+
+
+def _moved(key: Key, deviations: float, found: Found) -> str:
     """Return by how much a number moved, in words."""
-    unit = unit_of(key)
-    return f"{words_of(key)} by {f'{100.0 * size:+.1f} %' if unit == '1' else f'{size:+.3g} {unit}'}"
+    unit, size = unit_of(key), deviations * found.nuisances[key]
+    by = f"{100.0 * size:+.1f} %" if unit == "1" else f"{size:+.3g} {unit}"
+    return f"{words_of(key)} by {by} ({deviations:+.1f} deviations)"
 
 
 def _summary(
     name: str, claims: Sequence[Claim], logged: Sequence[Logged], small: Sequence[Refined], found: Found,
     near: Sequence[tuple[float, Refined]], nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
-    shifted: Sequence[tuple[Key, float, float]],
+    shifted: Sequence[tuple[Key, float, float]], errors: Sequence[Errors],
 ) -> str:  # fmt: skip
     says = []
     if name == "not_enough_data":
@@ -244,13 +268,11 @@ def _summary(
             says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
     says += [each.sentence for each in logged]
     if name == "no_gap":
-        says.append("The model explains the recordings within the deviations of its parameters.")
+        says.append("The model as it is stated explains the recordings.")
     if small:
         says.append("Too small to be claimed: " + ", ".join(a.hypothesis.words for a in small) + ".")
     if name == "parameters":
-        far = [(key, moved) for key, moved, _ in shifted if abs(moved) > rules.SHIFTED][:3]
-        named = ", ".join(f"{_by(key, moved * found.nuisances[key])} ({moved:+.1f} deviations)" for key, moved in far)
-        says.append(f"Parameters beyond their stated deviations explain the gap: {named}.")
+        says.append(_retuned(shifted, found, _closed(errors)))
     if name == "cannot_tell" and not claims:
         says.append(f"Something may be there, but not surely: {near[0][1].hypothesis.words} is the nearest.")
     if nameless:

@@ -63,7 +63,9 @@ def test_free_runs_of_a_model_that_loses_the_vehicle_are_as_far_off_as_can_be(
 
 def test_where_there_is_no_gap_a_sentence_says_so_in_place_of_shares(healthy: Found) -> None:
     log, errors = healthy.stages[-1].screen.runs[0].log, left_out_errors(healthy, [2.0])[0]
-    content = content_of(judged(healthy, [log]), healthy, [replace(errors, budget=())], None, [log], {"runs": ["run"]})
+    none = replace(errors, budget=())
+    content = content_of(judged(healthy, [log], [none]), healthy, [none], None, [log], {"runs": ["run"]})
+    assert content["verdict"] == "no_gap"
     assert content["budget"]["parameters"] is None and "no gap to share out" in content["budget"]["why_not"]
     assert content["gap"]["left_out"] is False and content["gap"]["total"]["as_is"] == errors.steps[0]
 

@@ -131,10 +131,13 @@ def test_a_thruster_that_has_stopped_is_neither_wired_wrongly_nor_limited(tmp_pa
     assert [(e["id"], e["kind"], e["thruster"]) for e in content["effects"]] == [("thruster_failure", "stopped", 5)]
 
 
-def test_a_vehicle_within_its_deviations_has_no_effect(tmp_path: Path) -> None:
-    found = of(tmp_path, Draw(seed=12, vehicle="ngs", deviations=0.7, kinds=("steps",), duration=40.0))
-    assert found.content["verdict"] in ("no_gap", "parameters")
-    assert found.content["effects"] == []
+def test_numbers_that_are_off_within_their_deviations_are_what_a_gap_comes_from(tmp_path: Path) -> None:
+    draw = Draw(seed=12, vehicle="ngs", deviations=0.7, kinds=("steps",), duration=40.0)
+    content = of(tmp_path, draw, how_far=True).content
+    assert (content["verdict"], content["effects"]) == ("parameters", [])
+    as_is, retuned = (step["rms"] for step in content["budget"]["left_out"])
+    assert as_is > 1.5 > retuned and content["budget"]["parameters"]["interval"][0] > 0.0
+    assert f"by {as_is:.2f} times" in content["summary"] and f"re-tuned, by {retuned:.2f} times" in content["summary"]
 
 
 def test_marks_ask_for_effect_and_place() -> None:
