@@ -1,7 +1,7 @@
 r"""Wiring and conventions before any physics: which command moves the vehicle as which column of K_t says.
 
 Throttles u_i, through a lag and beyond a dead band, are regressed on accelerations of the body that need no model: the
-derivative of the gyro and the specific force. That gives a column c_i (6) of each command with its covariance. With
+change of the gyro and the specific force. That gives a column c_i (6) of each command with its covariance. With
 b_j = M^-1 K_t,j the expected direction of thruster j, the cost of taking command i for thruster j with sign s is
 
     min_a (c_i - s a b_j)^T S_i^-1 (c_i - s a b_j),     a > 0
@@ -21,7 +21,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import solve_toeplitz
 from scipy.optimize import linear_sum_assignment
+from scipy.signal import lfilter
 
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -31,6 +33,8 @@ from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, TURNED_IMU, WIRING_MAR
 __all__ = ["Wiring", "wiring_of"]
 
 Array = NDArray[np.float64]
+_MEMORY = 0.5
+"""[s] In which what is left of an acceleration follows itself. Set by reason."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -195,18 +199,16 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
             followed[k] = now
             now = keep * now + (1.0 - keep) * u[k]
         rate = log.told[:, 3:6]
-        turning = np.full_like(rate, np.nan)
-        turning[1:-1] = (rate[2:] - rate[:-2]) / (2.0 * log.period)
+        turning = np.diff(rate, axis=0) / log.period
         force = log.told[:, 6:9] + 9.81 * down_of(log.attitude)
-        y = np.concatenate((force, turning), axis=1)
         down = down_of(log.attitude)
         if not np.isfinite(down).any():  # without an attitude the gyro alone tells, and what gravity turns is not known
             down = np.zeros_like(down)
         slow = np.concatenate(
             (np.ones((len(u), 1)), down, rate, rate * np.abs(rate), np.cross(rate, rate[:, [1, 2, 0]])), axis=1
         )
-        X.append(np.concatenate((followed * np.abs(followed) ** 0.5, slow), axis=1))
-        Y.append(y)
+        X.append(_between(np.concatenate((followed * np.abs(followed) ** 0.5, slow), axis=1)))
+        Y.append(np.concatenate((_between(force), turning), axis=1))
     x, y = np.concatenate(X), np.concatenate(Y)
     N = logs[0].thrusters
     columns, variances, left = np.full((6, N), np.nan), np.full((6, N), np.nan), 0.0
@@ -214,19 +216,38 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         good = np.isfinite(y[:, a]) & np.isfinite(x).all(axis=1)
         if good.sum() < 5 * x.shape[1]:
             continue
-        x_a, y_a, memory = x[good], y[good, a], 0.0
+        x_a, y_a = x[good], y[good, a]
+        memory = np.zeros(round(_MEMORY / logs[0].period))
         for _ in range(3):  # what is left follows itself: both sides are whitened by how much it does
-            x_w, y_w = x_a[1:] - memory * x_a[:-1], y_a[1:] - memory * y_a[:-1]
+            x_w, y_w = _whitened(x_a, memory), _whitened(y_a, memory)
             inverse = np.linalg.inv(x_w.T @ x_w + 1e-6 * np.eye(x.shape[1]))
             beta = inverse @ x_w.T @ y_w
-            e = y_a - x_a @ beta
-            memory = float(np.clip(e[1:] @ e[:-1] / max(e @ e, 1e-12), 0.0, 0.98))
+            memory = _memory(y_a - x_a @ beta, memory.size)
         w = y_w - x_w @ beta
         again = float(np.clip(w[1:] @ w[:-1] / max(w @ w, 1e-12), 0.0, 0.9))
         variance = float(np.mean(w**2)) * (1.0 + again) / (1.0 - again)
         columns[a], variances[a] = beta[:N], variance * np.diag(inverse)[:N]
         left += good.sum() * np.log(max(float(np.mean(w**2)), 1e-12))
     return columns, variances, left
+
+
+def _between(rows: Array) -> Array:
+    """Return the means of each row (K, n) and the next one."""
+    return 0.5 * (rows[1:] + rows[:-1])
+
+
+def _memory(left: Array, order: int) -> Array:
+    """Return how much of what is left (K,) follows from each of the samples before it, the last one first (Yule and
+    Walker): the noise of a gyro whose differences are taken comes back with the other sign, a push of the water stays.
+    """
+    r = np.array([left[j:] @ left[: left.size - j] for j in range(order + 1)]) / max(float(left @ left), 1e-12)
+    r[0] += 1e-3
+    return np.asarray(solve_toeplitz(r[:-1], r[1:]))
+
+
+def _whitened(rows: Array, memory: Array) -> Array:
+    """Return rows (K, ...) less what follows from those before them, which the first ones lack."""
+    return np.asarray(lfilter(np.concatenate(([1.0], -memory)), 1.0, rows, axis=0)[memory.size :])
 
 
 def _alike(b: Array) -> tuple[tuple[int, ...], ...]:

@@ -114,6 +114,15 @@ def test_a_turned_imu_is_one_finding_and_no_wrong_wire(k: int, attitude: str) ->
     assert [each.effect for each in read.oddities] == ["imu_misalignment"]
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_a_noisy_gyro_alone_shows_every_wire(seed: int) -> None:
+    log = driven(VEHICLE.configuration, [4, 1, 2, 3, 0, 5], [1.0] * 6, seed=seed)
+    told = log.told + 0.15 * np.random.default_rng(50 + seed).normal(size=log.told.shape)
+    told[:, 6:9] = np.nan
+    found = wiring_of([replace(log, told=told)], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.order, found.silent) == ("wrong", (4, 1, 2, 3, 0, 5), ())
+
+
 def test_there_are_24_mountings_and_the_stated_one_is_the_first() -> None:
     assert len({R.tobytes() for R in MOUNTINGS}) == 24
     np.testing.assert_array_equal(MOUNTINGS[0], np.eye(3))
