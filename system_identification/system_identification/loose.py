@@ -33,8 +33,8 @@ _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 _LEAST = 0.02
 _CONVENTIONS = (0.1, 0.25, 0.5, 1.0, 1.4, 2.0, 2.8)
 """By how much conventions may scatter from run to run more widely than stated."""
-_FAR = (0.35, 0.6, 1.0)
-"""Shares by which an effect's size may vary that is not one size."""
+_NEAR, _FAR = (0.0, 0.03, 0.07, 0.1, 0.15, 0.2), (0.35, 0.6, 1.0)
+"""Shares by which an effect's size may vary because its equation is off, and by which one does that is not one size."""
 
 
 class Loose(NamedTuple):
@@ -241,7 +241,7 @@ def unsteady(fitted: Fitted, noise: Whitener, loose: Loose, suspects: Sequence[S
                 beside.score(np.where(own, level, usual), scatter.parameters, scatter.conventions)[0]
                 for level in levels
             )
-            for levels in (np.linspace(0.0, CAPS["shape"], 4), _FAR)
+            for levels in (_NEAR, _FAR)
         )
         found[key] = far - near
     return found

@@ -224,7 +224,7 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
             beta = inverse @ x_w.T @ y_w
             memory = _memory(y_a - x_a @ beta, memory.size)
         w = y_w - x_w @ beta
-        again = float(np.clip(w[1:] @ w[:-1] / max(w @ w, 1e-12), 0.0, 0.9))
+        again = float(np.clip(w[1:] @ w[:-1] / max(float(w @ w), 1e-12), 0.0, 0.9))
         variance = float(np.mean(w**2)) * (1.0 + again) / (1.0 - again)
         columns[a], variances[a] = beta[:N], variance * np.diag(inverse)[:N]
         left += good.sum() * np.log(max(float(np.mean(w**2)), 1e-12))
@@ -240,7 +240,7 @@ def _memory(left: Array, order: int) -> Array:
     """Return how much of what is left (K,) follows from each of the samples before it, the last one first (Yule and
     Walker): the noise of a gyro whose differences are taken comes back with the other sign, a push of the water stays.
     """
-    r = np.array([left[j:] @ left[: left.size - j] for j in range(order + 1)]) / max(float(left @ left), 1e-12)
+    r: Array = np.array([left[j:] @ left[: left.size - j] for j in range(order + 1)]) / max(float(left @ left), 1e-12)
     r[0] += 1e-3
     return np.asarray(solve_toeplitz(r[:-1], r[1:]))
 
