@@ -249,7 +249,7 @@ def test_an_instant_left_out_is_named() -> None:
         ("rate: {value: 5.0, unit: Hz", "rate: {value: 5.0, unit: rpm", "velocity.rate.unit': expected 'Hz'; found"),
         ("signed: {value: true", "signed: {value: 3", "key 'tachometer.signed.value': expected true or false; found 3"),
         ("velocity_noise: {value: 0.008", "velocity_noise: {value: [1, 2]", r"a number or 3; found \[1, 2\]"),
-        ("  depth_noise:", "  deep_noise:", "key 'depth.depth_noise': missing"),
+        ("  depth_noise:", "  deep_noise:", "key 'depth.deep_noise': unknown; known are rate, .*depth_noise"),
         ("depth:\n", "dept:\n", "key 'dept': expected one of imu, velocity, depth, tachometer, battery"),
         ("lost_share: {value: 0.02", "lost_share: {value: 0.9", "velocity: lost_share: expected 0 to 0.75"),
         ("rate: {value: 5.0", "rate: {value: -5.0", "velocity: rate: expected 0 to 10000 Hz; found -5.0"),
@@ -269,6 +269,13 @@ def test_wrong_settings_are_refused_in_sentences(before: str, after: str, senten
         return
     with pytest.raises(SensorSettingsError, match=f"mine.yaml: .*{sentence}"):
         parse_sensors(changed, origin="mine.yaml")
+
+
+def test_a_file_with_places_alone_has_all_else_from_the_package() -> None:
+    own = "depth: {position: {value: [-0.2, 0.0, 0.1], unit: m, source: measured}}"
+    mine = parse_sensors(own, origin="mine.yaml")
+    assert mine.depth.position == (-0.2, 0.0, 0.1) and mine.depth.noise == DEFAULT.depth.noise
+    assert (mine.imu, mine.velocity, mine.battery) == (DEFAULT.imu, DEFAULT.velocity, DEFAULT.battery)
 
 
 def test_the_random_wrench_has_its_sizes_and_time_and_is_the_same_period_by_period() -> None:

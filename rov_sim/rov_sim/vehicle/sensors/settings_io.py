@@ -7,9 +7,11 @@ from typing import Any
 
 from rov_sim.vehicle.sensors.settings import MOUNTED, QUANTITIES, Sensor, VehicleSensors
 from safe_files.yaml_io import yaml_mapping
+from thruster_model.errors import ThrusterModelError
 
 __all__ = ["SensorSettingsError", "load_sensors", "parse_sensors"]
 
+_USUAL = "vehicle_sensors.yaml"
 _SHARED = {"rate": "Hz", "phase": "s", "delay": "s", "lost_share": "1", "lost_length": "1"}
 _PLACE = {"position": "m", "rotation": "rad"}
 _OWN = {
@@ -20,7 +22,7 @@ _PARTS = ("noise", "bias", "bias_deviation")
 _ENTRY = {"value", "unit", "source"}
 
 
-class SensorSettingsError(ValueError):
+class SensorSettingsError(ThrusterModelError, ValueError):
     """Settings that cannot be used; `problems` holds one sentence for each thing that is wrong."""
 
     def __init__(self, origin: str, problems: list[str]) -> None:
@@ -35,25 +37,29 @@ def load_sensors(path: str | Path | None = None) -> VehicleSensors:
         SensorSettingsError: no such file, or its content is wrong.
     """
     if path is None:
-        file = resources.files("rov_sim") / "vehicle/sensors/vehicle_sensors.yaml"
-        return parse_sensors(file.read_text("utf-8"), origin="vehicle_sensors.yaml")
+        return parse_sensors("", origin=_USUAL)
     if not Path(path).is_file():
         raise SensorSettingsError(str(path), ["expected a YAML file; found none"])
     return parse_sensors(Path(path).read_text("utf-8"), origin=str(path))
 
 
 def parse_sensors(text: str, *, origin: str) -> VehicleSensors:
-    """Return the sensors that a YAML text describes; `origin` names it in errors."""
-    document = yaml_mapping(text, SensorSettingsError, origin)
+    """Return the sensors that a YAML text describes; what it leaves out is as in the package's file.
+
+    origin: names it in errors.
+    """
+    file = resources.files("rov_sim") / "vehicle/sensors" / _USUAL
+    usual = yaml_mapping(file.read_text("utf-8"), SensorSettingsError, _USUAL)
+    document = yaml_mapping(text, SensorSettingsError, origin) if text.strip() else {}
     known = ", ".join(QUANTITIES)
     problems = [f"key '{key}': expected one of {known}" for key in document if key not in QUANTITIES]
     values: dict[str, dict[str, Any]] = {}
     for name in QUANTITIES:
-        entries = document.get(name)
+        entries = document.get(name, {})
         if not isinstance(entries, Mapping):
             problems.append(f"key '{name}': expected the settings of this sensor; found {entries!r}")
             continue
-        values[name], wrong = _parse_sensor(name, entries)
+        values[name], wrong = _parse_sensor(name, {**usual[name], **entries})
         problems += wrong
     if problems:
         raise SensorSettingsError(origin, problems)
@@ -75,7 +81,7 @@ def _units(name: str) -> dict[str, tuple[str, int]]:
 def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any], list[str]]:
     """Return values by key and what is wrong with them."""
     units, values = _units(name), {}
-    problems = [f"key '{name}.{key}': missing" for key in units if key not in entries]
+    problems: list[str] = []
     for key, entry in entries.items():
         where = f"key '{name}.{key}"
         if key not in units:
