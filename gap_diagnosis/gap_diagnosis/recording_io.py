@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.preparing import DT, recording_of, with_log_findings
 from gap_diagnosis.recording import Recording
 from run_bag import Run, RunError, read_run
+from run_bag.importers.advice import as_they_change
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification import experiment_io
 from thruster_model.identification.experiment import CHANNELS
@@ -261,11 +262,11 @@ def _parts(
     steps = np.diff(time)
     period = float(np.median(steps)) if steps.size else 0.0
     silent = np.flatnonzero(steps > max(_LONGEST_SILENCE, 10.0 * period))
-    # Commands that are written only as they change are silent while they are held, and the sensors are not.
-    as_they_change = not np.any(np.diff(values) == 0.0) and all(
+    # Commands that are written as they change are silent while they are held, and the sensors are not.
+    held = as_they_change(values) and all(
         any(np.any((at > time[k] + 0.1) & (at < time[k + 1] - 0.1)) for at, _ in signals.values()) for k in silent
     )
-    if not silent.size or period > 0.1 or as_they_change:
+    if not silent.size or period > 0.1 or held:
         return [(0.0, commands, dict(signals))]
     edges = [0, *(int(k) + 1 for k in silent), time.size]
     parts = []

@@ -186,6 +186,26 @@ def test_rates_and_gaps_are_told(tmp_path, capsys):
     assert read_run(tmp_path / "run").metadata["hold"] == {"throttle": "linear"}
 
 
+@pytest.mark.parametrize(("hold", "gap"), [("previous", False), ("linear", True)])
+def test_commands_that_are_written_as_they_change_have_no_gaps_where_they_are_held(tmp_path, capsys, hold, gap):
+    times = [
+        0.0,
+        *np.arange(2.0, 6.0, 0.02),
+        9.0,
+        9.0 + 1.5,
+    ]  # rest, a chirp, rest again, and a row that closes the log
+    u = [0.0, *np.sin(np.arange(200)), 0.0, 0.0]
+    (tmp_path / "u.csv").write_text("t,u\n" + "".join(f"{a:.2f},{b:.5f}\n" for a, b in zip(times, u, strict=True)))
+    (tmp_path / "n.csv").write_text("t2,n\n" + "".join(f"{0.02 * k:.2f},{np.sin(k):.4f}\n" for k in range(525)))
+    (tmp_path / "map.yaml").write_text(
+        f"thruster_0/throttle.commanded: {{column: u, time_column: t, unit: V, hold: {hold}}}\n"
+        "thruster_0/state.n: {column: n, time_column: t2, unit: rad/s}"
+    )
+    files = [str(tmp_path / "u.csv"), str(tmp_path / "n.csv")]
+    assert main([*files, "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    assert ("gaps without samples: 2.0 s from 0.0 s on" in capsys.readouterr().err) is gap
+
+
 @pytest.mark.parametrize("kind", ["csv", "csv with decimal commas", "BIN", "tlog", "ros1"])
 def test_a_guessed_map_is_read_back_and_imports(tmp_path, capsys, kind):
     file = telemetry_log(tmp_path / "x.tlog") if kind == "tlog" else RECORDINGS[kind][0](tmp_path)
@@ -359,6 +379,25 @@ def test_a_reader_that_has_enough_is_no_error():
     told = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     told.stdout.close()
     assert told.stderr.read() == b"" and told.wait() == 141
+
+
+def test_names_with_a_number_inside_are_thrusters_and_units_at_their_end_tell_what_they_are(tmp_path, capsys):
+    names = [f"{kind}{i}{end}" for kind, end in (("M", "_cmd [%]"), ("esc", "_rpm")) for i in (1, 2, 3)]
+    rows = [",".join(f"{30 * np.sin(k / 9 + j):.3f}" for j in range(9)) for k in range(60)]
+    header = ",".join(["t_ms", *names, "gx_dps", "gy_dps", "gz_dps"])
+    (tmp_path / "dive.csv").write_text("\n".join([header, *(f"{20 * k},{row}" for k, row in enumerate(rows))]))
+    assert main([str(tmp_path / "dive.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    for i in range(3):
+        assert f"thruster_{i}/throttle.commanded: {{column: 'M{i + 1}_cmd [%]', unit: '%'" in text
+        assert f"thruster_{i}/state.n: {{column: esc{i + 1}_rpm, unit: rpm}}" in text
+    assert "rov/imu.angular_velocity.x: {column: gx_dps" in text and "Not recognised" not in text
+    bench = [f"{k / 50:.2f},{3 * u:.3f},{90 * u:.2f},{9 * u:.3f},{u:.3f}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "bench.csv").write_text("\n".join(["t_s,Stellwert_pct,Drehzahl_rpm,Schub_N,U_mps", *bench]))
+    assert main([str(tmp_path / "bench.csv"), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "throttle.commanded: {column: Stellwert_pct" in text and "force.x: {column: Schub_N, unit: N}" in text
+    assert "# U_mps" in text, "a speed is no command"
 
 
 def test_a_first_column_that_rises_is_proposed_as_the_time_whatever_it_is_called(tmp_path, capsys):

@@ -24,6 +24,14 @@ LARGE = {"commanded": 100.0, "n": 2000.0, "axial": 20.0, "ambient": 20.0, "wrenc
 UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
          "wrench.torque.x": "N m"}  # fmt: skip
 OPPOSITE = -0.5
+REPEATED = 0.1
+"""Share of commands that repeat the one before them, below which a log writes them as they change: a heartbeat, or
+a row that closes the log, are few."""
+
+
+def as_they_change(commands: Array) -> bool:
+    """Tell whether a log writes commands [V] as they change: silent then while one is held, it lacks none."""
+    return bool(np.mean(np.diff(commands) == 0.0) < REPEATED) if commands.size > 1 else True
 
 
 def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
@@ -74,7 +82,7 @@ def _samples(topic: Topic, field: str) -> tuple[Array, Array] | None:
 
 
 def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: bool) -> list[str]:
-    told = _common(name, "commanded", time, values)
+    told = _common(name, "commanded", time, values, held=hold == "previous" and as_they_change(values))
     steps = np.diff(time)
     if np.ptp(values) == 0.0:
         told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
@@ -131,7 +139,8 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array) 
     return []
 
 
-def _common(name: str, field: str, time: Array, values: Array) -> list[str]:
+def _common(name: str, field: str, time: Array, values: Array, *, held: bool = False) -> list[str]:
+    """Return what may be wrong with any channel; held: one that says nothing while it stays as it is."""
     told = []
     largest = float(np.max(np.abs(values)))
     if largest > LARGE[field]:
@@ -140,7 +149,7 @@ def _common(name: str, field: str, time: Array, values: Array) -> list[str]:
     if steps.size:
         usual = float(np.median(steps))
         holes = np.flatnonzero(steps > max(GAP, 10.0 * usual))
-        if holes.size and usual < 0.2:
+        if holes.size and usual < 0.2 and not held:
             places = ", ".join(f"{steps[k]:.1f} s from {time[k] - time[0]:.1f} s on" for k in holes[:3])
             more = f" and {holes.size - 3} more" if holes.size > 3 else ""
             told.append(f"{name}: gaps without samples: {places}{more}")

@@ -17,13 +17,15 @@ from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
-from .guessed_units import guessed_time_unit, guessed_unit
+from .guessed_units import guessed_time_unit, guessed_unit, named_units
 from .sources import Source
 
 _SUFFIX = re.compile(
     r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
     re.IGNORECASE,
 )
+_NO_COMMAND = re.compile(r"_(k?rpm|kgf|lbf|m?nm|rad_?s|deg_?s|dps|[cm]?m_?s|mps)$", re.IGNORECASE)
+"""Of names of speeds, forces and torques."""
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 _UP = 0.5
@@ -109,11 +111,10 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
 
 
 def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
-    """Return channels of a thruster that the stated unit of one column alone, whatever it is called, leaves no doubt
-    about."""
+    """Return channels of a thruster that the unit of one column alone, stated or in its name, leaves no doubt about."""
     found: dict[str, list[_Found]] = {}
     for source, name in left:
-        unit = source.unit(name) if isinstance(source, CsvSource) else ""
+        unit = (source.unit(name) or next(iter(named_units(name)[-1:]), "")) if isinstance(source, CsvSource) else ""
         channel = next((c for ours, c in BY_UNIT.items() if unit and conversion(spelled(unit), ours) is not None), "")
         if channel and values_of(source, name) is not None:
             each = _Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
@@ -187,6 +188,8 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
         (words, number),
     ):
         for rule in rules:
+            if table and rule.channel.endswith(".commanded") and _NO_COMMAND.search(bare):
+                continue
             for candidate in candidates:
                 if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
                     return _Found(_channel(rule, match, thruster), source, name, rule.unit, rule.sign)
@@ -194,12 +197,18 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
 
 
 def _numbered(name: str, source: Source) -> tuple[str, int]:
-    """Return the name without a number at its end, and the thruster that it is: they count from 0 or from 1."""
-    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})", name)
+    """Return the name without the number of a thruster, and which one that is: they count from 0 or from 1.
+
+    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm.
+    """
+    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})()", name) or re.fullmatch(r"(.*?[^\W\d_])_?(\d{1,2})(_.+)", name)
     if match is None:
         return name, 0
-    first = any(re.fullmatch(re.escape(match[1]) + "_?0", bare_name(other)) for other in source.names())
-    return match[1], max(int(match[2]) - (0 if first else 1), 0)
+    alike = re.compile(re.escape(match[1]) + r"_?(\d{1,2})" + re.escape(match[3]), re.IGNORECASE)
+    numbers = {int(m[1]) for other in source.names() if (m := alike.fullmatch(bare_name(other)))}
+    if match[3] and len(numbers) < 2:
+        return name, 0
+    return match[1] + match[3], max(int(match[2]) - (0 if 0 in numbers else 1), 0)
 
 
 def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:

@@ -24,7 +24,7 @@ class Rule(NamedTuple):
 _AXIS = r"(?P<axis>[xyz])"
 _ANGLE = r"((?P<roll>roll|phi)|(?P<pitch>pitch|theta)|(?P<yaw>yaw|heading|psi))"
 _TURN = r"((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw|heading))_?(rate|speed|velocity|vel)"
-_GYRO = rf"(imu_?)?(gyro?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_AXIS}"
+_GYRO = rf"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_AXIS}"
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
 _LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
@@ -52,7 +52,9 @@ LOGS = (
 they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
 
 THRUSTER = (
+    Rule("thruster_{i}/state.n", r"(esc|motor|thruster|prop)_?k?rpm"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
+    Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),

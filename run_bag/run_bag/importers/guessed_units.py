@@ -100,7 +100,7 @@ def guessed_unit(
         return _asked(_candidates(ours, ranges, largest), f"{stated!r} is not known as a unit of it")
     if usual:
         return Guessed(usual)
-    named = [unit for unit in _named(name) if _fits(unit, ours, command)]
+    named = [unit for unit in named_units(name) if _fits(unit, ours, command)]
     if named and (named[-1] != "us" or values is None or _pulses(values)):
         return Guessed(named[-1], "unit by its name")
     if command:
@@ -116,7 +116,7 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
     if stated and conversion(stated, "s") is not None:
         return Guessed(spelled(stated))
     if not stated:
-        named = [unit for unit in _named(name) if conversion(unit, "s") is not None]
+        named = [unit for unit in named_units(name) if conversion(unit, "s") is not None]
         if named and (len(_tokens(name)) > 1 or _tokens(name) == ["seconds"]):
             return Guessed(named[-1])
     known = values[np.isfinite(values)] if values is not None else np.empty(0)
@@ -154,7 +154,7 @@ def _tokens(name: str) -> list[str]:
     return words
 
 
-def _named(name: str) -> list[str]:
+def named_units(name: str) -> list[str]:
     """Return the units that words of a name are, the last one last; a name of one letter is no unit."""
     words = _tokens(name)
     found = []
