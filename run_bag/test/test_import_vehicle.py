@@ -82,9 +82,24 @@ def test_files_of_a_vehicle_s_sensors_are_guessed_as_one_vehicle(tmp_path, capsy
     inner = write_table(tmp_path / "a.csv", {k: c for k, c in whole.items() if k == "time_s" or k not in own})
     outer = write_table(tmp_path / "b.csv", {k: c for k, c in whole.items() if k in own})
     text = guessed(capsys, inner, outer)
-    assert "rov/depth.depth: {column: depth, unit: m, file: b.csv}" in text
-    assert "rov/velocity.twist.twist.linear.z: {column: w, unit: m/s, file: b.csv}" in text
-    assert "rov/battery.voltage: {column: battery_V, unit: V, file: b.csv}" in text
+    assert "rov/depth.depth: {column: depth, unit: m}" in text
+    assert "rov/velocity.twist.twist.linear.z: {column: w, unit: m/s}" in text
+    assert "rov/battery.voltage: {column: battery_V, unit: V}" in text
+    assert "file:" not in text, "names that one file alone has do for the files of the next dive as well"
+
+
+def test_a_file_with_a_clock_of_its_own_is_proposed_with_it_and_one_map_imports_two_dives(tmp_path, capsys):
+    whole = {k: c for k, c in columns().items() if k != "depth"}
+    for dive in (1, 2):
+        write_table(tmp_path / f"body_{dive}.csv", whole)
+        write_table(tmp_path / f"depth_{dive}.csv", {"t_us": 1e6 * TIME, "depth": 2.0 + 0.1 * np.sin(TIME)})
+    text = guessed(capsys, tmp_path / "body_1.csv", tmp_path / "depth_1.csv")
+    assert "rov/depth.depth: {column: depth, unit: m, time_column: t_us, time_unit: us}" in text
+    (tmp_path / "map.yaml").write_text(text.replace("unit: '?'", "unit: rad/s"))
+    for dive in (1, 2):
+        files = [str(tmp_path / f"{name}_{dive}.csv") for name in ("body", "depth")]
+        assert main([*files, "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / f"run_{dive}")]) == 0
+        assert read_run(tmp_path / f"run_{dive}")["rov/depth.depth"].values.size == COUNT
 
 
 def test_what_a_gyro_s_unit_may_be_is_asked_and_gravity_tells_an_accelerometer_s(tmp_path, capsys):

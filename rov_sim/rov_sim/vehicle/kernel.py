@@ -48,6 +48,9 @@ from thruster_model.thruster_rows import thruster
 __all__ = ["advance", "advance_period", "known_rates", "measured", "record_width", "run_vehicle"]
 
 _SAME_INSTANT = 1e-12  # s
+_LAG_STEP = 12.5e-3
+"""[s] Of throttles that lag, where pieces end at the last one that is reached: they bend at the edges of dead zones
+alone. What a gyro is expected to read in a minute with a lag of 0.15 s changes by 2e-6 rad/s."""
 
 
 @inlined
@@ -110,20 +113,23 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: i
         known = False
     left = dt
     while left > 0.0:
-        piece, longest, moving = left, 0.0, False
+        piece, longest, moving, finest = left, 0.0, False, _LAG_STEP
         for i in range(first, last):
             if sheet[REACHED, i] != sheet[STATE, i]:
                 moving = True
                 own = thruster(e, i - first)
                 ramp = abs(sheet[REACHED, i] - sheet[STATE, i]) / ramp_limit(thruster(p, i - first).u_dot_max, own)
-                if lag_time(0.0, own) > 0.0:
+                lag = lag_time(0.0, own)
+                if apart or ramp > lag:  # at the limit of its rate
+                    finest = RAMP_STEP
+                if lag > 0.0:
                     longest = left
                 elif apart and ramp < piece - _SAME_INSTANT:
                     piece = ramp
                 longest = max(longest, ramp)
         if moving and not apart and longest < left - _SAME_INSTANT:
             piece = longest
-        count = int(piece / RAMP_STEP - 1e-9) + 1 if moving else 1
+        count = int(piece / finest - 1e-9) + 1 if moving else 1
         for i in range(first, last):
             sheet[FIRST, i] = sheet[STATE, i]
             sheet[MIDDLE, i] = sheet[STATE, i]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
@@ -85,9 +86,12 @@ def guess(sources: Sequence[Source]) -> str:
         if each.channel not in found:
             found[each.channel] = each
             left.remove((each.source, each.name))
-    several = len(sources) > 1
+    names = Counter(name for source in sources for name in source.names())
     lines = ["# A proposal: read it, correct it, and import with --map.", *told, *_axes(found.values())]
-    lines += [_line(each, [f for f in found.values() if f.group == each.group], several) for each in found.values()]
+    lines += [
+        _line(each, [f for f in found.values() if f.group == each.group], clock, shared=names[each.name] > 1)
+        for each in found.values()
+    ]
     lines += ["# Not recognised:"] if left else []
     lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
@@ -234,14 +238,20 @@ def _axes(found: Iterable[_Found]) -> list[str]:
     return [f"# {line}   # where x is forward, y port, z up"]
 
 
-def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
-    """Return the entry of a channel; `group`: the parts of one field, whose unit is found from all their values."""
+def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) -> str:
+    """Return the entry of a channel.
+
+    Args:
+        each: the channel.
+        group: the parts of one field, whose unit is found from all their values.
+        clock: the column of time of most tables; shared: whether several files have a column of that name.
+    """
     source, name = each.source, each.name
     table, notes = isinstance(source, CsvSource), _seen(source, name)
     place = "column" if table else "field"
-    file = f", file: {source.path.name}" if several else ""
-    if isinstance(source, CsvSource) and (clock := time_of(source, name)):
-        file += f", time_column: {_quoted(clock)}"
+    file = f", file: {source.path.name}" if shared else ""
+    if isinstance(source, CsvSource):
+        file += _own_clock(source, name, clock)
     if each.stated:
         return f"{each.channel}: {{{place}: {_quoted(name)}, unit: {_quoted(each.stated)}{file}}}   #{notes}"
     topic, _, path = each.channel.partition(".")
@@ -262,6 +272,17 @@ def _line(each: _Found, group: Sequence[_Found], several: bool) -> str:
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
     notes = ";".join(part for part in (notes, f" {why}" if why else "", each.why, doubt) if part)
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
+
+
+def _own_clock(source: CsvSource, name: str, clock: str) -> str:
+    """Return the keys about the time of a column whose time is not that of most."""
+    if own := time_of(source, name):
+        return f", time_column: {_quoted(own)}"
+    found = None if not clock or clock in source.names() else clock_of([source])
+    if found is None or not found[1]:
+        return ""
+    unit, _ = guessed_time_unit(bare_name(found[1]), source.unit(found[1]), values_of(source, found[1]))
+    return f", time_column: {_quoted(found[1])}, time_unit: {_quoted(unit)}"
 
 
 def _seen(source: Source, name: str) -> str:
