@@ -1,5 +1,8 @@
 """Vehicle sets: what they say, and what is wrong with others, each in a sentence."""
 
+from dataclasses import replace
+from pathlib import Path
+
 import numpy as np
 import pytest
 import yaml
@@ -139,6 +142,15 @@ def test_a_wrong_set_is_refused_with_a_sentence(change, sentence) -> None:
         parsed(spoiled(change))
     assert any(each.startswith(sentence) for each in caught.value.problems), caught.value.problems
     assert str(caught.value).startswith("mine.yaml: ")
+
+
+def test_the_thrusters_set_of_a_file_is_looked_for_beside_it_first(tmp_path: Path) -> None:
+    text = dump_vehicle_set(replace(load_vehicle_set("ngs"), model="mine.yaml"))
+    (tmp_path / "own.yaml").write_text(text, "utf-8")
+    assert load_vehicle_set(tmp_path / "own.yaml").model == "mine.yaml"
+    (tmp_path / "mine.yaml").write_text("base: hl\n", "utf-8")
+    found = load_vehicle_set(tmp_path / "own.yaml")
+    assert set(found.models) == {str((tmp_path / "mine.yaml").resolve())}
 
 
 def test_a_vehicle_that_nobody_knows_is_named_with_those_that_are() -> None:

@@ -15,6 +15,7 @@ effects:                optional
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +52,23 @@ def available_vehicles() -> tuple[str, ...]:
 def load_vehicle_set(name_or_path: str | Path) -> VehicleSet:
     """Return the vehicle of that name in the package or, failing that, of that YAML file.
 
+    Thrusters' sets that it names are looked for beside its file first.
+
     Raises:
         VehicleError: neither a known name nor a readable file, or its content is wrong.
     """
     text, origin = text_of(name_or_path, _FOLDER, "vehicles", VehicleError)
-    return parse_vehicle_set(text, origin=origin)
+    found = parse_vehicle_set(text, origin=origin)
+    if str(name_or_path) in available_vehicles():
+        return found
+    folder = Path(name_or_path).parent
+    layout = tuple(replace(each, model=_beside(folder, each.model)) if each.model else each for each in found.layout)
+    return replace(found, model=_beside(folder, found.model), layout=layout)
+
+
+def _beside(folder: Path, model: str) -> str:
+    """Return a thrusters' set as it is named, or its path where that is a file in this folder."""
+    return str((folder / model).resolve()) if (folder / model).is_file() else model
 
 
 def parse_vehicle_set(text: str, *, origin: str) -> VehicleSet:
