@@ -133,11 +133,17 @@ def _run(options: argparse.Namespace) -> int:
 
 
 def _told(topic: Topic) -> str:
-    """Return what was imported as a topic, with its rate: a wrong unit of time shows there."""
+    """Return what was imported as a topic, with rates: a wrong unit of time shows there."""
     seconds = np.asarray(topic.stamps) * 1e-9
-    lasts = float(np.ptp(seconds))
-    rate = f", {(seconds.size - 1) / lasts:.3g} Hz" if lasts > 0.0 else ""
-    return f"  {topic.name}: {seconds.size} messages in {lasts:.1f} s{rate}: {', '.join(topic.fields)}"
+    alike: dict[tuple[int, float], list[str]] = {}
+    for name, values in topic.fields.items():
+        numbers = np.asarray(values)
+        at = seconds[np.isfinite(numbers)] if numbers.dtype.kind == "f" and numbers.ndim == 1 else seconds
+        alike.setdefault((at.size, float(np.ptp(at)) if at.size else 0.0), []).append(name)
+    return f"  {topic.name}: " + "; ".join(
+        f"{', '.join(names)}: {count} readings in {lasts:.1f} s" + (f", {(count - 1) / lasts:.3g} Hz" if lasts else "")
+        for (count, lasts), names in alike.items()
+    )
 
 
 if __name__ == "__main__":
