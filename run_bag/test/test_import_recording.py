@@ -186,6 +186,24 @@ def test_rates_and_gaps_are_told(tmp_path, capsys):
     assert read_run(tmp_path / "run").metadata["hold"] == {"throttle": "linear"}
 
 
+@pytest.mark.parametrize(
+    ("channel", "source", "warned"),
+    [("state.n", "0", False), ("state.n", "1", True), ("load.wrench.force.x", None, True)],
+)
+def test_readings_without_a_sign_are_doubted_unless_that_is_stated(tmp_path, capsys, channel, source, warned):
+    rows = [f"{k / 50:.2f},{3 * u:.3f},{abs(90 * u):.2f}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,u,y", *rows]))
+    unit = "rad/s" if source else "N"
+    (tmp_path / "map.yaml").write_text(
+        "time: {column: t, unit: s}\nthruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+        f"thruster_0/{channel}: {{column: y, unit: {unit}}}\n"
+        + (f"thruster_0/state.sign_source: {{value: {source}}}\n" if source else "")
+    )
+    given = [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(given) == 0
+    assert ("while the throttle is negative" in capsys.readouterr().err) is warned
+
+
 @pytest.mark.parametrize(("hold", "gap"), [("previous", False), ("linear", True)])
 def test_commands_that_are_written_as_they_change_have_no_gaps_where_they_are_held(tmp_path, capsys, hold, gap):
     times = [

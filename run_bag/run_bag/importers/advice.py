@@ -65,7 +65,8 @@ def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], 
             if samples is None:
                 continue
             measured += 1
-            told += _of_signal(f"{name}/{kind}.{field}", field, *samples, command=command)
+            magnitude = field == "n" and not np.any(own[kind].fields.get("sign_source", 1))
+            told += _of_signal(f"{name}/{kind}.{field}", field, *samples, command=command, magnitude=magnitude)
     if not measured and alone:
         wanted = ", ".join(f"{kind}.{field}" for kind, fields in SIGNALS.items() for field in fields)
         told.append(f"{name}: nothing that a model predicts is measured: expected one of {wanted}")
@@ -99,7 +100,9 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: boo
     return told
 
 
-def _of_signal(name: str, field: str, time: Array, values: Array, *, command: tuple[Array, Array] | None) -> list[str]:
+def _of_signal(
+    name: str, field: str, time: Array, values: Array, *, command: tuple[Array, Array] | None, magnitude: bool
+) -> list[str]:  # fmt: skip
     told = _common(name, field, time, values)
     steps = np.diff(time)
     if values.size < LEAST:
@@ -111,11 +114,12 @@ def _of_signal(name: str, field: str, time: Array, values: Array, *, command: tu
     if np.ptp(values) == 0.0:
         told.append(f"{name}: {values[0]:g} {UNITS[field]} throughout: expected readings that move")
     elif command is not None and values.size >= LEAST:
-        told += _against(name, time, values, *command)
+        told += _against(name, time, values, *command, magnitude=magnitude)
     return told
 
 
-def _against(name: str, time: Array, values: Array, at: Array, throttle: Array) -> list[str]:
+def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, *, magnitude: bool) -> list[str]:
+    """Return what contradicts the throttle; magnitude: the recording states that readings have no sign."""
     index = np.clip(np.searchsorted(at, time, side="right") - 1, 0, at.size - 1)
     asked = throttle[index]
     inside = (time >= at[0]) & (time <= at[-1])
@@ -125,12 +129,12 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array) 
             "stamps on one clock"
         ]
     u, y = asked[inside], values[inside]
-    if np.ptp(u) == 0.0 or np.ptp(y) == 0.0:
+    if magnitude or np.ptp(u) == 0.0 or np.ptp(y) == 0.0:
         return []
     backward = u < 0.2 * np.min(u) if np.min(u) < 0 else np.zeros(u.size, dtype=bool)
     if np.min(y) >= 0.0 and np.mean(backward) > 0.05 and np.max(y[backward]) > 0.2 * np.max(y):
         what = "speed" if name.endswith(".n") else "reading"
-        mark = "; a tachometer without sign keeps sign_source 0" if what == "speed" else ""
+        mark = "; a tachometer without sign has sign_source 0" if what == "speed" else ""
         return [f"{name}: no negative {what} while the throttle is negative: expected the sign of forward thrust{mark}"]
     u, y = u / np.max(np.abs(u)), y / np.max(np.abs(y))  # squares of what is spoiled may be beyond all numbers
     likeness = float(u @ y) / np.sqrt(float(u @ u) * float(y @ y))
