@@ -88,7 +88,7 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
     rough = _rough(last)
     if rough or hidden:
         p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
-    shifted, logged = _shifted(found), common_to([log.oddities for log in logs])
+    shifted, logged, closed = _shifted(found), common_to([log.oddities for log in logs]), _closed(errors)
     held = bool(claims) and any(abs(s) > rules.HELD for _, s, _ in shifted)
     if held:
         p_unknown = max(p_unknown, 0.95)
@@ -104,7 +104,7 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
         name = "cannot_tell"
     elif logged:
         name = "effect"
-    elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted) or _closed(errors) is not None:
+    elif any(abs(s) > rules.SHIFTED for _, s, _ in shifted) or closed is not None:
         name = "parameters"
     else:
         name = "no_gap"
@@ -113,7 +113,7 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
         p_none=p_none, p_unknown=p_unknown, shifted=shifted, left=tuple(nameless[:5]),
         hidden=least_shown(last.gram, range(len(found.nuisances))),
         wrench=wrench, logged=logged,
-        summary=_summary(name, claims, logged, small, found, near, nameless, rough, wrench, shifted, errors),
+        summary=_summary(name, claims, logged, small, found, near, nameless, rough, wrench, shifted, closed),
     )  # fmt: skip
 
 
@@ -244,7 +244,7 @@ def _moved(key: Key, deviations: float, found: Found) -> str:
 def _summary(
     name: str, claims: Sequence[Claim], logged: Sequence[Logged], small: Sequence[Refined], found: Found,
     near: Sequence[tuple[float, Refined]], nameless: Sequence[tuple[float, Key]], rough: bool, wrench: Array,
-    shifted: Sequence[tuple[Key, float, float]], errors: Sequence[Errors],
+    shifted: Sequence[tuple[Key, float, float]], closed: Errors | None,
 ) -> str:  # fmt: skip
     says = []
     if name == "not_enough_data":
@@ -272,7 +272,7 @@ def _summary(
     if small:
         says.append("Too small to be claimed: " + ", ".join(a.hypothesis.words for a in small) + ".")
     if name == "parameters":
-        says.append(_retuned(shifted, found, _closed(errors)))
+        says.append(_retuned(shifted, found, closed))
     if name == "cannot_tell" and not claims:
         says.append(f"Something may be there, but not surely: {near[0][1].hypothesis.words} is the nearest.")
     if nameless:

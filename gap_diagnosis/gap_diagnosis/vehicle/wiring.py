@@ -200,8 +200,8 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
             now = keep * now + (1.0 - keep) * u[k]
         rate = log.told[:, 3:6]
         turning = np.diff(rate, axis=0) / log.period
-        force = log.told[:, 6:9] + 9.81 * down_of(log.attitude)
         down = down_of(log.attitude)
+        force = log.told[:, 6:9] + 9.81 * down
         if not np.isfinite(down).any():  # without an attitude the gyro alone tells, and what gravity turns is not known
             down = np.zeros_like(down)
         slow = np.concatenate(

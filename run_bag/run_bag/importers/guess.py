@@ -118,7 +118,7 @@ def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
     """Return channels of a thruster that the unit of one column alone, stated or in its name, leaves no doubt about."""
     found: dict[str, list[_Found]] = {}
     for source, name in left:
-        unit = (source.unit(name) or next(iter(named_units(name)[-1:]), "")) if isinstance(source, CsvSource) else ""
+        unit = (source.unit(name) or ["", *named_units(name)][-1]) if isinstance(source, CsvSource) else ""
         channel = next((c for ours, c in BY_UNIT.items() if unit and conversion(spelled(unit), ours) is not None), "")
         if channel and values_of(source, name) is not None:
             each = _Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
