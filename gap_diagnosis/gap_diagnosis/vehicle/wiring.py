@@ -201,18 +201,24 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         rate = log.told[:, 3:6]
         turning = np.diff(rate, axis=0) / log.period
         down = down_of(log.attitude)
+        known = np.flatnonzero(np.isfinite(down).all(axis=1))
+        if known.size:  # an attitude may be told less often than the gyro
+            down = np.column_stack([np.interp(np.arange(len(u)), known, each[known]) for each in down.T])
         force = log.told[:, 6:9] + 9.81 * down
-        if not np.isfinite(down).any():  # without an attitude the gyro alone tells, and what gravity turns is not known
+        if not known.size:  # without an attitude the gyro alone tells, and what gravity turns is not known
             down = np.zeros_like(down)
         slow = np.concatenate(
             (np.ones((len(u), 1)), down, rate, rate * np.abs(rate), np.cross(rate, rate[:, [1, 2, 0]])), axis=1
         )
-        X.append(_between(np.concatenate((followed * np.abs(followed) ** 0.5, slow), axis=1)))
-        Y.append(np.concatenate((_between(force), turning), axis=1))
-    x, y = np.concatenate(X), np.concatenate(Y)
+        rows = np.concatenate((followed * np.abs(followed) ** 0.5, slow), axis=1)
+        X.append((rows[:-1], 0.5 * (rows[1:] + rows[:-1])))  # at a reading of the force, between two of the gyro
+        Y.append(np.concatenate((force[:-1], turning), axis=1))
+    at, between = (np.concatenate(each) for each in zip(*X, strict=True))
+    y = np.concatenate(Y)
     N = logs[0].thrusters
     columns, variances, left = np.full((6, N), np.nan), np.full((6, N), np.nan), 0.0
     for a in range(6):
+        x = at if a < 3 else between
         good = np.isfinite(y[:, a]) & np.isfinite(x).all(axis=1)
         if good.sum() < 5 * x.shape[1]:
             continue
@@ -229,11 +235,6 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         columns[a], variances[a] = beta[:N], variance * np.diag(inverse)[:N]
         left += good.sum() * np.log(max(float(np.mean(w**2)), 1e-12))
     return columns, variances, left
-
-
-def _between(rows: Array) -> Array:
-    """Return the means of each row (K, n) and the next one."""
-    return 0.5 * (rows[1:] + rows[:-1])
 
 
 def _memory(left: Array, order: int) -> Array:

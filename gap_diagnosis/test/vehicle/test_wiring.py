@@ -123,6 +123,14 @@ def test_a_noisy_gyro_alone_shows_every_wire(seed: int) -> None:
     assert (found.verdict, found.order, found.silent) == ("wrong", (4, 1, 2, 3, 0, 5), ())
 
 
+def test_an_attitude_that_is_told_less_often_than_the_gyro_hides_no_wire() -> None:
+    log = driven(VEHICLE.configuration, [4, 1, 2, 3, 0, 5], [1.0] * 6)
+    attitude = log.attitude.copy()
+    attitude[1::2] = np.nan
+    found = wiring_of([replace(log, attitude=attitude)], VEHICLE.configuration, MASS)
+    assert (found.verdict, found.order, found.silent) == ("wrong", (4, 1, 2, 3, 0, 5), ())
+
+
 def test_there_are_24_mountings_and_the_stated_one_is_the_first() -> None:
     assert len({R.tobytes() for R in MOUNTINGS}) == 24
     np.testing.assert_array_equal(MOUNTINGS[0], np.eye(3))
