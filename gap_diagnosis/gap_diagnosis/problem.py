@@ -135,6 +135,12 @@ class Problem:
         return np.array([*[False] * len(self.names), *own])
 
     @cached_property
+    def shared_conventions(self) -> NDArray[np.bool_]:
+        """Which nuisances are conventions of all recordings, shape (nuisances,)."""
+        shared = [slot.kind == "convention" and slot.recording is None for slot in self.situations]
+        return np.array([*[False] * len(self.names), *shared])
+
+    @cached_property
     def _farthest(self) -> Array:
         """Deviations within which each nuisance is held, shape (nuisances,)."""
         conventional = [_LATEST if slot.recording is None else _LATEST_OF_RUN for slot in self.situations]

@@ -120,21 +120,37 @@ def test_at_the_end_of_its_range_a_size_that_makes_readings_jump_still_has_a_slo
 CLOCKS = np.array([[0.4, -1.5, 0.8], [1.3, 0.2, -0.9], [-1.1, 0.9, 0.3], [-0.6, 0.4, -0.2]])
 
 
-@pytest.mark.parametrize(("scatter", "least", "most"), [(0.0, 0.0, 0.5), (4e-3, 1.4, 4.0)])
-def test_clocks_that_differ_from_run_to_run_are_found_and_how_widely_they_do(scatter, least, most):
+def off_by(late):
+    """Return a set of four runs whose stamps are late by so much (runs, topics) [s], and by topic how late they are."""
     stated, recordings = campaign({}, seed=14, runs=4)
-    late = [dict(zip(("speed", "flow", "load"), each, strict=True)) for each in scatter * CLOCKS]
+    given = [dict(zip(("speed", "flow", "load"), each, strict=True)) for each in late]
 
     def shifted(recording, own):
         signals = recording.experiment.measurements
         moved = {name: replace(each, time=each.time + own[LOG_CHANNELS[name]]) for name, each in signals.items()}
         return replace(recording, experiment=replace(recording.experiment, measurements=moved))
 
-    runs = tuple(shifted(each, own) for each, own in zip(recordings, late, strict=True))
-    problem = Problem(recordings=runs, parameter_set=stated, deviations=deviations_of(stated))
+    runs = tuple(shifted(each, own) for each, own in zip(recordings, given, strict=True))
+    return Problem(recordings=runs, parameter_set=stated, deviations=deviations_of(stated)), given
+
+
+@pytest.mark.parametrize(("scatter", "least", "most"), [(0.0, 0.0, 0.5), (4e-3, 1.4, 4.0)])
+def test_clocks_that_differ_from_run_to_run_are_found_and_how_widely_they_do(scatter, least, most):
+    problem, late = off_by(scatter * CLOCKS)
     found = weighed(problem, (), problem.start(), whitener(problem, problem.start()))
     assert least <= found.noise.levels.conventions <= most
     for signal in ("speed", "thrust"):
         shifts = [problem.situation(found.fitted.x, run).shifts for run in range(4)]
         off = [s.throttle + s.signals[signal] - own[LOG_CHANNELS[signal]] for s, own in zip(shifts, late, strict=True)]
         assert np.median(np.abs(off)) < 5e-4  # a slow run tells less
+
+
+def test_a_delay_that_all_runs_share_is_no_matter_of_their_clocks():
+    problem, _ = off_by(np.tile([0.0, 0.0, 0.014], (4, 1)))
+    found = weighed(problem, (), problem.start(), whitener(problem, problem.start()))
+    assert found.noise.levels.conventions <= 0.5
+    late = next(s for s in suspects({"speed", "ambient", "thrust", "torque"}) if s.key == "log_alignment:load")
+    posed = problem.with_effects(late.slots)
+    beside = weighed(posed, (late,), posed.start([0.1]), found.noise)
+    assert beside.evidence > found.evidence + 100.0
+    assert posed.sizes(beside.fitted.x)["log_alignment"]["load"] == pytest.approx(0.014, abs=2e-3)

@@ -33,6 +33,8 @@ _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 _LEAST = 0.02
 _CONVENTIONS = (0.1, 0.25, 0.5, 1.0, 1.4, 2.0, 2.8)
 """By how much conventions may scatter from run to run more widely than stated."""
+_ANY = 100.0
+"""By how much more widely than stated what conventions have in common may scatter while it is asked how they differ."""
 _NEAR, _FAR = (0.0, 0.03, 0.07, 0.1, 0.15, 0.2), (0.35, 0.6, 1.0)
 """Shares by which an effect's size may vary because its equation is off, and by which one does that is not one size."""
 
@@ -164,18 +166,20 @@ class _Beside:
         self.gram = everything.gram
         self.slope = everything.onto(bare.whiten(fitted.residuals)[:, None])[:, 0]
         self.unknowns, self.parameters, self.levels = unknowns, system.parameters, noise.levels
-        self.conventions = system.conventions
+        self.conventions, self.shared = system.conventions, system.shared_conventions
         self.nuisances = fitted.x[: system.nuisances]
 
-    def score(self, levels: Array, wider: float, conventions: float) -> tuple[float, Array]:
+    def score(self, levels: Array, wider: float, conventions: float, shared: float = 1.0) -> tuple[float, Array]:
         """Return the logarithm of the rows' probability at levels, up to a constant, and how far columns are moved.
 
-        `wider`, `conventions`: how many times wider than stated the parameters, and conventions, scatter.
+        `wider`, `conventions`, `shared`: how many times wider than stated the parameters, conventions of runs, and
+        those of all runs, scatter.
         """
         weights = np.concatenate((np.ones(self.unknowns), levels[self.of]))
         precision = np.ones(self.nuisances.size)
         precision[: self.parameters] /= wider**2
         precision[self.conventions] /= conventions**2
+        precision[self.shared] /= shared**2
         prior = np.concatenate((precision, np.zeros(self.unknowns - precision.size), np.ones(self.of.size)))
         pull = weights * self.slope
         pull[: precision.size] -= precision * self.nuisances
@@ -208,7 +212,8 @@ def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loo
     for _ in range(2):
         wider = max(_WIDER, key=lambda factor: beside.score(levels, factor, conventions)[0])
         if np.any(beside.conventions):
-            conventions = max(_CONVENTIONS, key=lambda factor: beside.score(levels, wider, factor)[0])
+            # By how much they differ: what they have in common is a delay's.
+            conventions = max(_CONVENTIONS, key=lambda factor: beside.score(levels, wider, factor, _ANY)[0])
         for g, name in enumerate(groups.names):
             tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
             found = [

@@ -93,6 +93,10 @@ class System(Protocol):
         """Which nuisances are conventions, as of clocks, that differ from run to run, shape (nuisances,)."""
 
     @property
+    def shared_conventions(self) -> NDArray[np.bool_]:
+        """Which nuisances are what all runs have in common of these, shape (nuisances,)."""
+
+    @property
     def signal_names(self) -> tuple[str, ...]:
         """Of the signals."""
 

@@ -70,6 +70,10 @@ class Spring:
         return np.zeros(self.nuisances, dtype=bool)
 
     @property
+    def shared_conventions(self):
+        return np.zeros(self.nuisances, dtype=bool)
+
+    @property
     def series(self):
         sizes = np.cumsum([0, *(r.size for r in self.readings)])
         return [Series(i, "position", a, b) for i, (a, b) in enumerate(pairwise(sizes))]
