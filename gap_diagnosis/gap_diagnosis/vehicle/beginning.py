@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.rivals import Rivals
-from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled_from_believed
+from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled_from_believed, settled_with
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
 from gap_diagnosis.vehicle.unknowns import Key
@@ -46,7 +46,16 @@ def begun(
     if late_ones := _delayed(model, logs, delays, nothing):
         late, *others = late_ones
         found = settled_from_believed(model, logs, free, [late])
-        odds = log_evidence(*found) - log_evidence(*retuned) + log_prior(late.hypothesis, tried)
+
+        def odds_against(bare: tuple[list[Prepared], Fit]) -> float:
+            return log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)
+
+        odds = odds_against(retuned)
+        if odds > np.log(rules.CLAIM):
+            # its numbers may be nearer to the truth, and not its delay
+            bare = settled_with([], model, logs, free, found[0], found[1].values)
+            if log_evidence(*bare) > log_evidence(*retuned):
+                retuned, odds = bare, odds_against(bare)
         if odds > np.log(rules.CLAIM):
             return found, [tuple((0.0, each) for each in others)], [odds]
     return retuned, [], []

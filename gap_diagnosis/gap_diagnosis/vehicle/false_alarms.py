@@ -1,8 +1,8 @@
 r"""From a healthy vehicle's hours to a threshold for a rate of false alarms, and from peaks to that rate.
 
-A log ratio leaves zero, climbs and falls back: an excursion. Its peak alone says at which thresholds it would have been
-an alarm. Beyond a level u that TAIL excursions passed, peaks fall off as an exponential with mean excess theta, as
-those of a cumulated sum do:
+The highest log ratio of all failures in each minute says at which thresholds that minute would have held an alarm:
+failures that rise together are one. Beyond a level u that TAIL of these peaks passed, they fall off as an exponential
+with mean excess theta, as those of a cumulated sum do:
 
     rate(h) = TAIL / T exp(-(h - u) / theta),     h(rate) = u + theta ln(TAIL / (T rate))
 
@@ -21,34 +21,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
-__all__ = ["Excursions", "excess", "most_alarms", "probabilities", "rate_at", "stated_rate", "threshold_for"]
+__all__ = ["excess", "most_alarms", "probabilities", "rate_at", "stated_rate", "threshold_for"]
 
 Array = NDArray[np.float64]
 TAIL = 20
-"""Excursions that the tail is fitted to: its mean excess is then known to a quarter."""
+"""Peaks that the tail is fitted to: its mean excess is then known to a quarter."""
 COUNTED_HOURS, COUNTED = 75.5, ((112.0, 8), (160.0, 2))
 """[h] of 16 healthy vehicles (seeds 2000 to 2015) that `watch_rate` counted, and how often a threshold was reached."""
 FAILURES = 0.1
 """[1/h] of failures that are expected of a vehicle: as many as the false alarms that are accepted."""
-
-
-class Excursions:
-    """Peaks of log ratios between two zeros, as they are seen at the end of each piece."""
-
-    def __init__(self, names: int, least: float = 1.0) -> None:
-        """Follow so many ratios; peaks below `least` are not kept."""
-        self._now, self._least = np.zeros(names), least
-        self.peaks: list[float] = []
-
-    def add(self, ratios: Array) -> None:
-        """Take the ratios after a piece."""
-        ended = (ratios <= 0.0) & (self._now > self._least)
-        self.peaks += [float(p) for p in self._now[ended]]
-        self._now = np.where(ratios <= 0.0, 0.0, np.maximum(self._now, ratios))
-
-    def close(self) -> list[float]:
-        """Return all peaks, those of excursions that are still under way too."""
-        return [*self.peaks, *(float(p) for p in self._now[self._now > self._least])]
 
 
 def rate_at(threshold: float, peaks: Sequence[float], hours: float) -> float:
@@ -64,10 +45,10 @@ def threshold_for(rate: float, peaks: Sequence[float], hours: float) -> float:
     """Return the threshold at which there is this rate of false alarms per hour.
 
     Raises:
-        ValueError: too few excursions to fit a tail to.
+        ValueError: too few peaks to fit a tail to.
     """
     if len(peaks) <= TAIL:
-        raise ValueError(f"peaks: expected more than {TAIL} excursions; found {len(peaks)} in {hours:.2g} h")
+        raise ValueError(f"expected more than {TAIL} minutes; found {len(peaks)} in {hours:.2g} h")
     if rate * hours >= TAIL:
         return float(np.sort(peaks)[::-1][min(int(rate * hours), len(peaks)) - 1])
     level, excess = _tail(peaks)

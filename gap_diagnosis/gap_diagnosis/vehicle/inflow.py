@@ -19,7 +19,7 @@ from thruster_model.compilation import compiled
 from thruster_model.pipeline import derivative, outputs
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
-__all__ = ["Inflow", "inflow"]
+__all__ = ["Inflow", "inflow", "thrusts_at"]
 
 Array = NDArray[np.float64]
 _SMALL, _SETTLING = 1e-4, 1.0  # step of v and U [m/s]; slowest rate at which a flow follows [1/s]
@@ -85,3 +85,19 @@ def inflow(
             found.slopes[:, i] = np.minimum(np.nan_to_num(each[0]), 0.0) * c.thrust_scale[i]
             found.doubts[:, i] = np.nan_to_num(each[1]) * c.thrust_scale[i]
     return found
+
+
+def thrusts_at(thrusters: Sequence[Any], c: VehicleCoefficients, n: Array) -> Array:
+    """Return thrusts (K, N) [N] at rotor speeds n (K, N) [rad/s] in water at rest, with no axial flow."""
+    found = np.zeros(n.shape)
+    for i, p in enumerate(thrusters):
+        found[:, i] = _thrusts(n[:, i].copy(), p)
+    return found * c.thrust_scale
+
+
+@compiled
+def _thrusts(n, p):  # type: ignore[no-untyped-def]
+    out = np.zeros(len(n))
+    for k in range(len(n)):
+        out[k] = outputs(n[k], 0.0, 0.0, 0.0, p)[2]
+    return out

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,21 @@ __all__ = ["first_noises", "learned_from", "prepared"]
 Array = NDArray[np.float64]
 _BY_SIZE, _BY_CHANGE = (0.5, 0.0), (0.25, 0.75)
 """Powers of both moments of the random wrench that are tried, see `_wrench`: the likelihood decides between them."""
+_STEP, _SWEEPS, _RISEN = 1.5, 3, 0.1
+"""Factor by which noises are scaled at first, its root where that gains nothing; how often all are; least gain that
+counts, nats."""
+_TIMES = (1.0, 5.0)
+"""[s] Of the random wrench, where nothing is known of it yet."""
+_SENSORS = ((0, 3), (3, 6), (6, 9), (9, 10), (10, 13))
+"""Channels of the attitude, the gyro, the accelerometer, the depth and the velocity log."""
+
+
+class Block(NamedTuple):
+    """Noises that are scaled together: a field of `Noises`, from the first place to before the last."""
+
+    of: str
+    first: int
+    last: int
 
 
 def prepared(
@@ -33,9 +49,9 @@ def prepared(
 ) -> list[Prepared]:
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
-    The wrench's deviations follow in rounds from the size of the filter's estimates and from their changes, its time
-    from the likelihood over `CORRELATION_TIMES`: from `start` its own first, the others from where that ends. The best
-    of all that was tried is kept.
+    The wrench's deviations follow in rounds from the size of the filter's estimates and from their changes: from
+    `start`, or from what is typical. From the best of all these on noises climb to where the innovations are
+    most likely.
     """
     if rounds == 0:
         noises = start or first_noises(model, logs)
@@ -46,7 +62,7 @@ def prepared(
 
     def learned(
         noises: Noises, rounds: int, patient: bool = False, powers: tuple[float, float] = _BY_SIZE
-    ) -> tuple[float, list[Prepared]]:
+    ) -> tuple[float, list[Prepared], Noises]:
         states: list[Array | None] = [None] * len(logs)
         best: tuple[float, list[Prepared]] | None = None
         for turn in range(rounds + 1):
@@ -57,6 +73,8 @@ def prepared(
             score = sum(log_likelihood(p) for p in found)
             if best is None or score > best[0]:
                 best = (score, found)
+            if done and turn == 0 and start is not None:
+                continue  # with slopes of where it is, first
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
             channels = noises.channels
             if turn > 0 or done:
@@ -64,21 +82,82 @@ def prepared(
             if done and patient and turn < rounds - 1:
                 noises = noises._replace(channels=channels)
         assert best is not None
-        return best
+        return *best, noises
 
     if start is None:
         first = first_noises(model, logs)
         ways = [
-            learned(first._replace(time=time), rounds, patient)
-            for time in rules.CORRELATION_TIMES
-            for patient in (False, True)
+            learned(first._replace(time=time), rounds, patient, powers)
+            for time in _TIMES
+            for patient, powers in ((False, _BY_SIZE), (True, _BY_SIZE), (False, _BY_CHANGE))
         ]
-        ways += [learned(first._replace(time=time), rounds, powers=_BY_CHANGE) for time in rules.CORRELATION_TIMES]
     else:
-        ways = [learned(start, rounds, powers=powers) for powers in (_BY_SIZE, _BY_CHANGE)]
-        ended = learned_from(max(ways, key=lambda way: way[0])[1])
-        ways += [learned(ended._replace(time=t), rounds // 4) for t in rules.CORRELATION_TIMES if t != start.time]
-    return [_weighted(p) for p in max(ways, key=lambda way: way[0])[1]]
+        ways = [learned(start, rounds)]
+    _, best, ended = max(ways, key=lambda way: way[0])
+    return [_weighted(p) for p in _climbed(model, logs, values, effects, best, ended)]
+
+
+def _climbed(
+    model: Model, logs: Sequence[VehicleLog], values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect],
+    found: list[Prepared], others: Noises,
+) -> list[Prepared]:  # fmt: skip
+    """Return logs with gains for noises at which no step of a block alone makes the body's innovations more likely.
+
+    Moments of a filter's estimates come to rest far from there where readings hardly tell of the wrench: a vehicle with
+    a gyro, an attitude and a depth alone ended a thousand nats below it. `others`: noises of what the body does not
+    tell, rotors and the battery.
+    """
+
+    def at(noises: Noises) -> tuple[float, list[Prepared]]:
+        states = [p.base.states if p.base.done else None for p in found]
+        tried = _all_prepared(model, logs, noises, values, effects, states)
+        return sum(log_likelihood(p) for p in tried), tried
+
+    begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)
+    score, found = at(begun)
+    steps = dict.fromkeys(_blocks(found), _STEP)
+    for _ in range(_SWEEPS):
+        before = score
+        for block, step in steps.items():
+            for factor in (step, 1.0 / step):
+                gained = False
+                while True:
+                    reached, tried = at(_scaled(model, learned_from(found), block, factor))
+                    if not reached > score + _RISEN:
+                        break
+                    score, found, gained = reached, tried, True
+                if gained:
+                    break
+            steps[block] = step if gained else float(np.sqrt(step))
+        if score < before + rules.SETTLED:
+            break
+    return found
+
+
+def _blocks(found: Sequence[Prepared]) -> list[Block]:
+    """Return what is scaled together: axes of the wrench, sensors that tell of the body, and the wrench's time."""
+    told = np.any([np.isfinite(p.base.body).any(axis=0) for p in found], axis=0)
+    sensors = [Block("channels", *ends) for ends in _SENSORS if told[ends[0]]]
+    axes = [Block("wrench", axis, axis + 1) for axis in range(6)]
+    return [Block("time", 0, 1), *axes, *sensors]
+
+
+def _scaled(model: Model, noises: Noises, block: Block, factor: float) -> Noises:
+    if block.of == "time":
+        shortest, longest = rules.CORRELATION_TIMES
+        return noises._replace(time=min(max(noises.time * factor, shortest), longest))
+    scaled: Array = getattr(noises, block.of).copy()
+    scaled[block.first : block.last] *= factor
+    if block.of == "wrench":
+        return noises._replace(wrench=_plausible(model, scaled))
+    return noises._replace(channels=scaled)
+
+
+def _plausible(model: Model, wrench: Array) -> Array:
+    """Return deviations (6,) of a wrench that is as small and as large as one may be."""
+    least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
+    most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
+    return np.clip(wrench, least, most)
 
 
 def learned_from(found: Sequence[Prepared]) -> Noises:
@@ -135,9 +214,7 @@ def _battery_floor(logs: Sequence[VehicleLog]) -> Array:
 def _learned(model: Model, found: Sequence[Prepared], powers: tuple[float, float]) -> Noises:
     """Return the noises that the filters' own estimates speak for; powers: see `_wrench`."""
     old = found[0].noises
-    least = np.array([rules.LEAST_FORCE] * 3 + [rules.LEAST_MOMENT] * 3)
-    most = np.repeat(rules.MOST_PUSHED, 3) * model.vehicle.coefficients.mass_matrix.diagonal()
-    wrench = np.clip(_wrench(found, *powers), least, most)
+    wrench = _plausible(model, _wrench(found, *powers))
     left, spread = [], []
     for p in found:
         # noise of a reading, given all readings up to it: R S^-1 e, and R - R S^-1 R beside it

@@ -20,8 +20,8 @@ OWN = 0.02
 TRIMMED = 0.01
 """Share of a vehicle's volume, and of its size, by which buoyancy and centre of mass differ from dive to dive: ballast,
 another battery, the tether's end. One of 11 kg: 1.1 N and 2 mm. Set by reason."""
-CORRELATION_TIMES = (0.3, 1.0, 3.0, 10.0)
-"""[s] Tried for the random wrench: eddies to tethers; finer steps change the likelihood by less than its noise."""
+CORRELATION_TIMES = (0.3, 10.0)
+"""[s] Of the random wrench, shortest and longest: eddies to tethers."""
 LEAST_FORCE, LEAST_MOMENT = 1e-3, 1e-4
 """[N, N m] Random wrench that is assumed at least: no water is calmer, and gains stay finite."""
 MOST_PUSHED = (1.0, 2.5)
@@ -93,6 +93,8 @@ WATCH_FORGET = 0.5
 WATCH_DOUBT = 0.5
 """Share of what a failure would gain that is taken off. In an hour of three healthy vehicles (tuning seeds 101, 102,
 106) the highest sum fell from 48 to 31 by it, and delays of losses at the height of that sum stayed what they were."""
+WATCH_THRUST = 0.01
+"""Share of a thrust by which it is not known: speeds and manoeuvres come that no healthy recording held."""
 WATCH_SETTLING = 5.0
 """[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
 WORTH = 0.25
@@ -100,9 +102,11 @@ WORTH = 0.25
 model of it many small things differ, and none of them is what anybody would repair."""
 TURNS = 4
 """At most, of fitting numbers and learning noises in turn: they settle in two or three unless something is wrong."""
-LEARNED = 8
-"""Rounds of expectation and maximisation for noises once numbers are fitted. After two they still were what wrong
-numbers had made of them: 2 to 3 N for a wrench of 0.2 N, and numbers did not settle either (tuning seed 1108)."""
+LEARNED = 4
+"""Rounds of expectation and maximisation for noises, before they climb to where readings are most likely."""
+CALMED = 0.05
+"""Share of the random wrench with which numbers that are far from what was believed are fitted again. Set by reason: so
+little that it cannot explain what the numbers should."""
 SETTLED = 2.0
 """Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
 FIT_STEPS = 8

@@ -23,9 +23,29 @@ def settled(
     """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
 
     Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
-    too near to what was believed, and noises learned there too large. anew: also with effects on, learn noises from the
-    beginning, not from those of the recordings.
+    too near to what was believed, and noises learned there too large. So where numbers are far from it, both are found
+    again from there in water that is calm, as long as that is likelier. anew: also with effects on, learn noises from
+    the beginning, not from those of the recordings.
     """
+    found = _in_turn(model, logs, free, runs, accepted, values, anew or not accepted)
+    for _ in range(rules.TURNS):
+        if np.abs(found[1].moved).max(initial=0.0) < rules.SHIFTED:
+            break
+        noises, there, on = learned_from(found[0]), found[1].values, found[1].effects
+        calm = noises._replace(wrench=rules.CALMED * noises.wrench, time=1.0)
+        runs = prepared(model, logs, there, [a.active for a in on], start=calm, rounds=0)
+        again = _in_turn(model, logs, free, runs, on, there, afresh=False)
+        if log_evidence(*again) < log_evidence(*found) + rules.SETTLED:
+            break
+        found = again
+    return found
+
+
+def _in_turn(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    accepted: Sequence[Refined], values: Mapping[Key, float], afresh: bool,
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit where noises and numbers, in turn, have settled; afresh: learn noises anew at first."""
     effects = tuple(a.hypothesis for a in accepted)
     moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
     sizes = [a.sizes for a in accepted]
@@ -40,12 +60,12 @@ def settled(
         after = problem.score(moved, sizes)
         if turn > 0 and after - before < rules.SETTLED:
             break
-        afresh = turn == 0 and (anew or not accepted)
-        nearby = None if afresh else columns  # noises that are learned anew change too much
-        start = None if afresh else learned_from(runs)
+        anew = turn == 0 and afresh
+        nearby = None if anew else columns  # noises that are learned anew change too much
+        start = None if anew else learned_from(runs)
         there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
         on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]
-        runs = prepared(model, logs, there, on, start=start, rounds=4 if afresh else rules.LEARNED)
+        runs = prepared(model, logs, there, on, start=start, rounds=rules.LEARNED)
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)

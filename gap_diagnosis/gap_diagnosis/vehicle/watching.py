@@ -30,7 +30,7 @@ from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
 from gap_diagnosis.vehicle.gains import filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
-from gap_diagnosis.vehicle.inflow import inflow
+from gap_diagnosis.vehicle.inflow import inflow, thrusts_at
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
@@ -209,7 +209,8 @@ class Watch:
         own = [s.coefficients for s in self._model.sets]
         water = inflow(own, first.body, nu, n, v, log.period, self._flows)
         A, H = slopes(q, nu, water.slopes, first.body, *places)
-        doubts = (K_t * water.doubts[:, None] ** 2) @ K_t.T
+        thrusts = thrusts_at(own, first.body, np.where(np.isfinite(log.speeds), log.speeds, n))
+        doubts = (K_t * np.hypot(water.doubts, rules.WATCH_THRUST * thrusts)[:, None] ** 2) @ K_t.T
         begun = max(round((rules.START - self.time) / log.period), 0)
         gains = filter_gains(*starting(A, H, log, begun), noises, log.period, doubts, self._P)
         self._P, self._flows = gains.last, water.last

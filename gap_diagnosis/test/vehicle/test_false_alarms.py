@@ -11,7 +11,6 @@ from gap_diagnosis.vehicle.blind.cli_watch_rate import main, said
 from gap_diagnosis.vehicle.blind.watch_hours_io import EFFECTS, Watched, watched_draw
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import (
-    Excursions,
     most_alarms,
     probabilities,
     rate_at,
@@ -20,15 +19,8 @@ from gap_diagnosis.vehicle.false_alarms import (
 )
 
 
-def test_an_excursion_counts_once_by_its_peak() -> None:
-    seen = Excursions(2)
-    for row in ((0.0, 3.0), (5.0, 2.0), (9.0, 0.0), (4.0, 0.0), (0.0, 7.0)):
-        seen.add(np.array(row))
-    assert sorted(seen.close()) == [3.0, 7.0, 9.0]
-
-
 def test_thresholds_of_exponential_peaks_are_those_of_their_distribution() -> None:
-    # 200 excursions in 50 h with mean 4: rate(h) = 4 exp(-h / 4) an hour, so 0.02 at 4 ln 200 = 21.2
+    # 200 peaks in 50 h with mean 4: rate(h) = 4 exp(-h / 4) an hour, so 0.02 at 4 ln 200 = 21.2
     found = [threshold_for(0.02, list(np.random.default_rng(seed).exponential(4.0, 200)), 50.0) for seed in range(200)]
     assert np.median(found) == pytest.approx(4.0 * np.log(200.0), rel=0.05)
     assert np.std(found) < 5.0
@@ -58,16 +50,16 @@ def test_an_alarm_is_as_probable_as_failures_are_frequent_beside_false_alarms_at
     assert first == pytest.approx(4.0 * second) and first + second == pytest.approx(1.0, abs=1e-3)
 
 
-def test_too_few_excursions_give_no_threshold() -> None:
-    with pytest.raises(ValueError, match="more than 20 excursions; found 1"):
+def test_too_few_minutes_give_no_threshold() -> None:
+    with pytest.raises(ValueError, match="more than 20 minutes; found 1"):
         threshold_for(0.1, [3.0], 2.0)
-    assert "No threshold" in said([{"seed": 1, "run": 0, "hours": 2.0, "peaks": [3.0]}], 0.1)
+    assert "No threshold" in said([{"seed": 1, "run": 0, "hours": 2.0, "minutes": [3.0]}], 0.1)
 
 
 def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "dives.jsonl"
     rows = [
-        {"seed": 1, "run": 0, "hours": 100.0, "peaks": [float(k) for k in range(1, 31)]},
+        {"seed": 1, "run": 0, "hours": 100.0, "minutes": [float(k) for k in range(1, 31)]},
         {"seed": 1, "run": 0, "kind": "steps", "thrust": 4.0, "ratios": [0.0, 10.0, 60.0, 200.0], "others": [0.0] * 4},
     ]
     rows.append({"seed": 1, "run": 0, "failure": "gyro", "ratios": [0.0, 170.0], "others": [300.0, 0.0]})
@@ -76,7 +68,7 @@ def test_what_was_counted_is_told_without_counting(tmp_path: Path, capsys: pytes
     assert main([str(file), "--plot", str(picture)]) == 0
     assert "not found in 60 s" in picture.read_text("utf-8")
     told = capsys.readouterr().out
-    assert "100.0 h of 1 healthy vehicles, 30 excursions." in told
+    assert "100.0 h of 1 healthy vehicles." in told
     assert "| 3 to 6 | 1 | 1 | 1 | 3 | 0 |" in told
     assert "| gyro | 1 | 1 | 1 | 2 | 1 |" in told
 
@@ -91,7 +83,7 @@ def test_a_thruster_that_loses_half_its_thrust_stands_out_as_do_failing_sensors(
     calm = watched.healthy(1, 0.25)
     lost = watched.loss(1, 0.5)
     assert calm["hours"] == pytest.approx(7.5 / 3600.0, rel=0.05)
-    assert max(lost["ratios"]) > 10.0 * max([*calm["peaks"], 1.0])
+    assert max(lost["ratios"]) > 10.0 * max([*calm["minutes"], 1.0])
     assert max(lost["ratios"]) > max(lost["others"])
     for run, name in enumerate(EFFECTS):
         failed = watched.failure(run)

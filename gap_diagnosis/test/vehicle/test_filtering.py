@@ -13,8 +13,8 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.filtering import _shifted, at_rest, prepared_with, whitened
-from gap_diagnosis.vehicle.learning import first_noises
+from gap_diagnosis.vehicle.filtering import _shifted, at_rest, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, first_noises, learned_from, prepared
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
@@ -113,6 +113,22 @@ def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -
         size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
         noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
         assert prepared_with(model, log, run, noises, {}).base.done
+
+
+def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp_path: Path) -> None:
+    missing = ("velocity", "tachometer", "battery")
+    draw = Draw(seed=21, vehicle="ngs", deviations=0.5, kinds=("steps",), duration=30.0, missing=missing)
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
+    found = prepared(model, logs, {})
+    best, noises, states = sum(map(log_likelihood, found)), learned_from(found), [p.base.states for p in found]
+    blocks = _blocks(found)
+    assert [block.of for block in blocks] == ["time", *["wrench"] * 6, *["channels"] * 4]
+    for block in blocks:
+        for factor in (0.5, 2.0):
+            other = _all_prepared(model, logs, _scaled(model, noises, block, factor), {}, (), states)
+            assert sum(map(log_likelihood, other)) < best + 0.5
 
 
 def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:

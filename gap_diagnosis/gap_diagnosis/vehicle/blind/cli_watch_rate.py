@@ -46,7 +46,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (OSError, ValueError) as error:
         print(f"{given.dives}: expected JSON, one dive a line; found {error}", file=sys.stderr)
         return 1
-    place, watched = len([d for d in done if "peaks" in d]), None
+    place, watched = len([d for d in done if "minutes" in d]), None
     while sum(d.get("hours", 0.0) for d in done) < given.hours:
         seed, run = given.first + place // _DIVES, place % _DIVES
         if watched is None or watched.draw.seed != seed:
@@ -75,23 +75,23 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _threshold(done: Sequence[dict[str, Any]], rate: float) -> float:
     """Return the threshold for a rate where the count tells one, else the one that stands in the rules."""
-    healthy = [d for d in done if "peaks" in d]
+    healthy = [d for d in done if "minutes" in d]
     try:
-        return threshold_for(rate, [p for d in healthy for p in d["peaks"]], sum(d["hours"] for d in healthy))
+        return threshold_for(rate, [p for d in healthy for p in d["minutes"]], sum(d["hours"] for d in healthy))
     except ValueError:
         return rules.WATCH_THRESHOLD
 
 
 def said(done: Sequence[dict[str, Any]], rate: float) -> str:
     """Return the tables of what was counted."""
-    healthy = [d for d in done if "peaks" in d]
-    hours, peaks = sum(d["hours"] for d in healthy), [p for d in healthy for p in d["peaks"]]
+    healthy = [d for d in done if "minutes" in d]
+    hours, peaks = sum(d["hours"] for d in healthy), [p for d in healthy for p in d["minutes"]]
     if not healthy:
         return "nothing was counted yet"
     vehicles = len({d["seed"] for d in healthy})
-    lines = [f"{hours:.1f} h of {vehicles} healthy vehicles, {len(peaks)} excursions.", ""]
+    lines = [f"{hours:.1f} h of {vehicles} healthy vehicles.", ""]
     lines += [
-        "| threshold | alarms counted | per hour (tail beyond the count) | excluded at 95 %: more than |",
+        "| threshold | minutes with an alarm | per hour (tail beyond the count) | excluded at 95 %: more than |",
         "|---|---|---|---|",
     ]
     try:

@@ -10,7 +10,6 @@ from gap_diagnosis.vehicle.blind.draws import SETS, Draw
 from gap_diagnosis.vehicle.blind.recording_io import LATE, recorded_run
 from gap_diagnosis.vehicle.blind.truth import Truth, truth_of
 from gap_diagnosis.vehicle.blind.world import COLUMNS
-from gap_diagnosis.vehicle.false_alarms import Excursions
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import log_of
 from gap_diagnosis.vehicle.model import Model
@@ -66,14 +65,12 @@ class Watched:
         return watch, found
 
     def healthy(self, run: int, minutes: float) -> dict[str, Any]:
-        """Return the peaks of one dive in which nothing is wrong."""
+        """Return the highest log ratio of all failures in each minute of a dive in which nothing is wrong."""
         kind = KINDS[run % len(KINDS)]
         log = self._log(self._truth, run, kind, minutes * _MINUTE)
-        watch, ratios = self._ratios(log)
-        seen = Excursions(len(watch.followed))
-        for each in ratios:
-            seen.add(each)
-        return {"kind": kind, "hours": log.duration / 3600.0, "peaks": [round(p, 2) for p in seen.close()]}
+        highest = np.max(self._ratios(log)[1], axis=1)
+        peaks = [round(float(each.max()), 2) for each in np.split(highest, range(60, highest.size, 60))]
+        return {"kind": kind, "hours": log.duration / 3600.0, "minutes": peaks}
 
     def loss(self, run: int, share: float = 0.3) -> dict[str, Any]:
         """Return how the ratio of a thruster climbs that begins to lose thrust in mid-dive, second by second."""
