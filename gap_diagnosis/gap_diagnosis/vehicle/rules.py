@@ -104,9 +104,9 @@ TURNS = 4
 """At most, of fitting numbers and learning noises in turn: they settle in two or three unless something is wrong."""
 LEARNED = 4
 """Rounds of expectation and maximisation for noises, before they climb to where readings are most likely."""
-CALMED = 0.05
-"""Share of the random wrench with which numbers that are far from what was believed are fitted again. Set by reason: so
-little that it cannot explain what the numbers should."""
+CALMED, CALMED_AGAIN = 0.05, 2
+"""Share of the random wrench with which numbers that are far from what was believed are fitted again, and how often.
+Set by reason: so little that it cannot explain what the numbers should. A third time brought nothing more."""
 SETTLED = 2.0
 """Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
 FIT_STEPS = 8

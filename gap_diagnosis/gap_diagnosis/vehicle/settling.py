@@ -23,13 +23,14 @@ def settled(
     """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
 
     Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
-    too near to what was believed, and noises learned there too large. So where numbers are far from it, both are found
-    again from there in water that is calm, as long as that is likelier. anew: also with effects on, learn noises from
-    the beginning, not from those of the recordings.
+    too near to what was believed, and noises learned there too large. So where numbers of the whole vehicle are far
+    from it, both are found again from there in water that is calm, as long as that is likelier. anew: also with effects
+    on, learn noises from the beginning, not from those of the recordings.
     """
     found = _in_turn(model, logs, free, runs, accepted, values, anew or not accepted)
-    for _ in range(rules.TURNS):
-        if np.abs(found[1].moved).max(initial=0.0) < rules.SHIFTED:
+    whole = np.array([k[0] in ("vehicle", "shared") for k in free])
+    for _ in range(rules.CALMED_AGAIN):
+        if np.abs(found[1].moved[whole]).max(initial=0.0) < rules.SHIFTED:
             break
         noises, there, on = learned_from(found[0]), found[1].values, found[1].effects
         calm = noises._replace(wrench=rules.CALMED * noises.wrench, time=1.0)
