@@ -39,6 +39,8 @@ _OTHERS, _GLANCE = 16, 3
 """Sets with effects exchanged that are looked at beside a set, and steps of such a look."""
 _BEHIND = 40.0
 """Score by which a set may be behind after a look to be worth a fit."""
+_PULLED = 2.5
+"""Deviations of conventions of all runs from which on a delay may do the same."""
 _PART = 0.5
 """Share of what the best set adds to the score, from which on another one may come out better once it has settled."""
 
@@ -178,8 +180,9 @@ class _Searching:
             self.sizes = _worth_trying((*ranked, *plain))
         picked = [each for each in ranked[:_BEST] if each.promise > 0.0]
         others = [plain]
-        if current.noise.levels.parameters > 1.0:
-            # What parameters do by scattering widely an effect may do beside parameters as stated.
+        x, shared = current.fitted.x[: current.system.nuisances], current.system.shared_conventions
+        if current.noise.levels.parameters > 1.0 or np.max(np.abs(x[shared]), initial=0.0) > _PULLED:
+            # What parameters do by scattering widely, or conventions, an effect may do beside these as stated.
             others.append(standing_in(current.fitted, current.noise.scattering(1.0), trials))
         for looks in others:
             keys = {each.suspect.key for each in picked}
