@@ -72,7 +72,8 @@ def stated_rate(threshold: float) -> str:
     if not within:
         return f"not counted below a threshold of {COUNTED[0][0]:g}"
     most = most_alarms(within[-1], COUNTED_HOURS)
-    return f"{_counted_rate(threshold):.1g} (less than {most:.1g} at 95 %, {COUNTED_HOURS:g} h counted)"
+    counted = f"{COUNTED_HOURS:g} h counted by an earlier filter"
+    return f"{_counted_rate(threshold):.1g} (less than {most:.1g} at 95 %, {counted})"
 
 
 def probabilities(log_ratios: Sequence[float]) -> Array:

@@ -45,7 +45,7 @@ def prepared(
     values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (),
     start: Noises | None = None,
-    rounds: int = 4,
+    rounds: int = rules.LEARNED,
 ) -> list[Prepared]:
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 

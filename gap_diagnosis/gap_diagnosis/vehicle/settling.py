@@ -66,7 +66,7 @@ def _in_turn(
         start = None if anew else learned_from(runs)
         there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
         on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]
-        runs = prepared(model, logs, there, on, start=start, rounds=rules.LEARNED)
+        runs = prepared(model, logs, there, on, start=start)
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)
@@ -78,7 +78,7 @@ def settled_with(
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
     """Return recordings and fit as `settled` does with these effects on, noises learned from those of the runs."""
     on = [a.active for a in effects]
-    again = prepared(model, logs, values, on, start=learned_from(runs), rounds=rules.LEARNED)
+    again = prepared(model, logs, values, on, start=learned_from(runs))
     return settled(model, logs, free, again, effects, values)
 
 

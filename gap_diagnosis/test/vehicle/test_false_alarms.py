@@ -36,8 +36,8 @@ def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
 
 
 def test_the_stated_rate_is_the_counted_one_and_none_where_nothing_was_counted() -> None:
-    assert stated_rate(160.0) == "0.03 (less than 0.08 at 95 %, 75.5 h counted)"
-    assert stated_rate(112.0) == "0.1 (less than 0.2 at 95 %, 75.5 h counted)"
+    assert stated_rate(160.0) == "0.03 (less than 0.08 at 95 %, 75.5 h counted by an earlier filter)"
+    assert stated_rate(112.0) == "0.1 (less than 0.2 at 95 %, 75.5 h counted by an earlier filter)"
     assert stated_rate(111.0) == "not counted below a threshold of 112"
 
 
