@@ -50,7 +50,7 @@ def limited(problem):
     return weighed(posed, (suspect,), x, whitener(posed, x))
 
 
-def test_a_limited_rate_is_taken_for_straight_lines_only_until_it_is_known():
+def test_a_limited_rate_is_not_taken_for_straight_lines_once_it_is_known():
     recordings = tuple(checked([recorded(seed) for seed in (1, 2)]).recordings)
     asked = []
 
@@ -62,7 +62,9 @@ def test_a_limited_rate_is_taken_for_straight_lines_only_until_it_is_known():
     log = Problem(recordings=recordings, parameter_set=HL, deviations=deviations_of(HL))
     reading, found = read_as_suits(log, investigated)
     assert (reading.straight, found) == (False, "found")
-    assert [problem.recordings[0] is log.recordings[0].straight for problem in asked] == [True, False]
+    assert asked[-1].recordings[0] is not log.recordings[0].straight
+    lines = LogReading(log=log, straight=True)
+    assert lines.better_for(limited(lines.problem)) == replace(lines, straight=False)
 
 
 def test_outliers_have_no_say_in_how_commands_act():
