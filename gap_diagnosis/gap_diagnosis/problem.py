@@ -131,14 +131,16 @@ class Problem:
     @cached_property
     def conventions(self) -> NDArray[np.bool_]:
         """Which nuisances are conventions that differ from run to run, shape (nuisances,)."""
-        own = [slot.kind == "convention" and slot.recording is not None for slot in self.situations]
-        return np.array([*[False] * len(self.names), *own])
+        return self._conventional & self.local[: self.nuisances]
 
     @cached_property
     def shared_conventions(self) -> NDArray[np.bool_]:
         """Which nuisances are conventions of all recordings, shape (nuisances,)."""
-        shared = [slot.kind == "convention" and slot.recording is None for slot in self.situations]
-        return np.array([*[False] * len(self.names), *shared])
+        return self._conventional & ~self.local[: self.nuisances]
+
+    @property
+    def _conventional(self) -> NDArray[np.bool_]:
+        return np.array([*[False] * len(self.names), *(slot.kind == "convention" for slot in self.situations)])
 
     @cached_property
     def _farthest(self) -> Array:

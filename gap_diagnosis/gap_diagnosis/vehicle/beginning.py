@@ -8,7 +8,7 @@ from scipy.optimize import minimize_scalar
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis
-from gap_diagnosis.vehicle.learning import prepared
+from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
@@ -113,6 +113,6 @@ def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:
 
 def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Refined]) -> float:
     """Return the log likelihood of recordings under the believed numbers, with effects on."""
-    found = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    found = unlearned(model, logs, {}, [a.active for a in on])
     rotors = slice(CHANNELS, CHANNELS + model.thrusters)
     return sum(log_likelihood(p) - 0.5 * float(np.sum(whitened(p, p.base)[:, rotors] ** 2)) for p in found)

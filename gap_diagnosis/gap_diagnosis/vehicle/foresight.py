@@ -12,7 +12,7 @@ import numpy as np
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gram import gathered
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
-from gap_diagnosis.vehicle.learning import prepared
+from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
@@ -52,7 +52,7 @@ def foreseen(model: Model, logs: Sequence[VehicleLog]) -> Foreseen:
     there = told_in(logs)
     tried = [h for h in hypotheses(model, there) if len(h.parameters) == 1 and h.other is None]
     free = nuisances(model, logs)
-    runs = prepared(model, logs, {}, start=None, rounds=0)
+    runs = unlearned(model, logs, {})
     screen = Screen(model=model, runs=runs, values={})
     columns = [screen.of_nuisance(key, deviation) for key, deviation in free.items()]
     columns += [column for h in tried for column in screen.of_hypothesis(h)]

@@ -17,7 +17,7 @@ from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 
-__all__ = ["first_noises", "learned_from", "prepared"]
+__all__ = ["first_noises", "learned_from", "prepared", "unlearned"]
 
 Array = NDArray[np.float64]
 _BY_SIZE, _BY_CHANGE = (0.5, 0.0), (0.25, 0.75)
@@ -39,13 +39,27 @@ class Block(NamedTuple):
     last: int
 
 
+def unlearned(
+    model: Model,
+    logs: Sequence[VehicleLog],
+    values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (),
+    noises: Noises | None = None,
+) -> list[Prepared]:
+    """Return logs with gains for these noises at this point of the model; None: for what is typical."""
+    noises = noises or first_noises(model, logs)
+    at_rest = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
+    states = [p.base.states if p.base.done else None for p in at_rest]
+    moving = _all_prepared(model, logs, noises, values, effects, states)
+    return [_weighted(p if p.base.done else q) for p, q in zip(moving, at_rest, strict=True)]
+
+
 def prepared(
     model: Model,
     logs: Sequence[VehicleLog],
     values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (),
     start: Noises | None = None,
-    rounds: int = rules.LEARNED,
 ) -> list[Prepared]:
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
@@ -53,19 +67,13 @@ def prepared(
     `start`, or from what is typical. From the best of all these on noises climb to where the innovations are
     most likely.
     """
-    if rounds == 0:
-        noises = start or first_noises(model, logs)
-        at_rest = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
-        states = [p.base.states if p.base.done else None for p in at_rest]
-        moving = _all_prepared(model, logs, noises, values, effects, states)
-        return [_weighted(p if p.base.done else q) for p, q in zip(moving, at_rest, strict=True)]
 
     def learned(
-        noises: Noises, rounds: int, patient: bool = False, powers: tuple[float, float] = _BY_SIZE
+        noises: Noises, patient: bool = False, powers: tuple[float, float] = _BY_SIZE
     ) -> tuple[float, list[Prepared], Noises]:
         states: list[Array | None] = [None] * len(logs)
         best: tuple[float, list[Prepared]] | None = None
-        for turn in range(rounds + 1):
+        for turn in range(rules.LEARNED + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
             # a lost one is tried with the slopes of where it got, then with those of a vehicle at rest again
             states = [p.base.states if p.base.done or s is None else None for p, s in zip(found, states, strict=True)]
@@ -79,7 +87,7 @@ def prepared(
             channels = noises.channels
             if turn > 0 or done:
                 noises = _learned(model, found, powers) if done else _looser(noises)
-            if done and patient and turn < rounds - 1:
+            if done and patient and turn < rules.LEARNED - 1:
                 noises = noises._replace(channels=channels)
         assert best is not None
         return *best, noises
@@ -87,12 +95,12 @@ def prepared(
     if start is None:
         first = first_noises(model, logs)
         ways = [
-            learned(first._replace(time=time), rounds, patient, powers)
+            learned(first._replace(time=time), patient, powers)
             for time in _TIMES
             for patient, powers in ((False, _BY_SIZE), (True, _BY_SIZE), (False, _BY_CHANGE))
         ]
     else:
-        ways = [learned(start, rounds)]
+        ways = [learned(start)]
     _, best, ended = max(ways, key=lambda way: way[0])
     return [_weighted(p) for p in _climbed(model, logs, values, effects, best, ended)]
 
@@ -115,20 +123,21 @@ def _climbed(
 
     begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)
     score, found = at(begun)
+
+    def rises(block: Block, factor: float) -> bool:
+        """Scale a block as long as that makes them likelier; return whether it did."""
+        nonlocal score, found
+        before = score
+        while (step := at(_scaled(model, learned_from(found), block, factor)))[0] > score + _RISEN:
+            score, found = step
+        return score > before
+
     steps = dict.fromkeys(_blocks(found), _STEP)
     for _ in range(_SWEEPS):
         before = score
         for block, step in steps.items():
-            for factor in (step, 1.0 / step):
-                gained = False
-                while True:
-                    reached, tried = at(_scaled(model, learned_from(found), block, factor))
-                    if not reached > score + _RISEN:
-                        break
-                    score, found, gained = reached, tried, True
-                if gained:
-                    break
-            steps[block] = step if gained else float(np.sqrt(step))
+            if not any(rises(block, factor) for factor in (step, 1.0 / step)):
+                steps[block] = float(np.sqrt(step))
         if score < before + rules.SETTLED:
             break
     return found

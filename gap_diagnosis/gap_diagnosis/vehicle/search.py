@@ -9,7 +9,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.beginning import begun
 from gap_diagnosis.vehicle.candidates import refined_ones
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
-from gap_diagnosis.vehicle.learning import learned_from, prepared
+from gap_diagnosis.vehicle.learning import learned_from, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
@@ -62,7 +62,7 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    retuned = settled(model, logs, free, prepared(model, logs, {}, start=None, rounds=0), (), {})
+    retuned = settled(model, logs, free, unlearned(model, logs, {}), (), {})
     (runs, fit), rivals, odds = begun(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
@@ -121,7 +121,7 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
     if np.array_equal(calm, noises.wrench):
         return None
     on, sizes = last.screen.effects, [a.sizes for a in last.fit.effects]
-    runs = prepared(model, logs, last.fit.values, on, start=noises._replace(wrench=calm), rounds=0)
+    runs = unlearned(model, logs, last.fit.values, on, noises._replace(wrench=calm))
     effects = tuple(a.hypothesis for a in last.fit.effects)
     problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
     return stage_at(

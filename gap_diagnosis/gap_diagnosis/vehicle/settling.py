@@ -6,7 +6,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood
-from gap_diagnosis.vehicle.learning import learned_from, prepared
+from gap_diagnosis.vehicle.learning import learned_from, prepared, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
@@ -34,7 +34,7 @@ def settled(
             break
         noises, there, on = learned_from(found[0]), found[1].values, found[1].effects
         calm = noises._replace(wrench=rules.CALMED * noises.wrench, time=1.0)
-        runs = prepared(model, logs, there, [a.active for a in on], start=calm, rounds=0)
+        runs = unlearned(model, logs, there, [a.active for a in on], calm)
         again = _in_turn(model, logs, free, runs, on, there, afresh=False)
         if log_evidence(*again) < log_evidence(*found) + rules.SETTLED:
             break
@@ -86,7 +86,7 @@ def settled_from_believed(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
     """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
-    first = prepared(model, logs, {}, [a.active for a in on], start=None, rounds=0)
+    first = unlearned(model, logs, {}, [a.active for a in on])
     return settled(model, logs, free, first, on, {}, anew=True)
 
 

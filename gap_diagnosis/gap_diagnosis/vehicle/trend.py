@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
-from gap_diagnosis.vehicle.learning import prepared
+from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
@@ -107,7 +107,7 @@ def followed(
 def size_in(model: Model, log: VehicleLog, h: Hypothesis) -> tuple[float, float]:
     """Return the first size of an effect in one dive, and its deviation."""
     free = nuisances(model, [log])
-    runs, fit = settled(model, [log], free, prepared(model, [log], {}, start=None, rounds=0), (), {})
+    runs, fit = settled(model, [log], free, unlearned(model, [log], {}), (), {})
     screen = Screen(model=model, runs=runs, values={})
     begun = Problem(screen=screen, nuisances=free, effects=(h,)).fit(fit.moved, [tuple(0.0 for _ in h.parameters)])
     _, fit = settled(model, [log], free, runs, begun.effects, begun.values)
