@@ -8,9 +8,20 @@ from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag.command_line import user_arguments
 from thruster_model.effects.effect import EffectParameter
-from thruster_model.vehicle_parameters import definition_of
+from thruster_model.vehicle_parameters import DEFAULTS, definition_of
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
+
+_EQUATIONS = (
+    "M = M_RB + A",
+    "M_RB = [m I, -m S(r_G); m S(r_G), I_O]   I_O: inertia about the origin; S(a) b = a x b  (2.7)",
+    "M dnu_r/dt = -C(nu_r) nu_r - (L + Q |nu_r|) nu_r - g + sum_i [axis_i; position_i x axis_i] T_i",
+    "nu_r = [velocity - R^T current; rate]    through the water, body axes; R: body to earth",
+    "C(nu_r) nu_r = [rate x a; rate x b + velocity_r x a],  [a; b] = M nu_r  (2.12)",
+    "g = -[(W - B) down; (W r_G - B r_B) x down]   down: R^T (0, 0, 1)  (2.18)",
+    "W = mass gravity, B = density volume gravity",
+    "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model  (4.20)",
+)
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -29,6 +40,12 @@ def reference() -> str:
         "A propeller's hand is `right` where it turns clockwise, seen along its axis, while it pushes along it; its "
         "torque acts on the vehicle where the effect `reaction_torque` is on.\n"
     )
+    water = ", ".join(f"{key} {value:g} {_unit(key)}" for key, value in DEFAULTS.items())
+    equations = (
+        "\n## Equations\n\n"
+        f"Numbers in brackets are the thesis'. Where a set does not state them: {water}; all else that a set may leave "
+        "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n"
+    )
     vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
     heads = ["effect", "what it is", "enters", "equation", "parameters", "acts on"]
     lines = [
@@ -39,7 +56,7 @@ def reference() -> str:
         "|" + "---|" * len(heads),
         *(_effect(effect) for effect in VEHICLE_LIBRARY.values()),
     ]
-    return head + vehicles + "\n".join(lines) + "\n"
+    return head + equations + vehicles + "\n".join(lines) + "\n"
 
 
 def _vehicle(name: str, vehicle: VehicleSet) -> str:
@@ -76,6 +93,12 @@ def _effect(effect: VehicleEffect) -> str:
 def _parameter(p: EffectParameter) -> str:
     sign = "±" if p.both_signs else ""
     return f"{p.name} [{p.unit}] {sign}{p.lower:g} to {p.upper:g}"
+
+
+def _unit(key: str) -> str:
+    definition = definition_of(key)
+    assert definition is not None
+    return definition.unit
 
 
 def _row(cells: Sequence[str]) -> str:

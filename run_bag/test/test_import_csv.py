@@ -122,3 +122,28 @@ def test_what_does_not_fit_is_refused_with_a_sentence(tmp_path, capsys, text, co
     assert main(files(tmp_path, text, columns)) == 1
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "third", "origin"),
+    [
+        ("2026-05-04T12:00:00.250Z", "2026-05-04T12:00:01.250Z", "2026-05-04T12:00:02.750Z", 1777896000.25),
+        ("2026-05-04 14:00:00.25+02:00", "2026-05-04 14:00:01.25+0200", "2026-05-04 14:00:02.75+02", 1777896000.25),
+        ("09:59:59.5", "10:00:00.5", "10:00:02.0", 35999.5),
+    ],
+)
+def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, third, origin):
+    table = f"when,rpm\n{first},0\n{second},60\n{third},120\n"
+    assert main(files(tmp_path, table, "thruster_0/state.n: {column: rpm, time_column: when, unit: rpm}")) == 0
+    run = read_run(tmp_path / "out")
+    assert (run["thruster_0/state.n"].stamps - 10**9).tolist() == [0, 10**9, 2_500_000_000]
+    (shift,) = [d for d in run.metadata["import"]["decisions"] if d["what"] == "shift of the clock"]
+    assert shift["how"].startswith(f"{1.0 - origin!r} s was added to all times")
+
+
+def test_a_date_that_is_none_is_named_by_its_line(tmp_path, capsys):
+    table = "when,rpm\n2026-05-04T12:00:00Z,0\n2026-05-04T12:00:01Z,1\n2026-13-04T12:00:02Z,2\n"
+    assert main(files(tmp_path, table, "thruster_0/state.n: {column: rpm, time_column: when, unit: rpm}")) == 1
+    told = capsys.readouterr().err
+    assert "line 4, column 1: expected a finite number" in told and "'2026-13-04T12:00:02Z'" in told
+    assert not (tmp_path / "out").exists()

@@ -1,5 +1,6 @@
 """The reference in docs is what the definitions say."""
 
+import re
 from pathlib import Path
 
 from thruster_model.cli_reference import effects, reference
@@ -26,3 +27,13 @@ def test_every_model_and_each_of_its_parameters_stands_in_the_reference():
     for model in MODELS.values():
         section = text.split(f"## `{model.name}`")[1].split("\n## ")[0]
         assert all(f"| {name} |" in section for name in model.parameter_names)
+
+
+def test_the_printed_equations_of_a_model_hold_its_parameters_and_no_others():
+    def names(text: str) -> set[str]:
+        return set(re.findall(r"\b(?:[a-zA-Z]\w*_\w+|radius|density|pitch|lift|drag|rate)\b", text))
+
+    for model in MODELS.values():
+        if not model.knots:
+            used = names(" ".join(model.equations)) - {"n_s", "F_s"}  # curves of a table
+            assert used == set(model.parameter_names) - {"u_dot_max"}, model.name

@@ -93,8 +93,9 @@ def reference() -> str:
     """Return the whole reference."""
     head = (
         "# Models and parameter sets\n\n"
-        "Made by `ros2 run thruster_model reference`; equation numbers are the thesis'. Input of every model: the "
-        "throttle u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
+        "Made by `ros2 run thruster_model reference`; numbers of equations are the thesis'. Input of every model: the "
+        "throttle u [V], positive forward; where there is a u_dot_max, u follows its command at that rate at most. "
+        "Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
         'model has them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
     )
     sets = {name: load_parameter_set(name) for name in available_sets()}
@@ -105,9 +106,9 @@ def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
     state = _STATES.get(model.kind, "n [rad/s], v [m/s], U [m/s]" if model.has_flow else "n [rad/s]")
     lines = [
         f"\n## `{model.name}`: {model.title}\n",
-        f"Equations: {model.equations}.  ",
         f"State: {state}.  ",
         f"Cannot: {model.cannot}\n",
+        *("```text", *model.equations, "```\n"),
     ]
     own = {name: s for name, s in sets.items() if s.model_name == model.name}
     heads = ["parameter", "meaning", "unit", "fitted", *(f"`{name}`" for name in own)]

@@ -42,7 +42,7 @@ class Model:
     Attributes:
         name: identifier.
         title: in words.
-        equations: where they are printed.
+        equations: as text, a line each.
         cannot: what this class cannot describe, in a sentence.
         parameters: in the order in which tables list them.
         signals: which signals it predicts (names of `identification.experiment.SIGNALS`).
@@ -56,7 +56,7 @@ class Model:
 
     name: str
     title: str
-    equations: str
+    equations: tuple[str, ...]
     cannot: str
     parameters: tuple[ParameterDefinition, ...]
     signals: tuple[str, ...]

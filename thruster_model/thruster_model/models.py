@@ -1,5 +1,6 @@
 """The named thruster models: those of the thesis, and the classes that simulators ship."""
 
+from thruster_model import printed_equations as printed
 from thruster_model.equations.classes import (
     AirfoilCoefficients,
     AmbientInflowCoefficients,
@@ -46,7 +47,7 @@ _ALL = (
     Model(
         name="simplified",
         title="Simplified (thrust and torque from rotor speed alone)",
-        equations="(3.5), (3.8), (3.9), (3.11)",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.DEAD_BAND_LOADS,
         cannot="It knows no flow: thrust overshoot and loss in a current are beyond it.",
         parameters=DRIVE + ROTOR + DEAD_BAND_THRUST + DEAD_BAND_TORQUE,
         signals=_LOADS,
@@ -54,7 +55,7 @@ _ALL = (
     Model(
         name="hl",
         title="Hydrodynamic, linear in the axial flow (HL)",
-        equations="(3.9), (4.3)-(4.5), (4.12), (4.13)",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.AXIAL + printed.AMBIENT + printed.LINEAR_LOADS,
         cannot="Thrust and torque are odd in (n, v): a propeller that is weaker in reverse is beyond it.",
         parameters=DRIVE + ROTOR + HYDRODYNAMIC_MAPS + AXIAL + AMBIENT,
         signals=_FLOWS,
@@ -63,7 +64,7 @@ _ALL = (
     Model(
         name="hq",
         title="Hydrodynamic, quadratic in the axial flow (HQ)",
-        equations="(3.9), (4.3)-(4.5), (4.14), (4.15)",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.AXIAL + printed.AMBIENT + printed.QUADRATIC_LOADS,
         cannot="As HL; its quadratic terms need flow against the propeller to be told from the linear ones.",
         parameters=DRIVE + ROTOR + HYDRODYNAMIC_MAPS + QUADRATIC_MAPS + AXIAL + AMBIENT,
         signals=_FLOWS,
@@ -72,7 +73,12 @@ _ALL = (
     Model(
         name="two_state",
         title="Two states, axial flow against the ambient one (Healey et al.), HL maps",
-        equations="(4.1), (4.2), (4.5), (4.12), (4.13)",
+        equations=(
+            "dn/dt = -k_1 n - k_Q Q + k_3 u  (4.1)",
+            *printed.RELATIVE_AXIAL,
+            *printed.AMBIENT,
+            *printed.LINEAR_LOADS,
+        ),
         cannot="Driven by the voltage itself: it has no dead zone in the throttle.",
         parameters=VOLTAGE_DRIVE[::2] + ROTOR[1:] + HYDRODYNAMIC_MAPS + RELATIVE_AXIAL + AMBIENT,
         signals=_FLOWS,
@@ -82,7 +88,7 @@ _ALL = (
     Model(
         name="airfoil",
         title="Blade as an airfoil, three states",
-        equations="(3.9), (4.3)-(4.11)",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.AXIAL + printed.AMBIENT + printed.AIRFOIL,
         cannot="One pitch and one pair of coefficients for both directions; stall is only what two sinusoids give.",
         parameters=DRIVE + ROTOR + AIRFOIL + AXIAL + AMBIENT,
         signals=_FLOWS,
@@ -91,7 +97,7 @@ _ALL = (
     Model(
         name="kim_chung",
         title="Steady axial flow (Kim and Chung), HQ maps",
-        equations="(3.9), (4.3), (4.5), (4.14), (4.15); v = k_s U cos(a) + k_r n",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.STEADY_AXIAL + printed.AMBIENT + printed.QUADRATIC_LOADS,
         cannot="The axial flow follows the rotor at once: no overshoot from water that must first be set in motion.",
         parameters=DRIVE + ROTOR + HYDRODYNAMIC_MAPS + QUADRATIC_MAPS + STEADY_AXIAL + AMBIENT,
         signals=_FLOWS,
@@ -101,7 +107,7 @@ _ALL = (
     Model(
         name="four_quadrant",
         title="Open-water propeller in four quadrants, C_T*(beta)",
-        equations="(3.9), (4.3), (4.5); T = (v^2 + w^2) C_T*(beta), v = U",
+        equations=printed.DEAD_ZONE + printed.ROTOR + printed.AMBIENT + printed.FOUR_QUADRANT,
         cannot="The inflow is the ambient flow: the propeller's own induced flow, and its delay, are in its series.",
         parameters=DRIVE + ROTOR + FOUR_QUADRANT + AMBIENT,
         signals=_FLOWS,
@@ -110,7 +116,7 @@ _ALL = (
     Model(
         name="bessa",
         title="Voltage-driven rotor with a dead band in the thrust (Bessa et al.)",
-        equations="(3.7), (3.5)",
+        equations=("dn/dt = -k_1 n - k_2 n|n| + k_3 u  (3.7)", printed.DEAD_BAND_LOADS[0], printed.PLAIN_LOADS[1]),
         cannot="No dead zone in the throttle and no flow.",
         parameters=VOLTAGE_DRIVE + DEAD_BAND_THRUST + PLAIN_MAPS[1:],
         signals=_LOADS,
@@ -119,7 +125,7 @@ _ALL = (
     Model(
         name="yoerger",
         title="Rotor with quadratic friction alone (Yoerger et al.)",
-        equations="dn/dt = k_3 u - k_2 n|n|, T = c_T n|n|",
+        equations=("dn/dt = -k_2 n|n| + k_3 u", *printed.PLAIN_LOADS),
         cannot="No dead zone, no linear friction, no flow; both directions alike.",
         parameters=VOLTAGE_DRIVE[1:] + PLAIN_MAPS,
         signals=_LOADS,
@@ -128,7 +134,7 @@ _ALL = (
     Model(
         name="first_order",
         title="First-order lag behind a static speed",
-        equations="dn/dt = rate (g(u) - n), T = c_T n|n|",
+        equations=printed.FIRST_ORDER + printed.PLAIN_LOADS,
         cannot="Load torque does not act on the rotor; no flow; both directions alike but for the input.",
         parameters=STATIC_DRIVE + LAG + PLAIN_MAPS,
         signals=_LOADS,
@@ -137,7 +143,7 @@ _ALL = (
     Model(
         name="static_dead_band",
         title="Static: speed from the throttle, asymmetric dead band in n|n|",
-        equations="n = g(u), (3.5), (3.11)",
+        equations=printed.STATIC + printed.DEAD_BAND_LOADS,
         cannot="No dynamics at all: the rotor is where the throttle tells it.",
         parameters=STATIC_DRIVE + DEAD_BAND_THRUST + DEAD_BAND_TORQUE,
         signals=_LOADS,
@@ -148,7 +154,7 @@ _ALL = (
     Model(
         name="static_quadratic",
         title="Static and quadratic: T = c u|u|",
-        equations="n = g u, T = c_T n|n|",
+        equations=("n = g_2 u", *printed.PLAIN_LOADS),
         cannot="No dynamics, no dead zone, both directions alike.",
         parameters=(STATIC_DRIVE[1], *PLAIN_MAPS),
         signals=_LOADS,
@@ -159,7 +165,7 @@ _ALL = (
     Model(
         name="table",
         title="Interpolated table of steady states over the throttle",
-        equations="linear interpolation between nodes",
+        equations=printed.TABLE,
         cannot="No dynamics; valid only where and at the supply voltage at which it was measured.",
         parameters=table_nodes(TABLE_KNOTS),
         signals=_LOADS,
@@ -169,7 +175,7 @@ _ALL = (
     Model(
         name="force_table",
         title="Maker's table of force over command and supply voltage, behind a first-order lag",
-        equations="dn/dt = rate (n_s(drive, V) - n), T = share F_s at (n, V)",
+        equations=printed.CURVES,
         cannot="Measured at a standstill: no flow acts on the force, and no torque is known (it is given as zero).",
         parameters=FORCE_TABLE,
         signals=("speed", "thrust"),

@@ -46,7 +46,9 @@ def _head(model: Model, *, complete: bool) -> list[str]:
         )
     return [
         f"A parameter set of the model {model.name}: {model.title}.",
-        f"Equations {model.equations}. {model.cannot}",
+        model.cannot,
+        "Its equations:",
+        *(f"  {equation}" for equation in model.equations),
         told,
         "`standard_deviation` says how far a value may be off; a diagnosis takes 5 % of the value where there is none.",
     ]

@@ -1,8 +1,8 @@
 """A table of text: rows of one width, with the names of its columns if it has a header line.
 
 Separator and decimal sign are those that the first lines show. A long table, with a row for each reading and its name
-in a column, is read as one with a column for each name. Columns are read by pandas where every cell needed is a
-number; where one is not, row by row, to name the cell.
+in a column, is read as one with a column for each name; dates and times of day are read as seconds. Columns are read by
+pandas where every cell needed is a number; where one is not, row by row, to name the cell.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError, TooLargeError
 from .conversions import is_unit
+from .dated import in_seconds
 from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
@@ -55,14 +56,17 @@ class CsvSource:
         lines = [line for line in first if line.strip()]
         self.separator = (told.separator if told else "") or _separator(lines)
         self.decimal = (told.decimal if told else "") or self._decimal(lines)
+        self.data, dated = in_seconds(self.data, self.separator, self.decimal)
         wide = made_wide(self.data, self.separator, self.number)
         self.is_long = wide is not None
-        self.data = self.data if wide is None else wide
+        if wide is not None:
+            self.data, dated = wide, frozenset({0} if dated else ())
         rows = self._all_rows()
         head = next(rows, None)
         named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
         self.heading = [cell.strip() for cell in head[1]] if named and head else []
         self.width = len(head[1]) if head else 0
+        self.dated = frozenset(name for k, name in enumerate(self.names()) if k in dated)
         self.first_line = self.last_heading = head[0] if head else 1
         self._units: dict[str, str] = {}
         below = next(rows, None) if self.heading else None
@@ -81,6 +85,8 @@ class CsvSource:
 
     def unit(self, name: str) -> str:
         """Return the unit in brackets behind a name, or in the line of units below the names, "" without."""
+        if name in self.dated:
+            return "s"
         match = _UNIT.match(name)
         return match[1] if match else self._units.get(name, "")
 

@@ -48,7 +48,7 @@ def time_of(table: CsvSource, name: str) -> str:
 def is_time(table: CsvSource, name: str) -> bool:
     """Tell whether a column is called a time, and has no other unit: T is a thrust where its unit is N."""
     stated = table.unit(name)
-    return called_time(name) and (not stated or conversion(stated, "s") is not None)
+    return name in table.dated or (called_time(name) and (not stated or conversion(stated, "s") is not None))
 
 
 def _rises(table: CsvSource, name: str) -> bool:

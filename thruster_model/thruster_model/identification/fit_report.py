@@ -250,7 +250,7 @@ def _parameters(report: Report, model: FittedModel, reference_name: str) -> None
     result = model.result
     report.section(f"Parameters: {result.parameter_set.model.title}")
     report.paragraph(
-        f"Equations {result.parameter_set.model.equations} of the thesis. Standard deviations account for correlated "
+        "Equations: docs/models.md, or `ros2 run thruster_model reference`. Standard deviations account for correlated "
         f"residuals (here they remember about {result.memory:.0f} cells) but not for what the model leaves out."
     )
     judged = {d.name: d for d in result.determinations}

@@ -1,6 +1,6 @@
 """The cable: at its anchor it pulls against the motion through the water.
 
-f = -1/2 rho C_d d s |v_t| v_t at r_t, v_t: velocity of the anchor through the water, d = 8 mm, C_d = 1.2. Twice on one
+f = -1/2 rho C_d d s |v_t| v_t, v_t: velocity of the anchor through the water, d = 8 mm, C_d = 1.2. Twice on one
 vehicle the last one holds.
 """
 
@@ -25,7 +25,7 @@ EFFECT = VehicleEffect(
     id="tether_drag",
     title="drag of the tether",
     block="body",
-    equation="-1/2 rho C_d d s |v_t| v_t at r_t",
+    equation=f"-1/2 density C_d d length |v_t| v_t, C_d = {C_D}, d = {DIAMETER} m, v_t: velocity of the anchor",
     parameters=(
         EffectParameter(name="length", unit="m", meaning="of the cable that is drawn along", lower=0.0, upper=100.0),
         EffectParameter(name="x", unit="m", meaning="forward of the anchor", lower=-1.0, upper=1.0),

@@ -1,0 +1,74 @@
+"""Dates and times of day in a table, made seconds."""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import re
+from collections.abc import Sequence
+from datetime import datetime, timedelta
+
+__all__ = ["in_seconds"]
+
+_LOOK = 100  # rows
+_DATE = re.compile(
+    r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<day>\d\d:\d\d(:\d\d)?)([.,](?P<part>\d{1,9}))? ?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
+)
+_TIME = re.compile(r"(?P<day>\d{1,2}:\d\d:\d\d)([.,](?P<part>\d{1,9}))?")
+_HINT = re.compile(rb"\d:\d\d")
+
+
+def in_seconds(data: bytes, separator: str, decimal: str) -> tuple[bytes, frozenset[int]]:
+    """Return a table with its dates (ISO 8601) and times of day as seconds, line by line, and the columns they were in.
+
+    A date becomes seconds since 1970, in UTC where it tells no zone; a time of day, seconds since midnight. Such a
+    column has nothing else in its first rows; what cannot be read there further down stays as it is.
+    """
+    if not _HINT.search(data[: 1 << 20]):
+        return data, frozenset()
+    reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), encoding="utf-8", newline=""), delimiter=separator)
+    rows = ((reader.line_num, row) for row in reader)
+    try:
+        seen = list(itertools.islice(rows, _LOOK))
+        columns = _columns([row for _, row in seen if any(cell.strip() for cell in row)])
+        if not columns:
+            return data, columns
+        body = [*seen, *rows]
+    except (UnicodeDecodeError, csv.Error):
+        return data, frozenset()
+    text = io.StringIO()
+    writer = csv.writer(text, delimiter=separator, lineterminator="\n")
+    line = 0
+    for last, row in body:
+        text.write("\n" * (last - line - 1))
+        line = last
+        writer.writerow([_seconds(cell, decimal) if k in columns else cell for k, cell in enumerate(row)])
+    return text.getvalue().encode(), columns
+
+
+def _columns(rows: Sequence[Sequence[str]]) -> frozenset[int]:
+    """Return the columns with nothing but dates, or times of day, below a line or two of names and units."""
+    width = max(map(len, rows), default=0)
+    below = [[row[k].strip() for row in rows[2:] if k < len(row) and row[k].strip()] for k in range(width)]
+    return frozenset(
+        k for k, cells in enumerate(below) if cells and any(all(map(form.fullmatch, cells)) for form in (_DATE, _TIME))
+    )
+
+
+def _seconds(cell: str, decimal: str) -> str:
+    """Return a cell's date or time of day in seconds; another cell as it is."""
+    found = _DATE.fullmatch(cell.strip()) or _TIME.fullmatch(cell.strip())
+    if not found:
+        return cell
+    told = found.groupdict()
+    try:
+        if "date" in told:
+            zone = (told["zone"] or "Z").replace("Z", "+00:00")
+            whole = int(datetime.fromisoformat(f"{told['date']}T{told['day']}{zone}").timestamp())
+        else:
+            hours, minutes, seconds = map(int, told["day"].split(":"))
+            whole = int(timedelta(hours=hours, minutes=minutes, seconds=seconds).total_seconds())
+    except ValueError:
+        return cell
+    return f"{whole}{decimal}{told['part']}" if told["part"] else str(whole)
