@@ -285,6 +285,8 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
         ("thrust_kg", SWEEP, "kgf"),
         ("Thrust [gf]", fast, "gf"), ("thrust_g", fast, "gf"), ("force_mN", fast, "mN"), ("load", fast, asked),
         ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"),
+        ("Torque [N.m]", SWEEP, "N m"), ("torque [N mm]", fast, "N mm"), ("Thrust [g]", fast, "g"),
+        ("n [rad s^-1]", slow, "rad/s"), ("n [rad·s⁻¹]", slow, "rad/s"), ("n [min⁻¹]", slow, "rpm"),
         ("battery", 16000 + slow, "mV"), ("voltage_mV", fast, "mV"), ("voltage", 16 + SWEEP, "V"),
         ("current", fast, "mA"),
         ("current_ma", SWEEP, "mA"), ("current", 3 + SWEEP, "A"), ("flow", SWEEP, "m/s"),

@@ -44,10 +44,10 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
     "V": _linear(mV=1e-3, cV=1e-2),
     "A": _linear(mA=1e-3, cA=1e-2),
     "Ah": _linear(mAh=1e-3),
-    "N": _linear(mN=1e-3, kN=1e3, kgf=G, gf=1e-3 * G, lbf=POUND, kp=G) | {"kg f": Conversion(G)},
+    "N": _linear(mN=1e-3, kN=1e3, kgf=G, gf=1e-3 * G, g=1e-3 * G, lbf=POUND, kp=G) | {"kg f": Conversion(G)},
     "N m": _linear(Nm=1.0) | {"mN m": Conversion(1e-3), "mNm": Conversion(1e-3), "N cm": Conversion(1e-2),
-        "Ncm": Conversion(1e-2), "kgf m": Conversion(G), "kgf cm": Conversion(G / 100),
-        "lbf ft": Conversion(POUND * FOOT), "lbf in": Conversion(POUND * FOOT / 12)},
+        "N mm": Conversion(1e-3), "Nmm": Conversion(1e-3), "Ncm": Conversion(1e-2), "kgf m": Conversion(G),
+        "kgf cm": Conversion(G / 100), "lbf ft": Conversion(POUND * FOOT), "lbf in": Conversion(POUND * FOOT / 12)},
     "m": _linear(cm=1e-2, mm=1e-3, km=1e3, ft=FOOT, dm=0.1),
     "m/s": _linear(kn=1852 / 3600, kt=1852 / 3600) | {"cm/s": Conversion(1e-2), "mm/s": Conversion(1e-3),
         "km/h": Conversion(1 / 3.6), "ft/s": Conversion(FOOT)},
@@ -61,11 +61,28 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
 COMMANDS = ("us", "%", "1", "counts")
 """Units of commands that are no voltage: a map says at which one the thruster stands still, how many make a volt."""
 
-_SPELLED = {"μ": "u", "µ": "u", "·": " ", "*": " ", "²": "^2", "°C": "degC", "°F": "degF", "°": "deg", "−": "-"}
+_SPELLED = {
+    "μ": "u",
+    "µ": "u",
+    "·": " ",
+    "*": " ",
+    "²": "^2",
+    "°C": "degC",
+    "°F": "degF",
+    "°": "deg",
+    "−": "-",
+    "⁻¹": "^-1",
+    "⁻²": "^-2",
+    " s^-1": "/s",
+    " s^-2": "/s^2",
+    " s-1": "/s",
+    " s-2": "/s^2",
+}
 _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
             "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
-            "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "min⁻¹": "rpm", "1/sec": "1/s",
-            "rad/sec": "rad/s", "kg": "kgf", "grams": "gf", "lbs": "lbf", "lb": "lbf", "nm": "N m"}  # fmt: skip
+            "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "1/sec": "1/s",
+            "rad/sec": "rad/s", "kg": "kgf", "grams": "gf", "lbs": "lbf", "lb": "lbf", "nm": "N m", "n.m": "N m",
+            "n-m": "N m"}  # fmt: skip
 
 
 def _known() -> set[str]:
