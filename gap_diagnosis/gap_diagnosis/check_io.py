@@ -61,13 +61,13 @@ def _channels(run: Run, thruster: int) -> Iterable[Finding]:
             f", one every {period:.3g} s ({1.0 / period:.4g} Hz), longest gap {np.max(steps):.2g} s" if period else ""
         )
         told = f"{values.size} samples{rate}; {np.min(values):.4g} to {np.max(values):.4g} {unit}"
-        yield Finding(kind="good", about=f"{run.name}: {name}", sentence=told)
+        yield Finding(kind="good", run=run.name, about=name, sentence=told)
     if missing:
-        yield Finding(kind="note", about=f"{run.name}: not measured", sentence=", ".join(missing))
+        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(missing))
     hold = _holds(run).get("throttle")
     if hold is not None:
         told = f"between two samples the run states `{hold}`"
-        yield Finding(kind="good", about=f"{run.name}: hold of the throttle", sentence=told)
+        yield Finding(kind="good", run=run.name, about="hold of the throttle", sentence=told)
 
 
 def _holds(run: Run) -> Mapping[str, str]:
@@ -93,7 +93,7 @@ def topics_within(run: Run, prefix: str) -> list[Topic]:
 def _advice(run: Run, thruster: int) -> list[Finding]:
     """Return what the importers would warn of."""
     topics = topics_within(run, f"thruster_{thruster}/")
-    return [Finding(kind="note", about=run.name, sentence=sentence) for sentence in advice(topics, _holds(run))]
+    return [Finding(kind="note", run=run.name, sentence=sentence) for sentence in advice(topics, _holds(run))]
 
 
 def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> list[Finding]:

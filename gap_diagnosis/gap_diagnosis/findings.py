@@ -12,11 +12,18 @@ _MARKS: dict[Kind, str] = {"good": "  ", "note": "? ", "refused": "! "}
 
 @dataclass(frozen=True, kw_only=True)
 class Finding:
-    """One sentence about recordings: "good", a "note" of what is in the way, or why something is "refused"."""
+    """One sentence about recordings: "good", a "note" of what is in the way, or why something is "refused".
+
+    Attributes:
+        kind, sentence: of it.
+        about: what it is about, "" where that is a run as a whole.
+        run: name of the recording, "" where it is about all of them.
+    """
 
     kind: Kind
-    about: str
     sentence: str
+    about: str = ""
+    run: str = ""
 
 
 def usable(found: Sequence[Finding]) -> bool:
@@ -25,8 +32,15 @@ def usable(found: Sequence[Finding]) -> bool:
 
 
 def lines_of(found: Sequence[Finding]) -> list[str]:
-    """Return a line for each finding, marked, and one of what they come to."""
-    refused = sum(each.kind == "refused" for each in found)
-    notes = f"{sum(each.kind == 'note' for each in found)} notes (?)"
-    last = f"not usable as it is: {refused} refusals (!), {notes}" if refused else f"usable: {notes}"
-    return [*(f"{_MARKS[each.kind]}{each.about}: {each.sentence}" for each in found), last]
+    """Return a line for each finding, marked, and one of what they come to; what holds of several runs is one."""
+    runs: dict[tuple[Kind, str, str], list[str]] = {}
+    for each in found:
+        runs.setdefault((each.kind, each.about, each.sentence), []).append(each.run)
+    count = len({each.run for each in found} - {""})
+    lines = []
+    for (kind, about, sentence), of in runs.items():
+        whose = "each run" if len(of) == count > 1 else ", ".join(filter(None, of))
+        lines.append(_MARKS[kind] + ": ".join(filter(None, (whose, about, sentence))))
+    refused = sum(kind == "refused" for kind, _, _ in runs)
+    notes = f"{sum(kind == 'note' for kind, _, _ in runs)} notes (?)"
+    return [*lines, f"not usable as it is: {refused} refusals (!), {notes}" if refused else f"usable: {notes}"]

@@ -41,7 +41,7 @@ def excitation(recording: Recording, parameter_set: ParameterSet) -> Finding:
     missing += [] if inside < 0.9 else ["more time beyond the dead zone"]
     wanted = f"; expected {' and '.join(missing)}: friction, dead zone and flow show there" if missing else ""
     return Finding(
-        kind="note" if missing else "good", about=f"{recording.name}: throttle as simulated", sentence=said + wanted
+        kind="note" if missing else "good", run=recording.name, about="throttle as simulated", sentence=said + wanted
     )
 
 

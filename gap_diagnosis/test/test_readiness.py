@@ -10,6 +10,7 @@ from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.signals import rich_campaign
 from gap_diagnosis.blind_check.store_io import write_generated_run
 from gap_diagnosis.cli_check import main
+from gap_diagnosis.findings import Finding, lines_of
 from gap_diagnosis.readiness import excitation, readiness
 from gap_diagnosis.recording_io import recordings_of
 from run_bag import Topic, read_run, write_run
@@ -20,7 +21,7 @@ CHANNELS = ("n", "ambient", "thrust", "torque")
 
 
 def kinds(found, kind):
-    return {each.about: each.sentence for each in found if each.kind == kind}
+    return {": ".join(filter(None, (each.run, each.about))): each.sentence for each in found if each.kind == kind}
 
 
 @pytest.fixture(scope="module")
@@ -145,3 +146,13 @@ def test_a_file_that_is_no_run_is_told_to_be_imported_first(tmp_path, capsys):
 def test_a_run_is_read_as_a_diagnosis_reads_it(run):
     (recording,) = recordings_of(read_run(run))
     assert not kinds(readiness([recording], HL), "refused")
+
+
+def test_what_holds_of_all_runs_is_one_line_and_one_note():
+    found = [
+        Finding(kind="note", run=run, about="not measured", sentence=sentence)
+        for run, sentence in (("a", "depth"), ("b", "depth"), ("c", "battery"))
+    ]
+    assert lines_of(found) == ["? a, b: not measured: depth", "? c: not measured: battery", "usable: 2 notes (?)"]
+    assert lines_of(found[:2]) == ["? each run: not measured: depth", "usable: 1 notes (?)"]
+    assert lines_of(found[2:]) == ["? c: not measured: battery", "usable: 1 notes (?)"]

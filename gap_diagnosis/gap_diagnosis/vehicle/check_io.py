@@ -11,7 +11,7 @@ from gap_diagnosis.check_io import topics_within
 from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.foresight import foreseen
-from gap_diagnosis.vehicle.hypotheses import hypotheses
+from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
 from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
@@ -50,7 +50,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         try:
             log = log_of(run, model.thrusters, model.period)
         except RunError as error:
-            found.append(Finding(kind="refused", about=run.name, sentence=str(error)))
+            found.append(Finding(kind="refused", run=run.name, sentence=str(error)))
             continue
         logs.append(log)
         found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
@@ -75,10 +75,10 @@ def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:
         time = run.time(name)[np.isfinite(run[name].values)]
         steps = np.diff(time)
         rate = f", one every {np.median(steps):.3g} s, longest gap {np.max(steps):.2g} s" if steps.size else ""
-        yield Finding(kind="good", about=f"{run.name}: {sensor}", sentence=f"{time.size} readings{rate}")
+        yield Finding(kind="good", run=run.name, about=sensor, sentence=f"{time.size} readings{rate}")
     missing = [sensor for sensor, there in log.there.items() if not there]
     if missing:
-        yield Finding(kind="note", about=f"{run.name}: not measured", sentence=", ".join(missing))
+        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(missing))
 
 
 def _throttles(log: VehicleLog) -> Iterable[Finding]:
@@ -86,17 +86,17 @@ def _throttles(log: VehicleLog) -> Iterable[Finding]:
     largest, spread = np.abs(log.throttles).max(axis=0), log.throttles.std(axis=0)
     told = f"up to {', '.join(f'{volts:.2g}' for volts in largest)} V over {log.duration:.1f} s"
     told += f", in periods of {1e3 * log.period:.4g} ms"
-    yield Finding(kind="good", about=f"{log.name}: throttles", sentence=told)
+    yield Finding(kind="good", run=log.name, about="throttles", sentence=told)
     idle = [str(i) for i in np.flatnonzero(spread < rules.LEAST_EXCITATION)]
     if idle:
         told = f"thruster {', '.join(idle)} hardly moved: expected commands that vary by {rules.LEAST_EXCITATION:g} V"
-        yield Finding(kind="note", about=f"{log.name}: throttles", sentence=told)
+        yield Finding(kind="note", run=log.name, about="throttles", sentence=told)
 
 
 def _notes(run: Run, log: VehicleLog) -> list[Finding]:
     """Return what the reader decided, and what an import would warn of."""
     return [
-        Finding(kind="note", about=run.name, sentence=s)
+        Finding(kind="note", run=run.name, sentence=s)
         for s in (*log.notes, *advice_on_vehicle(topics_within(run, "rov/")))
     ]
 
@@ -122,8 +122,8 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
     found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
     if best.hidden:
-        names = "; ".join(h.words for h in best.hidden)
-        found.append(Finding(kind="note", about="effects that would not show", sentence=names))
+        told = f"{_grouped(best.hidden)}: they hide behind the noise or behind numbers that are uncertain"
+        found.append(Finding(kind="note", about="effects that would not show", sentence=told))
     if blind:
         found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=", ".join(blind)))
     told = f"{len(best.told)} of {len(best.numbers)}, together with all others"
@@ -134,6 +134,16 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
         names = _named(best.untold)
         found.append(Finding(kind="note", about="numbers that a fit would leave as they are", sentence=names))
     return found
+
+
+def _grouped(hidden: Sequence[Hypothesis]) -> str:
+    """Return effects in words, each once, with where it would be."""
+    where: dict[str, list[str]] = {}
+    for h in hidden:
+        thruster = "" if h.thruster is None else f"thruster {h.thruster}"
+        place = ", ".join(filter(None, (h.kind, h.axis, h.sensor, thruster))).replace("_", " ")
+        where.setdefault(described(h.effect).title, []).append(place or "the vehicle")
+    return "; ".join(f"{title} ({', '.join(places)})" for title, places in where.items())
 
 
 def _named(keys: Sequence[Key]) -> str:

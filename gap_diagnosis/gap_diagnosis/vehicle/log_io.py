@@ -213,7 +213,7 @@ def _attitude(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Arr
         return attitude
     attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None:
-        notes.append("attitude of rov/odometry: the IMU tells none")
+        notes.append("attitude: that of rov/odometry, as rov/imu has none")
     return attitude
 
 
