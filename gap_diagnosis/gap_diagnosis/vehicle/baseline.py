@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gap_diagnosis.vehicle.gains import Noises
-from gap_diagnosis.vehicle.learning import learned_from, unlearned
+from gap_diagnosis.vehicle.learning import learned_from
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
@@ -25,6 +25,6 @@ class Baseline:
 
 def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     """Return what these recordings of the healthy vehicle teach."""
-    runs, fit = settled(model, logs, nuisances(model, logs), unlearned(model, logs, {}), (), {})
+    runs, fit = settled(model, logs, nuisances(model, logs))
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
     return Baseline(values=values, noises=learned_from(runs), there=told_in(logs))

@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.rivals import Rivals
-from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled_from_believed, settled_with
+from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled, settled_with
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
 from gap_diagnosis.vehicle.unknowns import Key
@@ -40,12 +40,12 @@ def begun(
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
     wires = _wired_wrongly(model, logs, switches, nothing)
     if wires:
-        found = settled_from_believed(model, logs, free, wires)
+        found = settled(model, logs, free, wires)
         if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
             return found, [() for _ in wires], [np.inf for _ in wires]
     if late_ones := _delayed(model, logs, delays, nothing):
         late, *others = late_ones
-        found = settled_from_believed(model, logs, free, [late])
+        found = settled(model, logs, free, [late])
 
         def odds_against(bare: tuple[list[Prepared], Fit]) -> float:
             return log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)

@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
-from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
@@ -104,7 +103,7 @@ def fitted_vehicle(
         raise ValueError(lacking)
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
-    runs, fit = settled(model, logs, free, unlearned(model, logs, {}), (), {})
+    runs, fit = settled(model, logs, free)
     told("free runs")
     screen = Screen(model=model, runs=runs, values=fit.values)
     points = [without_run(screen, fit, free, k) for k in range(len(runs))]

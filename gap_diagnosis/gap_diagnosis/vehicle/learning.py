@@ -1,6 +1,6 @@
 """Noises of recordings, learned from what a filter makes of them by expectation and maximisation."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -22,9 +22,9 @@ __all__ = ["first_noises", "learned_from", "prepared", "unlearned"]
 Array = NDArray[np.float64]
 _BY_SIZE, _BY_CHANGE = (0.5, 0.0), (0.25, 0.75)
 """Powers of both moments of the random wrench that are tried, see `_wrench`: the likelihood decides between them."""
-_STEP, _SWEEPS, _RISEN = 1.5, 3, 0.1
-"""Factor by which noises are scaled at first, its root where that gains nothing; how often all are; least gain that
-counts, nats."""
+_STEP, _SWEEPS, _RISEN = 1.5, 4, 0.1
+"""Factor by which noises are scaled at first, its root in each sweep; how many sweeps at most; least gain that counts,
+nats."""
 _TIMES = (1.0, 5.0)
 """[s] Of the random wrench, where nothing is known of it yet."""
 _SENSORS = ((0, 3), (3, 6), (6, 9), (9, 10), (10, 13))
@@ -45,13 +45,17 @@ def unlearned(
     values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (),
     noises: Noises | None = None,
+    near: Sequence[Prepared] | None = None,
 ) -> list[Prepared]:
-    """Return logs with gains for these noises at this point of the model; None: for what is typical."""
+    """Return logs with gains for these noises at this point of the model; None: for what is typical.
+
+    near: the same logs at a point nearby, along which they are linearised first; None: as if the vehicle rested.
+    """
     noises = noises or first_noises(model, logs)
-    at_rest = _all_prepared(model, logs, noises, values, effects, [None] * len(logs))
-    states = [p.base.states if p.base.done else None for p in at_rest]
-    moving = _all_prepared(model, logs, noises, values, effects, states)
-    return [_weighted(p if p.base.done else q) for p, q in zip(moving, at_rest, strict=True)]
+    first = _all_prepared(model, logs, noises, values, effects, _along(near, logs))
+    states = [p.base.states if p.base.done else None for p in first]
+    second = _all_prepared(model, logs, noises, values, effects, states)
+    return [_weighted(p if p.base.done else q) for p, q in zip(second, first, strict=True)]
 
 
 def prepared(
@@ -59,19 +63,21 @@ def prepared(
     logs: Sequence[VehicleLog],
     values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (),
-    start: Noises | None = None,
+    near: Sequence[Prepared] | None = None,
+    *,
+    afresh: bool = False,
 ) -> list[Prepared]:
     """Return logs with gains, whose noises are the most likely ones at this point of the model, the same in all logs.
 
-    The wrench's deviations follow in rounds from the size of the filter's estimates and from their changes: from
-    `start`, or from what is typical. From the best of all these on noises climb to where the innovations are
-    most likely.
+    The wrench's deviations follow in rounds from the size of the filter's estimates and from their changes. From the
+    best of all these on noises climb to where the innovations are most likely. `near` as in `unlearned`; noises begin
+    with its own, or, without it or `afresh`, with what is typical.
     """
 
     def learned(
         noises: Noises, patient: bool = False, powers: tuple[float, float] = _BY_SIZE
     ) -> tuple[float, list[Prepared], Noises]:
-        states: list[Array | None] = [None] * len(logs)
+        states = _along(near, logs)
         best: tuple[float, list[Prepared]] | None = None
         for turn in range(rules.LEARNED + 1):
             found = _all_prepared(model, logs, noises, values, effects, states)
@@ -81,8 +87,6 @@ def prepared(
             score = sum(log_likelihood(p) for p in found)
             if best is None or score > best[0]:
                 best = (score, found)
-            if done and turn == 0 and start is not None:
-                continue  # with slopes of where it is, first
             # sensors are believed at first: else a filter may learn to do without one of them, and stay there
             channels = noises.channels
             if turn > 0 or done:
@@ -92,7 +96,7 @@ def prepared(
         assert best is not None
         return *best, noises
 
-    if start is None:
+    if near is None or afresh:
         first = first_noises(model, logs)
         ways = [
             learned(first._replace(time=time), patient, powers)
@@ -100,9 +104,14 @@ def prepared(
             for patient, powers in ((False, _BY_SIZE), (True, _BY_SIZE), (False, _BY_CHANGE))
         ]
     else:
-        ways = [learned(start)]
+        ways = [learned(learned_from(near))]
     _, best, ended = max(ways, key=lambda way: way[0])
     return [_weighted(p) for p in _climbed(model, logs, values, effects, best, ended)]
+
+
+def _along(near: Sequence[Prepared] | None, logs: Sequence[VehicleLog]) -> list[Array | None]:
+    """Return the states along which logs are linearised, None for those of a vehicle at rest."""
+    return [None] * len(logs) if near is None else [p.base.states if p.base.done else None for p in near]
 
 
 def _climbed(
@@ -124,23 +133,42 @@ def _climbed(
     begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)
     score, found = at(begun)
 
-    def rises(block: Block, factor: float) -> bool:
-        """Scale a block as long as that makes them likelier; return whether it did."""
-        nonlocal score, found
+    for sweep in range(_SWEEPS):
         before = score
-        while (step := at(_scaled(model, learned_from(found), block, factor)))[0] > score + _RISEN:
-            score, found = step
-        return score > before
-
-    steps = dict.fromkeys(_blocks(found), _STEP)
-    for _ in range(_SWEEPS):
-        before = score
-        for block, step in steps.items():
-            if not any(rises(block, factor) for factor in (step, 1.0 / step)):
-                steps[block] = float(np.sqrt(step))
+        for block in _blocks(found):
+            score, found = _likeliest(model, at, (score, found), block, _STEP ** (0.5**sweep))
         if score < before + rules.SETTLED:
             break
     return found
+
+
+def _likeliest(
+    model: Model, at: Callable[[Noises], tuple[float, list[Prepared]]], found: tuple[float, list[Prepared]],
+    block: Block, factor: float,
+) -> tuple[float, list[Prepared]]:  # fmt: skip
+    """Return log likelihood and logs with a block of noises scaled to where that is largest: powers of a factor as far
+    as it rises, then the top of a parabola through three of them."""
+    start = learned_from(found[1])
+    tried = {0.0: found}
+
+    def ask(power: float) -> None:
+        tried[power] = at(_scaled(model, start, block, factor**power))
+
+    def best() -> float:
+        return max(tried, key=lambda power: tried[power][0])
+
+    ask(1.0)
+    ask(-1.0)
+    while (end := best()) in (min(tried), max(tried)):
+        inner = tried[end - np.sign(end)][0]
+        if tried[end][0] < inner + _RISEN:
+            return tried[end]
+        ask(end + np.sign(end))
+    below, top, above = (tried[end + beside][0] for beside in (-1.0, 0.0, 1.0))
+    slope, bend = 0.5 * (above - below), 2.0 * top - above - below
+    if np.isfinite(bend) and slope**2 > 2.0 * _RISEN * bend:
+        ask(end + slope / bend)
+    return tried[best()]
 
 
 def _blocks(found: Sequence[Prepared]) -> list[Block]:

@@ -16,7 +16,7 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.rivals import Rivals, exchanged, spare_of
 from gap_diagnosis.vehicle.screening import Screen, nameless_names
-from gap_diagnosis.vehicle.settling import log_evidence, settled, settled_from_believed, settled_with
+from gap_diagnosis.vehicle.settling import log_evidence, settled, settled_with
 from gap_diagnosis.vehicle.stage import Stage, stage_at
 from gap_diagnosis.vehicle.unknowns import Key
 
@@ -62,7 +62,7 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    retuned = settled(model, logs, free, unlearned(model, logs, {}), (), {})
+    retuned = settled(model, logs, free)
     (runs, fit), rivals, odds = begun(model, logs, free, tried, retuned)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
@@ -73,7 +73,7 @@ def search(
         stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
         if fit.effects and stage.leaves_more:
             # numbers and noises that had to do without the last effect may have led its fit to where it does not belong
-            again = settled_from_believed(model, logs, free, fit.effects)
+            again = settled(model, logs, free, fit.effects)
             if log_evidence(*again) > stage.log_evidence + rules.SETTLED:
                 told(f"fitted from the believed numbers: {again[1].effects[-1].sizes}")
                 runs, fit = again
@@ -121,7 +121,7 @@ def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Ke
     if np.array_equal(calm, noises.wrench):
         return None
     on, sizes = last.screen.effects, [a.sizes for a in last.fit.effects]
-    runs = unlearned(model, logs, last.fit.values, on, noises._replace(wrench=calm))
+    runs = unlearned(model, logs, last.fit.values, on, noises._replace(wrench=calm), last.screen.runs)
     effects = tuple(a.hypothesis for a in last.fit.effects)
     problem = Problem(screen=Screen(model=model, runs=runs, values={}), nuisances=free, effects=effects)
     return stage_at(

@@ -13,28 +13,47 @@ from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.unknowns import Key
 
-__all__ = ["likelihood", "log_evidence", "settled", "settled_from_believed", "settled_with"]
+__all__ = ["likelihood", "log_evidence", "settled", "settled_with"]
 
 
 def settled(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
-    accepted: Sequence[Refined], values: Mapping[Key, float], *, anew: bool = False,
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined] = ()
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return the recordings with gains for noises learned where nuisances and accepted effects fit best, and that fit.
+    """Return the recordings with gains for noises learned where nuisances and effects fit best, and that fit.
 
-    Noises and numbers are found in turn: numbers fitted with noises that had to explain what the numbers do not are
-    too near to what was believed, and noises learned there too large. So where numbers of the whole vehicle are far
-    from it, both are found again from there in water that is calm, as long as that is likelier. anew: also with effects
-    on, learn noises from the beginning, not from those of the recordings.
+    It begins with the believed numbers, with what is typical of noises, and with these effects on.
     """
-    found = _in_turn(model, logs, free, runs, accepted, values, anew or not accepted)
+    believed = unlearned(model, logs, {}, [a.active for a in on])
+    return _settled(model, logs, free, believed, on, {}, afresh=True)
+
+
+def settled_with(
+    effects: Sequence[Refined], model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
+    values: Mapping[Key, float],
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit as `settled` does with these effects on, from these numbers and the runs' noises."""
+    near = prepared(model, logs, values, [a.active for a in effects], runs)
+    return _settled(model, logs, free, near, effects, values, afresh=False)
+
+
+def _settled(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared], on: Sequence[Refined],
+    values: Mapping[Key, float], afresh: bool,
+) -> tuple[list[Prepared], Fit]:  # fmt: skip
+    """Return recordings and fit where noises and numbers have settled; afresh: learn noises anew after the first fit.
+
+    Numbers fitted with noises that had to explain what the numbers do not are too near to what was believed, and
+    noises learned there too large. So where numbers of the whole vehicle are far from it, both are found again from
+    there in water that is calm, as long as that is likelier.
+    """
+    found = _in_turn(model, logs, free, runs, on, values, afresh)
     whole = np.array([k[0] in ("vehicle", "shared") for k in free])
     for _ in range(rules.CALMED_AGAIN):
         if np.abs(found[1].moved[whole]).max(initial=0.0) < rules.SHIFTED:
             break
         noises, there, on = learned_from(found[0]), found[1].values, found[1].effects
         calm = noises._replace(wrench=rules.CALMED * noises.wrench, time=1.0)
-        runs = unlearned(model, logs, there, [a.active for a in on], calm)
+        runs = unlearned(model, logs, there, [a.active for a in on], calm, found[0])
         again = _in_turn(model, logs, free, runs, on, there, afresh=False)
         if log_evidence(*again) < log_evidence(*found) + rules.SETTLED:
             break
@@ -63,31 +82,12 @@ def _in_turn(
             break
         anew = turn == 0 and afresh
         nearby = None if anew else columns  # noises that are learned anew change too much
-        start = None if anew else learned_from(runs)
         there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
         on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]
-        runs = prepared(model, logs, there, on, start=start)
+        runs = prepared(model, logs, there, on, runs, afresh=anew)
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)
-
-
-def settled_with(
-    effects: Sequence[Refined], model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
-    values: Mapping[Key, float],
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit as `settled` does with these effects on, noises learned from those of the runs."""
-    on = [a.active for a in effects]
-    again = prepared(model, logs, values, on, start=learned_from(runs))
-    return settled(model, logs, free, again, effects, values)
-
-
-def settled_from_believed(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
-) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit as `settled` does with effects on, from the believed numbers."""
-    first = unlearned(model, logs, {}, [a.active for a in on])
-    return settled(model, logs, free, first, on, {}, anew=True)
 
 
 def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:

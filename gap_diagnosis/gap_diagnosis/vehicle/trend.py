@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
-from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.screening import Screen
-from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.settling import settled, settled_with
 
 __all__ = ["Line", "Size", "followed", "line_of", "size_in"]
 
@@ -107,8 +106,8 @@ def followed(
 def size_in(model: Model, log: VehicleLog, h: Hypothesis) -> tuple[float, float]:
     """Return the first size of an effect in one dive, and its deviation."""
     free = nuisances(model, [log])
-    runs, fit = settled(model, [log], free, unlearned(model, [log], {}), (), {})
+    runs, fit = settled(model, [log], free)
     screen = Screen(model=model, runs=runs, values={})
     begun = Problem(screen=screen, nuisances=free, effects=(h,)).fit(fit.moved, [tuple(0.0 for _ in h.parameters)])
-    _, fit = settled(model, [log], free, runs, begun.effects, begun.values)
+    _, fit = settled_with(begun.effects, model, [log], free, runs, begun.values)
     return fit.effects[0].sizes[0], fit.effects[0].deviations[0]

@@ -126,9 +126,11 @@ def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp
     blocks = _blocks(found)
     assert [block.of for block in blocks] == ["time", *["wrench"] * 6, *["channels"] * 4]
     for block in blocks:
-        for factor in (0.5, 2.0):
+        for factor in (0.5, 0.8, 1.25, 2.0):
             other = _all_prepared(model, logs, _scaled(model, noises, block, factor), {}, (), states)
             assert sum(map(log_likelihood, other)) < best + 0.5
+    again = prepared(model, logs, {}, near=found)
+    assert sum(map(log_likelihood, again)) > best - 0.5
 
 
 def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:
