@@ -15,14 +15,15 @@ from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import PARTS, innovations, past_width, states_of, states_width
+from rov_sim.vehicle.innovations import CHANNELS, PARTS, innovations, past_width, states_of, states_width
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
+from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
-    "LOST", "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
-    "foreseen_deviations", "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
+    "LOST", "Filtered", "Prepared", "at_rest", "counted", "filtered", "followed", "foreseen", "foreseen_deviations",
+    "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -48,7 +49,7 @@ class Prepared:
     """One log with gains for it.
 
     Attributes:
-        log, run: the recording and its number.
+        log, run: the recording and its number; late: by how many instants what an IMU tells stands earlier in it.
         gains, noises: of the body's filter.
         speed_gains, spread: of the rotors'.
         base: what the filter gives at the point for which the gains were made.
@@ -62,6 +63,7 @@ class Prepared:
     speed_gains: Array
     spread: Array
     base: Filtered
+    late: int = 0
     weights: Array = field(default_factory=lambda: np.ones((0, 0)))
 
 
@@ -127,6 +129,19 @@ def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
     return replace(log, commands=commands, lateness=log.lateness + (total - whole / PARTS)[:, None])
 
 
+@lru_cache(maxsize=_LOGS)
+def _read_later(log: VehicleLog, rows: int) -> VehicleLog:
+    """Return a log in which the IMU's readings stand so many instants earlier, those that come after its end aside."""
+
+    def moved(values: Array) -> Array:
+        return np.concatenate((values[rows:], np.full((rows, values.shape[1]), np.nan)))
+
+    told, lateness = log.told.copy(), log.lateness.copy()
+    told[:, 3:9] = moved(told[:, 3:9])
+    lateness[:, :2] = np.nan_to_num(moved(lateness[:, :2])) - rows
+    return replace(log, attitude=moved(log.attitude), told=told, lateness=lateness)
+
+
 def followed(log: VehicleLog) -> Array:
     """Return how a battery's charge is followed from a log's first reading of its voltage on, see `innovations`."""
     return np.array([1.0, rules.CHARGE_TIME / log.period, 0.0, 0.0])
@@ -179,7 +194,9 @@ def foreseen(
         None,
         np.array([1.0, np.inf, 0.0, 0.0]),
     )
-    told, attitude = -ran.body, states_of(ran.states).attitude.copy()
+    # the blank attitude is none: its innovation is the way back
+    attitude = np.array([rotation(tuple(turn)) for turn in -ran.body[:, :3]])
+    told = -ran.body
     told[~np.isfinite(like.told[row])] = np.nan
     attitude[~np.isfinite(like.attitude[row])] = np.nan
     speeds, battery = -ran.rotor, -ran.battery
@@ -193,44 +210,44 @@ def _instant(log: VehicleLog, start: float) -> int:
     return min(round(start / log.period), log.count // 2)
 
 
-def first_instant(log: VehicleLog) -> int:
-    """Return the first instant that counts: later where no sensor tells the velocity at the start."""
-    return _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
+def counted(log: VehicleLog, late: int = 0) -> NDArray[np.intp]:
+    """Return the instant from which on each of the 13 channels counts: later where no sensor tells the velocity at the
+    start, and the same readings of an IMU that is so many instants late."""
+    first = np.full(CHANNELS, _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD))
+    first[:9] = np.maximum(first[:9] - late, 0)
+    return first
 
 
 def whitened(prepared: Prepared, result: Filtered) -> Array:
     """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
     K, N = result.rotor.shape
-    r = np.zeros((K, 13 + N + 2))
+    r, first = np.zeros((K, 13 + N + 2)), counted(prepared.log, prepared.late)
+    first = np.concatenate((first, np.full(N + 2, first.max())))
     _whitened(
         result.body, result.rotor, result.battery, result.states, prepared.base.body, prepared.gains.whitener,
-        prepared.spread, prepared.noises.battery, first_instant(prepared.log), prepared.weights, r,
+        prepared.spread, prepared.noises.battery, first, prepared.weights, r,
     )  # fmt: skip
     return r
 
 
 @compiled
 def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, first, weights, out):  # type: ignore[no-untyped-def]
-    """Fill rows of `out` from the first instant on; a filter that is lost foresees nothing.
-
-    A reading that falls out, as those do of which the recording ends before they come, counts as one that is as far off
-    as chance has it: without any it would be a gain.
-    """
+    """Fill rows of `out` that count; a filter that is lost foresees nothing."""
     N = rotor.shape[1]
-    for k in range(first, out.shape[0]):
+    for k in range(first.min(), out.shape[0]):
         lost = False
         for j in range(states.shape[1]):
             lost = lost or not np.isfinite(states[k, j])
         for i in range(out.shape[1]):
             told = 0.0
-            if lost:
+            if k < first[i]:
+                pass
+            elif lost:
                 told = LOST
             elif i >= 13 + N:
                 told = battery[k, i - 13 - N] / deviations[i - 13 - N]
             elif i >= 13:
                 told = rotor[k, i - 13] / spread[k, i - 13]
-            elif np.isfinite(base[k, i]) and np.isnan(body[k, i]):
-                told = 1.0
             elif np.isfinite(base[k, i]):
                 for j in range(i + 1):  # the inverse of a factor is lower triangular
                     if not np.isnan(body[k, j]):
@@ -300,16 +317,22 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    given, log = log, _shifted(log, values, effects)
+    # what is left of it is half a period at most
+    rows = max(int(np.ceil(built.sensors.imu_late / log.period - 0.5)), 0)
+    given = log
+    if rows:
+        given = _read_later(log, rows)
+        built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
+    log = _shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
-    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=first_instant(log))
+    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=counted(log, rows))
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log))
     return Prepared(
-        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base
+        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base, late=rows
     )  # fmt: skip
 
 
@@ -341,5 +364,5 @@ def log_likelihood(prepared: Prepared) -> float:
         return -np.inf
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
-    body = body[first_instant(prepared.log) :]
+    body[np.arange(len(body))[:, None] < counted(prepared.log, prepared.late)] = 0.0
     return -0.5 * float(np.sum(np.minimum(body**2, rules.MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant

@@ -130,7 +130,7 @@ def _riccati(F, H, Q, pushed, R, P, first, gains, whitener, wrench_variance):  #
         L = np.linalg.cholesky(S)
         W = np.linalg.inv(L)
         for j in range(m):
-            if R[k, j] < 1e11 and k >= first:
+            if R[k, j] < 1e11 and k >= first[j]:
                 total += 2.0 * np.log(L[j, j])
         G = np.ascontiguousarray((W.T @ (W @ HP)).T)
         P = P - G @ HP
@@ -145,7 +145,7 @@ def _riccati(F, H, Q, pushed, R, P, first, gains, whitener, wrench_variance):  #
 
 def filter_gains(
     A: Array, H: Array, there: NDArray[np.bool_], noises: Noises, period: float, doubts: Array,
-    before: Array | None = None, first: int = 0,
+    before: Array | None = None, first: NDArray[np.intp] | None = None,
 ) -> Gains:  # fmt: skip
     """Return the gains of one run.
 
@@ -153,7 +153,7 @@ def filter_gains(
         A, H: `slopes`; there: (K, 13), which channels tell at which instant.
         doubts: covariance (K, 6, 6) of a wrench that changes within `FLOW_TIME`.
         before: covariance at the first instant (16, 16); None: little is known.
-        first: instant from which on log |S| is summed up.
+        first: instant from which on log |S| is summed up, of each channel (13,).
     """
     K = len(A)
     step = A * period
@@ -169,7 +169,8 @@ def filter_gains(
     made = np.empty((K, CORRECTED, CHANNELS)), np.empty((K, CHANNELS, CHANNELS))
     wrench = np.empty((K, 6))
     F, H = np.ascontiguousarray(F), np.ascontiguousarray(H)
-    total, last = _riccati(F, H, Q, np.ascontiguousarray(pushed), R, np.ascontiguousarray(P), first, *made, wrench)
+    counted = np.zeros(CHANNELS, dtype=np.intp) if first is None else first
+    total, last = _riccati(F, H, Q, np.ascontiguousarray(pushed), R, np.ascontiguousarray(P), counted, *made, wrench)
     return Gains(*made, float(total), wrench, last)
 
 

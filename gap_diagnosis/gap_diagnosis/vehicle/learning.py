@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.filtering import Prepared, counted, log_likelihood, prepared_with, whitened
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
@@ -133,12 +133,16 @@ def _climbed(
     begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)
     score, found = at(begun)
 
+    blocks = _blocks(found)
     for sweep in range(_SWEEPS):
-        before = score
-        for block in _blocks(found):
+        before, moved = score, []
+        for block in blocks:
+            was = score
             score, found = _likeliest(model, at, (score, found), block, _STEP ** (0.5**sweep))
+            moved += [block] if score > was or not sweep else []
         if score < before + rules.SETTLED:
             break
+        blocks = moved
     return found
 
 
@@ -259,14 +263,14 @@ def _learned(model: Model, found: Sequence[Prepared], powers: tuple[float, float
         S_inverse = np.einsum("kji,kjl->kil", W, W)
         R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
         far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
-        left.append(far[first_instant(p.log) :])
-        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[first_instant(p.log) :])
+        left.append(far[counted(p.log).min() :])
+        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[counted(p.log).min() :])
     R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
     channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
     channels = np.maximum(channels, 0.5 * found[0].noises.channels)
-    e = np.concatenate([p.base.rotor[first_instant(p.log) :] for p in found])
+    e = np.concatenate([p.base.rotor[counted(p.log).min() :] for p in found])
     rotor, speed = old.rotor.copy(), old.speed.copy()
-    S = np.concatenate([p.spread[first_instant(p.log) :] for p in found]) ** 2
+    S = np.concatenate([p.spread[counted(p.log).min() :] for p in found]) ** 2
     for i in range(e.shape[1]):
         if np.isfinite(e[:, i]).sum() > 50:
             excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
@@ -289,7 +293,7 @@ def _wrench(found: Sequence[Prepared], of_size: float, of_change: float) -> Arra
     old, keep = found[0].noises, np.exp(-found[0].log.period / found[0].noises.time)
     squares, changes, spreads = [], [], []
     for p in found:
-        first = first_instant(p.log)
+        first = counted(p.log).min()
         w, variance = np.nan_to_num(states_of(p.base.states).wrench)[first:], p.gains.wrench_variance[first:]
         squares.append(w**2 + variance)
         changes.append((w[1:] - keep * w[:-1]) ** 2)

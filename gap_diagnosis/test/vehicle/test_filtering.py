@@ -1,6 +1,6 @@
 """Commands that act later than they are stamped; innovations of the right model, which are white noise."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -113,6 +113,27 @@ def test_a_vehicle_under_way_from_its_first_sample_is_not_lost(tmp_path: Path) -
         size = np.array([draw.wrench] * 3 + [0.2 * draw.wrench] * 3)
         noises = first_noises(model, [log])._replace(wrench=size, time=draw.time, channels=draw.noise * CHANNELS)
         assert prepared_with(model, log, run, noises, {}).base.done
+
+
+def test_an_imu_that_is_late_by_half_a_period_more_or_less_tells_the_same(tmp_path: Path) -> None:
+    draw = Draw(seed=7, vehicle="ngs", kinds=("steps",), duration=20.0, missing=("velocity", "tachometer", "battery"))
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)
+    rarer = log.attitude.copy()
+    rarer[::3] = np.nan  # in two instants of three
+    log = replace(log, attitude=rarer)
+    noises, told = first_noises(model, [log]), []
+    for share in (0.49, 0.51):
+        late = ActiveVehicleEffect(id="imu_delay", sizes={"time": share * log.period})
+        along = prepared_with(model, log, 0, noises, {}, [late]).base.states
+        found = prepared_with(model, log, 0, noises, {}, [late], along)
+        r = whitened(found, found.base)[:, :9]
+        told.append((found.late, np.count_nonzero(r), found.gains.log_determinant, log_likelihood(found)))
+    (early, count, spread, likely), (later, as_many, as_wide, as_likely) = told
+    assert (early, later) == (0, 1) and count == as_many
+    assert as_wide == pytest.approx(spread, abs=5.0)  # a reading more or less: 16
+    assert as_likely == pytest.approx(likely, abs=0.01 * abs(likely))
 
 
 def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp_path: Path) -> None:

@@ -94,9 +94,8 @@ def innovations(  # type: ignore[no-untyped-def]
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
         attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
         lateness: (K, 5 + N), by which readings of the sensors `LATE` and of the tachometers in row k were made before
-            instant k, in periods; each is compared with what was expected then. Of an IMU that is late by c.imu_late a
-            row is taken as many whole periods later, to the nearest, and expected as it was, or will be, the rest of
-            one from then.
+            instant k, in periods; each is compared with what was expected then, or, where that is after the instant,
+            with what it will be.
         gains: (K, 16, 13); speed_gains: (K, N).
         charge: (4,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
             periods, infinite: never; readings of it so far, whose mean it is until then; periods since the last one.
@@ -183,21 +182,18 @@ def innovations(  # type: ignore[no-untyped-def]
 def _tell_body(history, now, k, part, c, attitude, told, lateness, then, out):  # type: ignore[no-untyped-def]
     """Fill row k of `out`: what inertial sensors, depth and velocity tell beside what was expected of them."""
     old = c.imu_late / (PARTS * part)
-    whole = int(np.ceil(old - 0.5))
-    of_now = min(k + whole, told.shape[0] - 1)
-    there = 1.0 if k + whole < told.shape[0] else np.nan
-    ago = old - whole
-    _then(history, now, ago + lateness[of_now, 1], part, 3, _KNOWN, then)
+    _then(history, now, old + lateness[k, 1], part, 3, _KNOWN, then)
     imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
     for j in range(6):
-        out[k, 3 + j] = there * (told[of_now, 3 + j] - imu[4 + j])
-    if lateness[of_now, 0] != lateness[of_now, 1]:
-        _then(history, now, ago + lateness[of_now, 0], part, 3, _KNOWN, then)
+        out[k, 3 + j] = told[k, 3 + j] - imu[4 + j]
+    if lateness[k, 0] != lateness[k, 1]:
+        _then(history, now, old + lateness[k, 0], part, 3, _KNOWN, then)
         imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
     predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
-    seen = (attitude[of_now, 0], attitude[of_now, 1], attitude[of_now, 2], attitude[of_now, 3])
-    turn = rotation_vector(quaternion_product(conjugate(predicted), seen))
-    out[k, 0], out[k, 1], out[k, 2] = there * turn[0], there * turn[1], there * turn[2]
+    turn = rotation_vector(
+        quaternion_product(conjugate(predicted), (attitude[k, 0], attitude[k, 1], attitude[k, 2], attitude[k, 3]))
+    )
+    out[k, 0], out[k, 1], out[k, 2] = turn
     _then(history, now, lateness[k, 2], part, 0, 7, then)
     out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
     _then(history, now, lateness[k, 3] + c.velocity_late / (PARTS * part), part, 7, 13, then)

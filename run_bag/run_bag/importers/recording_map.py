@@ -27,6 +27,7 @@ from safe_files.yaml_io import YamlLimits, yaml_mapping
 from ..definitions import definitions
 from ..errors import RecordingError
 from ..known_topics import known_topics, topic_type
+from ..units import UNITS
 from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .conversions import COMMANDS, Conversion, accepted, conversion, spelled
 
@@ -224,7 +225,7 @@ def _entry(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | No
     definitions().require(kind)
     unit = unit_in_map(kind, path, topic)
     if not dot or not unit:
-        problems.append(f"{name}: {kind} has no numeric field {path!r}")
+        problems.append(f"{name}: {kind} has no numeric field {path!r}; it has {', '.join(UNITS.get(kind, {}))}")
     constant = "value" in entry
     known, needed = (CONSTANT_KEYS, {"value"}) if constant else (KEYS, {"unit"})
     unknown, missing = sorted(map(str, set(entry) - known)), sorted(needed - set(entry))
