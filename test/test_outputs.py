@@ -69,6 +69,9 @@ PROGRAMS = {
         lambda given, out: [str(given / "step"), "--reference", "step", "--out", str(out)],
     ),
     "new-set": Program("thruster_model.cli_new_set", lambda given, out: ["hl", "-o", str(out)], False),
+    "new-vehicle": Program(
+        "thruster_model.cli_new_vehicle", lambda given, out: ["--vehicle", "ngs", "-o", str(out)], False
+    ),
     "diagnose": Program(
         "gap_diagnosis.cli_diagnose",
         lambda given, out: [str(given / "bench"), "--set", "hl", "--out", str(out), "--without", *BUT_ONE],

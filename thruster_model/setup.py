@@ -27,6 +27,7 @@ setup(
             "class_table = thruster_model.cli_class_table:main",
             "reference = thruster_model.cli_reference:main",
             "new_set = thruster_model.cli_new_set:main",
+            "new_vehicle = thruster_model.cli_new_vehicle:main",
             "load_cell = thruster_model.cli_load_cell:main",
             "log_effects = thruster_model.cli_log_effects:main",
         ]

@@ -16,7 +16,7 @@ from run_bag.command_line import of_a_vehicle
 
 
 class Program(NamedTuple):
-    """Where a sub-command's `main(arguments, program)` is, what it is for; where it is for runs of a `--vehicle`."""
+    """Where a sub-command's `main(arguments, program)` is, what it is for; where it is for a `--vehicle`."""
 
     module: str
     purpose: str
@@ -44,7 +44,11 @@ PROGRAMS = {
     "compare": Program("gap_diagnosis.cli_compare", "Hold a simulator's own predictions against a recording."),
     "simulate": Program("rov_sim.cli_bench_campaign", "Record what the thruster of a set would do, as runs."),
     "report": Program("run_bag.cli_overview", "Make one page that links the reports and runs of a folder."),
-    "new-set": Program("thruster_model.cli_new_set", "Write a commented parameter set to be edited."),
+    "new-set": Program(
+        "thruster_model.cli_new_set",
+        "Write a commented set to be edited, a vehicle's with --vehicle.",
+        "thruster_model.cli_new_vehicle",
+    ),
 }
 
 
@@ -72,8 +76,7 @@ def _call(name: str, arguments: list[str]) -> int:
         return int(module.main(arguments, program=f"thruster {name}"))
     finally:
         if program.of_vehicle and not vehicle and {"--help", "-h"} & set(arguments):
-            of_vehicle = f"thruster {name} --vehicle SET"
-            print(f"\nof a vehicle:\n  {of_vehicle} RUN...; options: {of_vehicle} --help")
+            print(f"\nof a vehicle: thruster {name} --vehicle SET ...; options: thruster {name} --vehicle SET --help")
 
 
 class _PassedOn(TyperCommand):

@@ -2,13 +2,17 @@
 
 import re
 
+import numpy as np
 import pytest
 
 from thruster_model.cli_new_set import main
+from thruster_model.cli_new_vehicle import main as new_vehicle_main
 from thruster_model.errors import ParameterSetError
 from thruster_model.models import MODELS
 from thruster_model.new_set_io import new_set
+from thruster_model.new_vehicle_io import new_vehicle
 from thruster_model.parameter_set_io import dump_parameter_set, load_parameter_set, parse_parameter_set
+from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set, parse_vehicle_set
 
 
 @pytest.fixture
@@ -148,3 +152,26 @@ def test_what_is_wrong_is_said_and_nothing_is_written(arguments, sentence, tmp_p
     assert main([*arguments, "-o", str(tmp_path / "new.yaml")]) == 1
     assert sentence in capsys.readouterr().err
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", available_vehicles())
+def test_a_new_vehicle_is_read_as_the_one_it_was_written_from_and_says_what_each_number_is(name: str) -> None:
+    text, base = new_vehicle(name), load_vehicle_set(name)
+    again = parse_vehicle_set(text, origin="mine")
+    assert (again.parameters, again.model) == (base.parameters, base.model)
+    assert np.allclose(again.configuration, base.configuration, atol=1e-12)
+    assert [(t.name, t.hand, t.model) for t in again.layout] == [(t.name, t.hand, t.model) for t in base.layout]
+    assert "  # mass [kg]\n  mass: {value:" in text
+    assert "  # density of the water [kg/m^3]\n  # density: {value: 1000.0, unit: kg/m^3" in text
+    salty = parse_vehicle_set(text.replace("  # density: {value: 1000.0", "  density: {value: 1025.0"), origin="mine")
+    assert salty.parameters["density"].value == 1025.0
+
+
+def test_the_command_writes_a_new_vehicle_and_overwrites_none(tmp_path, capsys):
+    file = tmp_path / "mine.yaml"
+    assert new_vehicle_main(["--vehicle", "bluerov2_heavy", "-o", str(file)]) == 0
+    assert load_vehicle_set(file).name == load_vehicle_set("bluerov2_heavy").name
+    assert new_vehicle_main(["--vehicle", "bluerov2_heavy", "-o", str(file)]) == 1
+    assert "mine.yaml" in capsys.readouterr().err
+    assert new_vehicle_main(["--vehicle", "none", "-o", str(tmp_path / "other.yaml")]) == 1
+    assert "none" in capsys.readouterr().err and not (tmp_path / "other.yaml").exists()

@@ -10,7 +10,7 @@ from thruster_model.models import MODELS, Model, ParameterDefinition
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, dump_parameter_set, load_parameter_set
 
-__all__ = ["new_set"]
+__all__ = ["commented", "new_set"]
 
 _WIDTH = 118
 
@@ -33,7 +33,7 @@ def new_set(model: str, base: str | None = None, folder: Path = Path()) -> str:
     stands_on = load_parameter_set(name if name in available_sets() else folder / name)
     if stands_on.model_name != model:
         raise ParameterSetError(str(base), [f"expected a set of model '{model}'; found '{stands_on.model_name}'"])
-    head = _comment(*_head(MODELS[model], complete=base is None))
+    head = commented(*_head(MODELS[model], complete=base is None))
     return head + (_complete(stands_on) if base is None else _on_base(stands_on, base))
 
 
@@ -80,5 +80,5 @@ def _meaning(definition: ParameterDefinition) -> str:
     return f"{definition.meaning} [{definition.unit}], {limits}{given}"
 
 
-def _comment(*sentences: str) -> str:
+def commented(*sentences: str) -> str:
     return "".join(f"# {line}\n" for sentence in sentences for line in textwrap.wrap(sentence, _WIDTH))

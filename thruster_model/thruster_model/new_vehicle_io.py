@@ -1,0 +1,66 @@
+"""The text of a new vehicle's set to be edited: each parameter with its meaning and unit as comments."""
+
+import yaml
+
+from thruster_model.new_set_io import commented
+from thruster_model.vehicle_parameters import DEFAULTS, definition_of
+from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
+
+__all__ = ["new_vehicle"]
+
+_HEAD = (
+    "A vehicle's set. All values are those of the vehicle that it was written from: replace them, and each `source`, "
+    "by your own.",
+    "Body axes x forward, y starboard, z down, from an origin of your choice. Equations: docs/vehicles.md, or "
+    "`ros2 run rov_sim reference`.",
+    "`standard_deviation` says how far a value may be off; a fit and a diagnosis take 5 % of the value where there is "
+    "none.",
+    "`model` is the thrusters' parameter set, a name or a file beside this one. A thruster of another kind names its "
+    "own.",
+)
+_THRUSTERS = (
+    "In the order of the commands, thruster_0 first. Position [m]; axis: where a positive command pushes the vehicle, "
+    "or yaw_deg and pitch_deg in its place. `hand: right` turns clockwise, seen along the axis, while it pushes "
+    "along it; leave it out where you do not know."
+)
+
+
+def new_vehicle(base: str) -> str:
+    """Return the commented YAML text of a new vehicle's set, which the reader of sets takes as it is.
+
+    Args:
+        base: a vehicle, by name or file, whose values it has; a file's own comments are not copied.
+
+    Raises:
+        VehicleError: it cannot be read.
+    """
+    vehicle = load_vehicle_set(base)
+    document = yaml.safe_load(dump_vehicle_set(vehicle))
+    parts = [commented(*_HEAD)]
+    for key, value in document.items():
+        if key == "parameters":
+            parts += ["parameters:\n", *(_parameter(name, entry) for name, entry in value.items())]
+            parts += [_unstated(name, default) for name, default in DEFAULTS.items() if name not in value]
+        else:
+            parts.append(commented(_THRUSTERS) if key == "thrusters" else "")
+            parts.append(_dumped({key: value}))
+    return "".join(parts)
+
+
+def _parameter(name: str, entry: object, mark: str = "") -> str:
+    definition = definition_of(name)
+    assert definition is not None
+    return f"  # {definition.meaning} [{definition.unit}]\n  {mark}{_dumped({name: entry})}"
+
+
+def _unstated(name: str, default: float) -> str:
+    """Return a line to take the # off, for what holds where nothing is stated."""
+    definition = definition_of(name)
+    assert definition is not None
+    return _parameter(name, {"value": default, "unit": definition.unit, "source": "taken where none is stated"}, "# ")
+
+
+def _dumped(entry: dict[str, object]) -> str:
+    """Return an entry as YAML, what is innermost in one line."""
+    flow = False if all(isinstance(value, str) for value in entry.values()) else None
+    return yaml.safe_dump(entry, sort_keys=False, width=1000, allow_unicode=True, default_flow_style=flow)
