@@ -317,8 +317,8 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    # what is left of it is half a period at most
-    rows = max(int(np.ceil(built.sensors.imu_late / log.period - 0.5)), 0)
+    # between two instants it is better known what was than, in straight lines, what will be
+    rows = max(int(np.ceil(built.sensors.imu_late / log.period - 0.75)), 0)
     given = log
     if rows:
         given = _read_later(log, rows)
