@@ -29,6 +29,8 @@ __all__ = [
 Array = NDArray[np.float64]
 LOST = 50.0
 """Deviations of a whitened reading beyond which a model is wrong, not more or less so."""
+_REACH = 1.0
+"""Periods by which an IMU may be later, or less late, than where gains were made, before its readings are moved."""
 _LOGS = 64
 """Recordings whose beginning is kept, and their commands as they act: a fit asks for the same ones ever again."""
 
@@ -97,8 +99,12 @@ def filtered(
     extra: Array | None = None,
 ) -> Filtered:
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
-    log = _shifted(prepared.log, values, effects)
-    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
+    log = prepared.log
+    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    late = built.sensors.imu_late / log.period
+    if not -_REACH < late - prepared.late < _REACH:  # gains were made for readings that are near their instants
+        log = _read_later(log, _instants_late(late) - prepared.late)
+    log = _shifted(log, values, effects)
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
 
 
@@ -129,12 +135,21 @@ def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
     return replace(log, commands=commands, lateness=log.lateness + (total - whole / PARTS)[:, None])
 
 
+def _instants_late(late: float) -> int:
+    """Return by how many instants readings stand earlier that are so many periods late.
+
+    Between two instants it is better known what was than, in straight lines, what will be.
+    """
+    return max(int(np.ceil(late - 0.75)), 0)
+
+
 @lru_cache(maxsize=_LOGS)
 def _read_later(log: VehicleLog, rows: int) -> VehicleLog:
-    """Return a log in which the IMU's readings stand so many instants earlier, those that come after its end aside."""
+    """Return a log in which the IMU's readings stand so many instants earlier, those that are then outside aside."""
 
     def moved(values: Array) -> Array:
-        return np.concatenate((values[rows:], np.full((rows, values.shape[1]), np.nan)))
+        none = np.full((min(abs(rows), len(values)), values.shape[1]), np.nan)
+        return np.concatenate((values[rows:], none) if rows > 0 else (none, values[:rows]))
 
     told, lateness = log.told.copy(), log.lateness.copy()
     told[:, 3:9] = moved(told[:, 3:9])
@@ -232,7 +247,10 @@ def whitened(prepared: Prepared, result: Filtered) -> Array:
 
 @compiled
 def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, first, weights, out):  # type: ignore[no-untyped-def]
-    """Fill rows of `out` that count; a filter that is lost foresees nothing."""
+    """Fill rows of `out` that count; a filter that is lost foresees nothing.
+
+    A reading that is no longer there counts as one that is as far off as chance has it: without any it would be a gain.
+    """
     N = rotor.shape[1]
     for k in range(first.min(), out.shape[0]):
         lost = False
@@ -248,6 +266,8 @@ def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, 
                 told = battery[k, i - 13 - N] / deviations[i - 13 - N]
             elif i >= 13:
                 told = rotor[k, i - 13] / spread[k, i - 13]
+            elif np.isfinite(base[k, i]) and np.isnan(body[k, i]):
+                told = 1.0
             elif np.isfinite(base[k, i]):
                 for j in range(i + 1):  # the inverse of a factor is lower triangular
                     if not np.isnan(body[k, j]):
@@ -317,8 +337,7 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    # between two instants it is better known what was than, in straight lines, what will be
-    rows = max(int(np.ceil(built.sensors.imu_late / log.period - 0.75)), 0)
+    rows = _instants_late(built.sensors.imu_late / log.period)
     given = log
     if rows:
         given = _read_later(log, rows)
