@@ -44,8 +44,13 @@ def begun(
         if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
             return found, [() for _ in wires], [np.inf for _ in wires]
     if late_ones := _delayed(model, logs, delays, nothing):
-        late, *others = late_ones
-        found = settled(model, logs, free, [late])
+        # quick fits beside each other's noises do not tell two delays apart
+        fits = [settled(model, logs, free, [each]) for each in late_ones]
+        found = max(fits, key=lambda each: log_evidence(*each))
+        late = found[1].effects[0]
+        others = [
+            (log_evidence(*each) - log_evidence(*found), each[1].effects[0]) for each in fits if each is not found
+        ]
 
         def odds_against(bare: tuple[list[Prepared], Fit]) -> float:
             return log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)
@@ -57,7 +62,7 @@ def begun(
             if log_evidence(*bare) > log_evidence(*retuned):
                 retuned, odds = bare, odds_against(bare)
         if odds > np.log(rules.CLAIM):
-            return found, [tuple((0.0, each) for each in others)], [odds]
+            return found, [tuple(others)], [odds]
     return retuned, [], []
 
 
@@ -88,8 +93,8 @@ def _wired_wrongly(
 def _delayed(
     model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
 ) -> list[Refined]:  # fmt: skip
-    """Return the delays of all alike with which believed numbers foresee recordings far better, each at its best size,
-    the likeliest first."""
+    """Return the delays of all alike with which believed numbers foresee recordings far better, each at its best size:
+    the one with which they do best, and those that gain nearly as much."""
     tried = [_of_size(h, size) for h in delays for size in h.further]
     scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
     if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
@@ -103,8 +108,9 @@ def _delayed(
 
         longest = h.further[-1][0]
         best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
-        found.append((float(best.fun), _of_size(h, (float(best.x),))))
-    return [each for _, each in sorted(found, key=lambda each: each[0])]
+        found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x),))))
+    most = max(gain for gain, _ in found)
+    return [each for gain, each in found if gain >= rules.ALSO_LATE * most]
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

@@ -29,8 +29,6 @@ __all__ = [
 Array = NDArray[np.float64]
 LOST = 50.0
 """Deviations of a whitened reading beyond which a model is wrong, not more or less so."""
-_REACH = 1.0
-"""Periods by which an IMU may be later, or less late, than where gains were made, before its readings are moved."""
 _LOGS = 64
 """Recordings whose beginning is kept, and their commands as they act: a fit asks for the same ones ever again."""
 
@@ -102,7 +100,7 @@ def filtered(
     log = prepared.log
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     late = built.sensors.imu_late / log.period
-    if not -_REACH < late - prepared.late < _REACH:  # gains were made for readings that are near their instants
+    if abs(late - prepared.late) >= rules.REACH:  # gains were made for readings that are near their instants
         log = _read_later(log, _instants_late(late) - prepared.late)
     log = _shifted(log, values, effects)
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
@@ -136,11 +134,8 @@ def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
 
 
 def _instants_late(late: float) -> int:
-    """Return by how many instants readings stand earlier that are so many periods late.
-
-    Between two instants it is better known what was than, in straight lines, what will be.
-    """
-    return max(int(np.ceil(late - 0.75)), 0)
+    """Return by how many instants readings stand earlier that are so many periods late."""
+    return max(int(np.ceil(late - rules.EARLIER)), 0)
 
 
 @lru_cache(maxsize=_LOGS)

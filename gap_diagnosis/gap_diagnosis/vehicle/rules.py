@@ -51,6 +51,9 @@ REFINED = 8
 """Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
 REFINED_LATE = 2
 """The same of delays of all alike with which a search may begin. Set by reason."""
+ALSO_LATE = 0.5
+"""Share of what the delay that foresees recordings best gains, from which on another one is settled too: quick fits
+beside each other's noises took an IMU 0.13 s late for a late command. Set by reason."""
 REFINED_BACK = 4
 """The same of those of one thruster, from where its own numbers are as believed. Set by reason: where one was needed,
 it was the first (tuning seed 1491, four recordings of a minute)."""
@@ -127,6 +130,10 @@ TIMING = 0.003
 sample. Shifts in time came out as much as 5 ms off, with deviations of 0.1 to 1 ms from the readings alone."""
 TOLD_APART = 5.0
 """Deviations by which a next recording must tell two effects apart; beyond it more is no better."""
+EARLIER, REACH = 0.75, 1.0
+"""Of a period: by which an IMU is late from which on its readings count for the instant before, and by which it may be
+later, or less late, than where gains were made, before they are moved. The likelihood is as good for either instant at
+0.7; at 0.5 it is 20 to 110 better for the later one (seeds 7 to 9, three recordings of 20 s)."""
 CHARGE_TIME = 20.0
 """[s] In which a battery's charge is followed: it falls in minutes, while currents and what sags with them change in
 seconds. Set by reason; no seeds were run for it."""

@@ -259,6 +259,7 @@ def _summary(
         sizes = ", ".join(
             sized(p, s, d, h.units[p])
             for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+            if not h.switch  # it is, or it is not
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
         alike = [rival.words for _, rival in claim.rivals[:4]]
