@@ -2,7 +2,7 @@
 
 import argparse
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from run_bag.command_line import described, user_arguments
@@ -26,12 +26,17 @@ def main(arguments: Sequence[str] | None = None, program: str = "new_set") -> in
     )
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="file to write; must not exist")
     given = parser.parse_args(user_arguments(arguments))
+    return written(lambda: new_set(given.model, given.base, given.out.parent), given.out)
+
+
+def written(text: Callable[[], str], out: Path) -> int:
+    """Write a new set's text and print where; return the exit status."""
     try:
-        write_set_text(new_set(given.model, given.base, given.out.parent), given.out)
+        write_set_text(text(), out)
     except (ThrusterModelError, OSError) as error:
         print(error, file=sys.stderr)
         return 1
-    print(given.out)
+    print(out)
     return 0
 
 

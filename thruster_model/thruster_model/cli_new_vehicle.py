@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from run_bag.command_line import described, user_arguments
-from thruster_model.errors import ThrusterModelError
+from thruster_model.cli_new_set import written
 from thruster_model.new_vehicle_io import new_vehicle
-from thruster_model.parameter_set_io import write_set_text
 from thruster_model.vehicle_set_io import available_vehicles
 
 EXAMPLES = """
@@ -22,13 +21,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "new_vehicle") -
     parser.add_argument("--vehicle", metavar="SET", required=True, help=text)
     parser.add_argument("-o", "--out", type=Path, required=True, metavar="FILE", help="file to write; must not exist")
     given = parser.parse_args(user_arguments(arguments))
-    try:
-        write_set_text(new_vehicle(given.vehicle), given.out)
-    except (ThrusterModelError, OSError) as error:
-        print(error, file=sys.stderr)
-        return 1
-    print(given.out)
-    return 0
+    return written(lambda: new_vehicle(given.vehicle), given.out)
 
 
 if __name__ == "__main__":

@@ -22,8 +22,8 @@ from thruster_model.compilation import compiled
 from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
-    "LOST", "Filtered", "Prepared", "at_rest", "counted", "filtered", "followed", "foreseen", "foreseen_deviations",
-    "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
+    "LOST", "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
+    "foreseen_deviations", "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -220,10 +220,15 @@ def _instant(log: VehicleLog, start: float) -> int:
     return min(round(start / log.period), log.count // 2)
 
 
-def counted(log: VehicleLog, late: int = 0) -> NDArray[np.intp]:
-    """Return the instant from which on each of the 13 channels counts: later where no sensor tells the velocity at the
-    start, and the same readings of an IMU that is so many instants late."""
-    first = np.full(CHANNELS, _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD))
+def first_instant(log: VehicleLog) -> int:
+    """Return the first instant that counts: later where no sensor tells the velocity at the start."""
+    return _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
+
+
+def _counted(log: VehicleLog, late: int) -> NDArray[np.intp]:
+    """Return the instant from which on each of the 13 channels counts: the same readings of an IMU that is so many
+    instants late."""
+    first = np.full(CHANNELS, first_instant(log))
     first[:9] = np.maximum(first[:9] - late, 0)
     return first
 
@@ -231,7 +236,7 @@ def counted(log: VehicleLog, late: int = 0) -> NDArray[np.intp]:
 def whitened(prepared: Prepared, result: Filtered) -> Array:
     """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
     K, N = result.rotor.shape
-    r, first = np.zeros((K, 13 + N + 2)), counted(prepared.log, prepared.late)
+    r, first = np.zeros((K, 13 + N + 2)), _counted(prepared.log, prepared.late)
     first = np.concatenate((first, np.full(N + 2, first.max())))
     _whitened(
         result.body, result.rotor, result.battery, result.states, prepared.base.body, prepared.gains.whitener,
@@ -340,7 +345,7 @@ def prepared_with(
     log = _shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
-    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=counted(log, rows))
+    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_counted(log, rows))
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
@@ -378,5 +383,5 @@ def log_likelihood(prepared: Prepared) -> float:
         return -np.inf
     body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
     body[~np.isfinite(prepared.base.body)] = 0.0
-    body[np.arange(len(body))[:, None] < counted(prepared.log, prepared.late)] = 0.0
+    body[np.arange(len(body))[:, None] < _counted(prepared.log, prepared.late)] = 0.0
     return -0.5 * float(np.sum(np.minimum(body**2, rules.MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, counted, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
@@ -263,14 +263,14 @@ def _learned(model: Model, found: Sequence[Prepared], powers: tuple[float, float
         S_inverse = np.einsum("kji,kjl->kil", W, W)
         R = np.where(np.isfinite(p.base.body), old.channels**2, np.nan)
         far = (R * np.einsum("kij,kj->ki", S_inverse, np.nan_to_num(p.base.body))) ** 2
-        left.append(far[counted(p.log).min() :])
-        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[counted(p.log).min() :])
+        left.append(far[first_instant(p.log) :])
+        spread.append((R - R**2 * np.einsum("kii->ki", S_inverse))[first_instant(p.log) :])
     R = _trimmed(np.concatenate(left)) + _mean(np.concatenate(spread))
     channels = np.where(np.isfinite(R), np.sqrt(R), old.channels)
     channels = np.maximum(channels, 0.5 * found[0].noises.channels)
-    e = np.concatenate([p.base.rotor[counted(p.log).min() :] for p in found])
+    e = np.concatenate([p.base.rotor[first_instant(p.log) :] for p in found])
     rotor, speed = old.rotor.copy(), old.speed.copy()
-    S = np.concatenate([p.spread[counted(p.log).min() :] for p in found]) ** 2
+    S = np.concatenate([p.spread[first_instant(p.log) :] for p in found]) ** 2
     for i in range(e.shape[1]):
         if np.isfinite(e[:, i]).sum() > 50:
             excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
@@ -293,7 +293,7 @@ def _wrench(found: Sequence[Prepared], of_size: float, of_change: float) -> Arra
     old, keep = found[0].noises, np.exp(-found[0].log.period / found[0].noises.time)
     squares, changes, spreads = [], [], []
     for p in found:
-        first = counted(p.log).min()
+        first = first_instant(p.log)
         w, variance = np.nan_to_num(states_of(p.base.states).wrench)[first:], p.gains.wrench_variance[first:]
         squares.append(w**2 + variance)
         changes.append((w[1:] - keep * w[:-1]) ** 2)

@@ -62,22 +62,9 @@ COMMANDS = ("us", "%", "1", "counts")
 """Units of commands that are no voltage: a map says at which one the thruster stands still, how many make a volt."""
 
 _SPELLED = {
-    "μ": "u",
-    "µ": "u",
-    "·": " ",
-    "*": " ",
-    "²": "^2",
-    "°C": "degC",
-    "°F": "degF",
-    "°": "deg",
-    "−": "-",
-    "⁻¹": "^-1",
-    "⁻²": "^-2",
-    " s^-1": "/s",
-    " s^-2": "/s^2",
-    " s-1": "/s",
-    " s-2": "/s^2",
-}
+    "μ": "u", "µ": "u", "·": " ", "*": " ", "²": "^2", "°C": "degC", "°F": "degF", "°": "deg", "−": "-",
+    "⁻¹": "^-1", "⁻²": "^-2", " s^-1": "/s", " s^-2": "/s^2", " s-1": "/s", " s-2": "/s^2",
+}  # fmt: skip
 _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
             "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
             "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "1/sec": "1/s",

@@ -7,7 +7,7 @@ import io
 import itertools
 import re
 from collections.abc import Sequence
-from datetime import datetime, timedelta
+from datetime import datetime
 
 __all__ = ["in_seconds"]
 
@@ -68,7 +68,7 @@ def _seconds(cell: str, decimal: str) -> str:
             whole = int(datetime.fromisoformat(f"{told['date']}T{told['day']}{zone}").timestamp())
         else:
             hours, minutes, seconds = map(int, told["day"].split(":"))
-            whole = int(timedelta(hours=hours, minutes=minutes, seconds=seconds).total_seconds())
+            whole = 3600 * hours + 60 * minutes + seconds
     except ValueError:
         return cell
     return f"{whole}{decimal}{told['part']}" if told["part"] else str(whole)
