@@ -49,7 +49,8 @@ class Prepared:
     """One log with gains for it.
 
     Attributes:
-        log, run: the recording and its number; late: by how many instants what an IMU tells stands earlier in it.
+        log, run: the recording and its number; late: by how many parts of a period its instants lie before the stamps
+            of what an IMU tells.
         gains, noises: of the body's filter.
         speed_gains, spread: of the rotors'.
         base: what the filter gives at the point for which the gains were made.
@@ -99,9 +100,9 @@ def filtered(
     """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
     log = prepared.log
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
-    late = built.sensors.imu_late / log.period
-    if abs(late - prepared.late) >= rules.REACH:  # gains were made for readings that are near their instants
-        log = _read_later(log, _instants_late(late) - prepared.late)
+    later = built.sensors.imu_late / log.period - prepared.late / PARTS
+    if abs(later) >= rules.REACH:  # gains were made for readings that are near their instants
+        log = _read_later(log, round(later))
     log = _shifted(log, values, effects)
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
 
@@ -121,30 +122,45 @@ def _shifted(
 
 @lru_cache(maxsize=_LOGS)
 def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
-    """Return a log whose commands act later, by more and more.
-
-    They do by whole parts of a period, to the nearest; by the rest readings tell of an earlier state, or a later one. A
-    mean of two commands would be another drive, across a dead zone.
-    """
+    """Return a log whose commands act later, by more and more."""
     total = (late + rate * log.period * np.arange(log.count)) / log.period
-    whole = np.ceil(PARTS * total - 0.5).astype(int)
-    part = np.clip(np.arange(PARTS * log.count).reshape(-1, PARTS) - whole[:, None], 0, PARTS * log.count - 1)
+    log = _instants_earlier(log, np.ceil(PARTS * total - 0.5).astype(int))
+    return replace(log, lateness=log.lateness + total[:, None])
+
+
+def _instants_earlier(log: VehicleLog, parts: NDArray[np.intp]) -> VehicleLog:
+    """Return a log whose instants lie so many parts of a period earlier, (K,), than the stamps of its rows.
+
+    Commands move by whole parts: a mean of two commands would be another drive, across a dead zone.
+    """
+    part = np.clip(np.arange(PARTS * log.count).reshape(-1, PARTS) - parts[:, None], 0, PARTS * log.count - 1)
     commands = log.commands.reshape(-1, log.thrusters)[part]
-    return replace(log, commands=commands, lateness=log.lateness + (total - whole / PARTS)[:, None])
+    return replace(log, commands=commands, lateness=log.lateness - parts[:, None] / PARTS)
 
 
-def _instants_late(late: float) -> int:
-    """Return by how many instants readings stand earlier that are so many periods late."""
-    return max(int(np.ceil(late - rules.EARLIER)), 0)
+def _rows_late(parts: int) -> int:
+    """Return by how many rows readings stand earlier of an IMU that is so many parts of a period late."""
+    return (parts + PARTS // 2) // PARTS
+
+
+@lru_cache(maxsize=_LOGS)
+def _as_read(log: VehicleLog, parts: int) -> VehicleLog:
+    """Return a log with an instant wherever an IMU that is so many parts of a period late has read.
+
+    A filter is at its best where a reading tells of the instant that it corrects, and most of what is known comes from
+    an IMU. So its readings keep their instants, and commands and other sensors lie between them.
+    """
+    rows = _rows_late(parts)
+    return _read_later(_instants_earlier(log, np.full(log.count, parts - PARTS * rows)), rows)
 
 
 @lru_cache(maxsize=_LOGS)
 def _read_later(log: VehicleLog, rows: int) -> VehicleLog:
-    """Return a log in which the IMU's readings stand so many instants earlier, those that are then outside aside."""
+    """Return a log in which the IMU's readings stand so many rows earlier, those that are then outside aside."""
 
     def moved(values: Array) -> Array:
         none = np.full((min(abs(rows), len(values)), values.shape[1]), np.nan)
-        return np.concatenate((values[rows:], none) if rows > 0 else (none, values[:rows]))
+        return np.concatenate((values[rows:], none) if rows >= 0 else (none, values[:rows]))
 
     told, lateness = log.told.copy(), log.lateness.copy()
     told[:, 3:9] = moved(told[:, 3:9])
@@ -227,9 +243,9 @@ def first_instant(log: VehicleLog) -> int:
 
 def _counted(log: VehicleLog, late: int) -> NDArray[np.intp]:
     """Return the instant from which on each of the 13 channels counts: the same readings of an IMU that is so many
-    instants late."""
+    parts of a period late."""
     first = np.full(CHANNELS, first_instant(log))
-    first[:9] = np.maximum(first[:9] - late, 0)
+    first[:9] = np.maximum(first[:9] - _rows_late(late), 0)
     return first
 
 
@@ -337,21 +353,21 @@ def prepared_with(
 ) -> Prepared:  # fmt: skip
     """Return a log with gains for these noises, made at this point of the model."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    rows = _instants_late(built.sensors.imu_late / log.period)
+    late = max(round(PARTS * built.sensors.imu_late / log.period), 0)
     given = log
-    if rows:
-        given = _read_later(log, rows)
+    if late:
+        given = _as_read(log, late)
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
     log = _shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
-    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_counted(log, rows))
+    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_counted(log, late))
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log))
     return Prepared(
-        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base, late=rows
+        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base, late=late
     )  # fmt: skip
 
 

@@ -130,11 +130,8 @@ TIMING = 0.003
 sample. Shifts in time came out as much as 5 ms off, with deviations of 0.1 to 1 ms from the readings alone."""
 TOLD_APART = 5.0
 """Deviations by which a next recording must tell two effects apart; beyond it more is no better."""
-EARLIER, REACH = 0.5, 0.75
-"""Of a period: by which an IMU is late from which on its readings count for the instant before, and by which it may be
-later, or less late, than where gains were made, before they are moved. At half a period the likelihood was 20 to 110
-better for the later instant on two recordings of the sealed world. At 0.6 it was 41 worse on three by others, and made
-a delay of the commands of what was left."""
+REACH = 0.75
+"""Of a period, by which an IMU may be later than where gains were made, or less late, before its readings are moved."""
 CHARGE_TIME = 20.0
 """[s] In which a battery's charge is followed: it falls in minutes, while currents and what sags with them change in
 seconds. Set by reason; no seeds were run for it."""
