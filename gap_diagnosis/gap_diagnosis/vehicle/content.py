@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors, Share
+from gap_diagnosis.vehicle.how_far import FORESEEN, Errors, Share
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.next_experiment import NextExperiment
@@ -111,7 +111,7 @@ def content_of(
     """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`."""
     channels: dict[str, Any] = {}
     for each in errors:
-        for name, (_, unit) in CHANNEL_GROUPS.items():
+        for name, unit in FORESEEN.items():
             steps = {"as_is": each.as_is, "retuned": each.retuned, "with_effect": each.with_effect}
             values = {k: _number(v[name]) for k, v in {**steps, "noise_floor": each.foreseen}.items()}
             if not np.isnan(each.as_is[name]):

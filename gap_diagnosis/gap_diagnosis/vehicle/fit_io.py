@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS
+from gap_diagnosis.vehicle.how_far import FORESEEN
 from gap_diagnosis.vehicle.model import Model, admissible
 from gap_diagnosis.vehicle.unknowns import OF_RUN, unit_of, words_of
 from run_bag.report import Column, Report
@@ -48,8 +48,8 @@ def summary_of(fit: VehicleFit) -> str:
         named = ", ".join(f"{words_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
         says.append(f"Farther from what was stated than its deviation allows: {named}. An effect may be behind it.")
     for e in fit.errors:
-        nearer = [c for c in CHANNEL_GROUPS if e.fitted[c] < e.as_stated[c]]
-        measured = [c for c in CHANNEL_GROUPS if e.as_stated[c] == e.as_stated[c]]
+        nearer = [c for c in FORESEEN if e.fitted[c] < e.as_stated[c]]
+        measured = [c for c in FORESEEN if e.as_stated[c] == e.as_stated[c]]
         whose = "recordings left out" if fit.left_out else "the one recording, which is fitted too"
         says.append(
             f"Free runs of {e.horizon:g} s on {whose} come nearer in {len(nearer)} of {len(measured)} measured groups."
@@ -110,7 +110,7 @@ def _report(content: dict[str, Any], vehicle: VehicleSet) -> Report:
         [
             [f"{name} after {e['horizon']:g} s", e["as_stated"][name], e["fitted"][name], unit]
             for e in content["free_runs"]
-            for name, (_, unit) in CHANNEL_GROUPS.items()
+            for name, unit in FORESEEN.items()
             if e["as_stated"][name] is not None or e["fitted"][name] is not None
         ],
         caption=f"Root mean square errors of free runs, {whose}.",

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.filtering import Prepared, filtered, foreseen_deviations
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.rules import CALM_WRENCH
@@ -31,7 +31,7 @@ from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = [
-    "CHANNEL_GROUPS",
+    "FORESEEN",
     "Errors",
     "Point",
     "Share",
@@ -43,12 +43,8 @@ __all__ = [
 ]
 
 Array = NDArray[np.float64]
-CHANNEL_GROUPS = {
-    "attitude": (slice(0, 3), "rad"),
-    "gyro": (slice(3, 6), "rad/s"),
-    "depth": (slice(9, 10), "m"),
-    "velocity": (slice(10, 13), "m/s"),
-}
+FORESEEN = {"attitude": "rad", "gyro": "rad/s", "depth": "m", "velocity": "m/s"}
+"""Sensors whose readings free runs are compared with, and the unit of their errors."""
 _WARM = 2.0  # s of filter before each free run
 _DRAWS, _LEVELS = 400, (5.0, 95.0)  # of the bootstrap over free runs; of its interval [%]
 _LOST = 30.0  # deviations, more than an attitude can be off: farther out a free run is lost, not more or less so
@@ -189,7 +185,7 @@ def _shares(table: Array, of: Callable[[Array], Array]) -> tuple[Share, ...]:
 
 def rms(errors: Array) -> dict[str, float]:
     """Return root mean squares by channel group of errors (windows, 13); infinite where a free run is lost."""
-    squares = {name: np.square(errors[:, columns]) for name, (columns, _) in CHANNEL_GROUPS.items()}
+    squares = {name: np.square(errors[:, CHANNELS_OF[name]]) for name in FORESEEN}
     there = {name: each[~np.isnan(each)] for name, each in squares.items()}
     return {name: float(np.sqrt(np.mean(s))) if s.size else float("nan") for name, s in there.items()}
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
 from gap_diagnosis.vehicle.gains import Noises
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.unknowns import Key
@@ -27,8 +27,6 @@ _STEP, _SWEEPS, _RISEN = 1.5, 4, 0.1
 nats."""
 _TIMES = (1.0, 5.0)
 """[s] Of the random wrench, where nothing is known of it yet."""
-_SENSORS = ((0, 3), (3, 6), (6, 9), (9, 10), (10, 13))
-"""Channels of the attitude, the gyro, the accelerometer, the depth and the velocity log."""
 
 
 class Block(NamedTuple):
@@ -178,7 +176,7 @@ def _likeliest(
 def _blocks(found: Sequence[Prepared]) -> list[Block]:
     """Return what is scaled together: axes of the wrench, sensors that tell of the body, and the wrench's time."""
     told = np.any([np.isfinite(p.base.body).any(axis=0) for p in found], axis=0)
-    sensors = [Block("channels", *ends) for ends in _SENSORS if told[ends[0]]]
+    sensors = [Block("channels", c.start, c.stop) for c in CHANNELS_OF.values() if told[c.start]]
     axes = [Block("wrench", axis, axis + 1) for axis in range(6)]
     return [Block("time", 0, 1), *axes, *sensors]
 

@@ -11,9 +11,14 @@ from gap_diagnosis.vehicle.oddities import Oddity
 from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, LEAST_TIME
 from rov_sim.vehicle.innovations import PARTS
 
-__all__ = ["VehicleLog", "held", "told_in", "wanting"]
+__all__ = ["CHANNELS_OF", "VehicleLog", "held", "told_in", "wanting"]
 
 Array = NDArray[np.float64]
+CHANNELS_OF = {
+    "attitude": slice(0, 3), "gyro": slice(3, 6), "accelerometer": slice(6, 9), "depth": slice(9, 10),
+    "velocity": slice(10, 13),
+}  # fmt: skip
+"""Of the 13 channels that correct the body (`innovations`), those that each sensor tells."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -82,13 +87,9 @@ class VehicleLog:
     @property
     def there(self) -> dict[str, bool]:
         """Which sensors told anything."""
-        seen: NDArray[np.bool_] = np.asarray(np.isfinite(self.told).any(axis=0))
+        body: NDArray[np.bool_] = np.asarray(self.telling.any(axis=0))
         return {
-            "attitude": bool(np.isfinite(self.attitude).any()),
-            "gyro": bool(seen[3:6].any()),
-            "accelerometer": bool(seen[6:9].any()),
-            "depth": bool(seen[9]),
-            "velocity": bool(seen[10:13].any()),
+            **{name: bool(body[channels].any()) for name, channels in CHANNELS_OF.items()},
             "tachometer": bool(np.isfinite(self.speeds).any()),
             "battery": bool(np.isfinite(self.battery).any()),
         }

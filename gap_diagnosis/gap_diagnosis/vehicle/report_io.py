@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import plotly.graph_objects as go
 
-from gap_diagnosis.vehicle.how_far import CHANNEL_GROUPS, Errors
+from gap_diagnosis.vehicle.how_far import FORESEEN, Errors
 from gap_diagnosis.vehicle.hypotheses import sized
 from run_bag.report import Axis, Bars, Column, Plot, Report, bars
 from thruster_model.vehicle_set import VehicleSet
@@ -57,7 +57,7 @@ def report_of(
     rows = [
         [f"{name} after {e.horizon:g} s", e.as_is[name], e.retuned[name], e.with_effect[name], unit]
         for e in errors
-        for name, (_, unit) in CHANNEL_GROUPS.items()
+        for name, unit in FORESEEN.items()
         if not np.isnan(e.as_is[name])
     ]
     report.table(
