@@ -36,11 +36,12 @@ class Scatter:
 
 
 def masks_of(recordings: Sequence[Recording]) -> dict[tuple[int, str], NDArray[np.bool_]]:
-    """Return the samples that say nothing: repeated ones, spikes, lone ones, and those of a beginning in motion."""
+    """Return the samples that say nothing, or nothing more: repeated ones, spikes, lone ones, those of a beginning in
+    motion, and all but one of those in which a coarse converter stands still."""
     masks: dict[tuple[int, str], NDArray[np.bool_]] = {}
     hole = _hole(recordings)
     for index, recording in enumerate(recordings):
-        log, own = recording.log, (_zeros(recording, hole), _beginning(recording))
+        log, own = recording.log, (_zeros(recording, hole), _beginning(recording), _standing(recording))
         for table in (log.repeated, log.spikes, log.lone, *own):
             for signal, mask in table.items():
                 if np.any(mask):
@@ -63,6 +64,22 @@ def _beginning(recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
     experiment = recording.experiment
     end = min(_SETTLING, _SHARE * experiment.dt * experiment.throttle.size)
     return {name: measured.time < end for name, measured in experiment.measurements.items()}
+
+
+def _standing(recording: Recording) -> Mapping[str, NDArray[np.bool_]]:
+    """Return the readings of a coarse tachometer that are as the one before or after: the middle one stays of each row.
+
+    What it cuts off is the same in all of them. Taken for as many errors by chance, zeros of a rotor that turns slower
+    than half a step had told of dry friction.
+    """
+    read, step = recording.experiment.measurements.get("speed"), recording.log.lattice.get("speed", 0.0)
+    if read is None or step < LOG_RULES.lattice * read.noise or step == 0.0:
+        return {}
+    ends = np.append(np.flatnonzero(np.diff(read.values) != 0.0), read.values.size - 1)
+    starts = np.concatenate(([0], ends[:-1] + 1))
+    standing = np.ones(read.values.size, dtype=np.bool_)
+    standing[(starts + ends) // 2] = False
+    return {"speed": standing}
 
 
 _OUTLIERS = 1e-3

@@ -36,6 +36,16 @@ def test_readings_about_the_threshold_are_left_out_by_their_neighbours_not_by_th
         assert np.mean(slow) < 0.05
 
 
+def test_of_readings_in_which_a_coarse_tachometer_stands_still_the_middle_one_counts():
+    _, recordings = campaign({"tach_quantization": {"step": 8.0}}, runs=1, duration=12.0, seed=4)
+    assert "tach_quantization" in [found.effect for found in found_in_logs(recordings)]
+    values = recordings[0].experiment.measurements["speed"].values
+    kept = np.flatnonzero(~masks_of(recordings)[0, "speed"])
+    rows = np.split(np.arange(values.size), np.flatnonzero(np.diff(values)) + 1)
+    assert max(len(row) for row in rows) > 20
+    np.testing.assert_array_equal(kept, [row[(len(row) - 1) // 2] for row in rows])
+
+
 def test_scatter_is_known_from_before_the_stamps_were_put_in_order_by_the_rate_at_which_they_came():
     at = 0.01 * np.arange(4000)
     stamps = np.sort(at + 0.01 * np.random.default_rng(1).standard_normal(at.size))

@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from gap_diagnosis.vehicle.conventions import Conventions, conventions_of
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.learning import learned_from
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
@@ -16,8 +17,9 @@ __all__ = ["Baseline", "baseline"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """Values of the nuisances, biases of single runs left out; noises; which sensors told anything."""
+    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything."""
 
+    conventions: Conventions
     values: Mapping[Key, float]
     noises: Noises
     there: Mapping[str, bool]
@@ -25,6 +27,8 @@ class Baseline:
 
 def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     """Return what these recordings of the healthy vehicle teach."""
+    conventions = conventions_of(model, logs)
+    logs = [conventions.read(log) for log in logs]
     runs, fit = settled(model, logs, nuisances(model, logs))
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
-    return Baseline(values=values, noises=learned_from(runs), there=told_in(logs))
+    return Baseline(conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs))

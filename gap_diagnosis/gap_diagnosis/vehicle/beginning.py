@@ -1,6 +1,7 @@
 """What a search begins with: wrong wires, or a delay of all commands or of one sensor, or nothing."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import minimize_scalar
@@ -19,55 +20,57 @@ from gap_diagnosis.vehicle.stage import log_prior
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.innovations import CHANNELS
 
-__all__ = ["begun"]
+__all__ = ["Begun", "begun"]
+
+
+class Begun(NamedTuple):
+    """Recordings and fit without any effect; those that a search begins with, rivals of each effect that they have on,
+    and log odds for each."""
+
+    retuned: tuple[list[Prepared], Fit]
+    first: tuple[list[Prepared], Fit]
+    rivals: list[Rivals]
+    odds: list[float]
 
 
 def begun(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
-    retuned: tuple[list[Prepared], Fit],
-) -> tuple[tuple[list[Prepared], Fit], list[Rivals], list[float]]:  # fmt: skip
-    """Return recordings and fit with the wrong wires, or the delay, without which they are far less likely, rivals of
-    each, and log odds for each; without any: `retuned`.
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis]
+) -> Begun:  # fmt: skip
+    """Return what a search begins with: wrong wires, or a delay, without which recordings are far less likely.
 
     Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
-    from. So the believed ones are asked.
+    from. So the believed ones are asked. Where a delay begins, numbers without it are those nearest to it: from the
+    believed ones they wander far.
     """
-    far = {
-        k[2] for k, moved in zip(free, retuned[1].moved, strict=True) if k[0] == "own" and abs(moved) > rules.SHIFTED
-    }
-    switches = [h for h in tried if h.switch and far & {h.thruster, h.other}]
     delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
+    switches = [h for h in tried if h.switch]
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
-    wires = _wired_wrongly(model, logs, switches, nothing)
-    if wires:
-        found = settled(model, logs, free, wires)
-        if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
-            return found, [() for _ in wires], [np.inf for _ in wires]
-    if late_ones := _delayed(model, logs, delays, nothing):
+    late_ones = _delayed(model, logs, delays, nothing)
+    if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
         # quick fits beside each other's noises do not tell two delays apart
-        fits = [settled(model, logs, free, [each]) for each in late_ones]
+        fits = [settled(model, logs, free, [each]) for _, each in late_ones]
         found = max(fits, key=lambda each: log_evidence(*each))
         late = found[1].effects[0]
         others = [
             (log_evidence(*each) - log_evidence(*found), each[1].effects[0]) for each in fits if each is not found
         ]
-
-        def odds_against(bare: tuple[list[Prepared], Fit]) -> float:
-            return log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)
-
-        odds = odds_against(retuned)
+        bare = settled_with([], model, logs, free, found[0], found[1].values)
+        odds = log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)
         if odds > np.log(rules.CLAIM):
-            # its numbers may be nearer to the truth, and not its delay
-            bare = settled_with([], model, logs, free, found[0], found[1].values)
-            if log_evidence(*bare) > log_evidence(*retuned):
-                retuned, odds = bare, odds_against(bare)
-        if odds > np.log(rules.CLAIM):
-            return found, [tuple(others)], [odds]
-    return retuned, [], []
+            return Begun(bare, found, [tuple(others)], [odds])
+    retuned = settled(model, logs, free)
+    moved = zip(free, retuned[1].moved, strict=True)
+    far = {k[2] for k, deviations in moved if k[0] == "own" and abs(deviations) > rules.SHIFTED}
+    wires = _wired_wrongly(model, logs, [h for h in switches if far & {h.thruster, h.other}], nothing)
+    if wires:
+        found = settled(model, logs, free, wires)
+        if likelihood(*found) > likelihood(*retuned) + np.log(rules.CLAIM):
+            return Begun(retuned, found, [() for _ in wires], [np.inf for _ in wires])
+    return Begun(retuned, retuned, [], [])
 
 
 def _wired_wrongly(
-    model: Model, logs: Sequence[VehicleLog], switches: list[Hypothesis], nothing: float
+    model: Model, logs: Sequence[VehicleLog], switches: Sequence[Hypothesis], nothing: float
 ) -> list[Refined]:  # fmt: skip
     """Return the wrong wires with which believed numbers foresee recordings far better; nothing: without any.
 
@@ -75,7 +78,7 @@ def _wired_wrongly(
     effects, most of which would do as well here.
     """
     on: list[Refined] = []
-    best = nothing
+    best, switches = nothing, list(switches)
     while switches and len(on) < rules.MOST_EFFECTS:
         scores = side_by_side(lambda h: _foreseen(model, logs, [*on, _of_size(h)]), switches)
         likeliest = switches[scores.index(max(scores))]
@@ -92,9 +95,9 @@ def _wired_wrongly(
 
 def _delayed(
     model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
-) -> list[Refined]:  # fmt: skip
-    """Return the delays of all alike with which believed numbers foresee recordings far better, each at its best size:
-    the one with which they do best, and those that gain nearly as much."""
+) -> list[tuple[float, Refined]]:  # fmt: skip
+    """Return the delays of all alike with which believed numbers foresee recordings far better, each with its gain at
+    its best size: the one with which they do best, and those that gain nearly as much."""
     tried = [_of_size(h, size) for h in delays for size in h.further]
     scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
     if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
@@ -110,7 +113,7 @@ def _delayed(
         best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
         found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x),))))
     most = max(gain for gain, _ in found)
-    return [each for gain, each in found if gain >= rules.ALSO_LATE * most]
+    return [each for each in found if each[0] >= rules.ALSO_LATE * most]
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

@@ -10,6 +10,7 @@ import numpy as np
 from gap_diagnosis.check_io import topics_within
 from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
@@ -17,7 +18,6 @@ from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
 from gap_diagnosis.vehicle.unknowns import Key, words_of
-from gap_diagnosis.vehicle.wiring import wiring_of
 from run_bag import Run, RunError, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
 
@@ -60,9 +60,10 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         return [*found, Finding(kind="refused", about="fit would refuse", sentence=lacking)]
     for each in common_to([log.oddities for log in logs]):
         found.append(Finding(kind="note", about="log of a sensor", sentence=each.sentence))
-    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
-    kind: Kind = "good" if wiring.verdict == "as_stated" else "note"
-    says = " ".join(wiring.sentences) or "Commands move the vehicle as the set states."
+    conventions = conventions_of(model, logs)
+    logs = [conventions.read(log) for log in logs]
+    kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
+    says = " ".join(conventions.sentences) or "Commands move the vehicle as the set states."
     return [*found, Finding(kind=kind, about="wiring", sentence=says), *_apart(logs), *_foreseen(model, logs)]
 
 

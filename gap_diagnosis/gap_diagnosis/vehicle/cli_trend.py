@@ -11,6 +11,7 @@ from typing import Any
 import plotly.graph_objects as go
 
 from gap_diagnosis.vehicle.arguments_io import add_sets
+from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -51,7 +52,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         times, unit = _times(logs)
         sizes = []
         for path, log, time in zip(given.dives, logs, times, strict=True):
-            size, deviation = size_in(model, log, h)
+            conventions = conventions_of(model, [log])
+            for sentence in conventions.turned:
+                print(f"{path.name}: {sentence}", file=sys.stderr)
+            size, deviation = size_in(model, conventions.read(log), h)
             sizes.append(Size(time=time, size=size, deviation=deviation))
             print(f"{path.name}: {size:.3g} ± {deviation:.2g}", file=sys.stderr, flush=True)
         line = line_of(sizes)

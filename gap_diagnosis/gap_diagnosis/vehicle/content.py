@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.conventions import Conventions
 from gap_diagnosis.vehicle.how_far import FORESEEN, Errors, Share
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
@@ -15,7 +16,6 @@ from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
-from gap_diagnosis.vehicle.wiring import Wiring
 
 __all__ = ["PROGRAMME", "content_of", "where_of"]
 
@@ -105,8 +105,8 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
 
 
 def content_of(
-    verdict: Verdict, found: Found | None, errors: Sequence[Errors], wiring: Wiring | None, logs: Sequence[VehicleLog],
-    provenance: dict[str, Any], proposed: NextExperiment | None = None,
+    verdict: Verdict, found: Found | None, errors: Sequence[Errors], conventions: Conventions | None,
+    logs: Sequence[VehicleLog], provenance: dict[str, Any], proposed: NextExperiment | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`."""
     channels: dict[str, Any] = {}
@@ -147,11 +147,11 @@ def content_of(
         "unexplained": [{"signal": axis, "depends_on": on, "gain": gain} for gain, (_, axis, on) in verdict.left],
         "hidden": [{**place_of(h), "least": size, "unit": h.units[h.parameters[0]]} for h, size in _hidden(verdict)],
         "not_tried": _not_tried(found, told_in(logs)),
-        "wiring": None if wiring is None else wiring.content(),
+        "wiring": None if conventions is None else conventions.content(),
         "sensors": told_in(logs),
         "log": [each.sentence for each in verdict.logged],
         "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
-        "next_experiment": _next(verdict, wiring) if proposed is None else _proposed(proposed),
+        "next_experiment": _next(verdict, conventions) if proposed is None else _proposed(proposed),
         "provenance": provenance,
     }
 
@@ -209,9 +209,9 @@ def _number(value: float) -> float | None:
     return None if not np.isfinite(value) else float(value)
 
 
-def _next(verdict: Verdict, wiring: Wiring | None) -> dict[str, Any] | None:
+def _next(verdict: Verdict, conventions: Conventions | None) -> dict[str, Any] | None:
     unsure = verdict.name in ("cannot_tell", "unknown", "not_enough_data") or any(c.rivals for c in verdict.claims)
-    silent = wiring is not None and bool(wiring.silent)
+    silent = conventions is not None and bool(conventions.wiring.silent)
     if not (unsure or silent):
         return None
     return {

@@ -6,25 +6,22 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from gap_diagnosis.diagnose_io import package_version
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.content import PROGRAMME, content_of
+from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.fit import numbers_of
 from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.mounting import mounted
 from gap_diagnosis.vehicle.next_experiment import NextExperiment, next_experiment
 from gap_diagnosis.vehicle.programmes import Limits
 from gap_diagnosis.vehicle.programmes_io import write_programme
 from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.search import Found, search
 from gap_diagnosis.vehicle.verdict import Verdict, judged
-from gap_diagnosis.vehicle.wiring import wiring_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings_io import load_thruster_sets
 from safe_files.whole_files_io import new_folder, write_whole
@@ -67,23 +64,20 @@ def diagnosed(
     only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True, experiment: Limits | None = None,
 ) -> Diagnosed:  # fmt: skip
     """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed."""
-    c = model.vehicle.coefficients
-    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(c.mass_matrix))
-    for sentence in wiring.sentences:
+    conventions = conventions_of(model, logs)
+    for sentence in conventions.sentences:
         told(sentence)
-    if wiring.turned:
-        logs = [mounted(log, wiring.mounting, 0.5 * wiring.gain / len(logs)) for log in logs]
+    logs = [conventions.read(log) for log in logs]
     found = search(model, logs, told, only)
     longest = max(log.duration for log in logs)
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = left_out_errors(found, horizons)
     verdict = judged(found, logs, errors)
-    if wiring.turned:
-        verdict = replace(verdict, summary=f"{wiring.sentences[0]} {verdict.summary}")
+    verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary)))
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)
-    content = content_of(verdict, found, errors, wiring, logs, provenance, proposed)
+    content = content_of(verdict, found, errors, conventions, logs, provenance, proposed)
     return Diagnosed(
         verdict=verdict, content=content, errors=errors, with_effect=_with_effect(model, found, verdict, errors),
         model=model, proposed=proposed,

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.how_far import Point, free_runs, rms, without_run
 from gap_diagnosis.vehicle.log import VehicleLog, wanting
 from gap_diagnosis.vehicle.model import Model
@@ -60,12 +61,14 @@ class LeftOut:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VehicleFit:
-    """The numbers, errors of free runs, the wrench (6,) [N, N m] that remains, whether recordings were left out."""
+    """The numbers, errors of free runs, the wrench (6,) [N, N m] that remains, whether recordings were left out, a
+    sentence for each sensor that is mounted turned."""
 
     numbers: tuple[FittedNumber, ...]
     errors: tuple[LeftOut, ...]
     wrench: Array
     left_out: bool
+    turned: tuple[str, ...] = ()
 
     def values(self) -> dict[Key, float]:
         """Return by how much each number moved."""
@@ -101,6 +104,10 @@ def fitted_vehicle(
     """
     if lacking := wanting(logs):
         raise ValueError(lacking)
+    conventions = conventions_of(model, logs)
+    for sentence in conventions.turned:
+        told(sentence)
+    logs = [conventions.read(log) for log in logs]
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free)
@@ -117,4 +124,5 @@ def fitted_vehicle(
         errors=tuple(errors),
         wrench=np.asarray(runs[0].noises.wrench),
         left_out=len(runs) > 1,
+        turned=conventions.turned,
     )

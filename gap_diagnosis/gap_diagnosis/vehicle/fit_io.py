@@ -43,7 +43,7 @@ def summary_of(fit: VehicleFit) -> str:
     own = [n for n in fit.numbers if n.key[0] not in OF_RUN]
     open_ones = [n for n in own if not n.told]
     far = sorted((n for n in own if n.shifted), key=lambda n: -abs(n.moved / n.before))
-    says = [f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
+    says = [*fit.turned, f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
     if far:
         named = ", ".join(f"{words_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
         says.append(f"Farther from what was stated than its deviation allows: {named}. An effect may be behind it.")

@@ -1,7 +1,7 @@
-r"""An IMU whose axes are not the body's: the 24 right-handed ways to mount it at right angles, and logs read so.
+r"""Sensors whose axes are not the body's: the 24 right-handed ways to mount one at right angles, and logs read so.
 
 A mounting R is a signed permutation with det R = 1; a vector y_s of the sensor is y = R y_s in the body. An attitude q
-that was told with the same turn becomes q * q(R)^-1. It was where its rates agree with the gyro as it was read:
+that was told with the IMU's turn becomes q * q(R)^-1. It was where its rates agree with the gyro as it was read:
 
     sum |omega(q) - y_s|^2 < sum |omega(q) - R y_s|^2
 """
@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.oddities import Oddity
-from gap_diagnosis.vehicle.rules import TURNED_BY, UPRIGHT
+from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
+from gap_diagnosis.vehicle.rules import UPRIGHT
 
-__all__ = ["MOUNTINGS", "mounted", "named", "read_with", "upright"]
+__all__ = ["MOUNTINGS", "imu_mounted", "named", "read_with", "turned_too", "upright", "velocity_mounted"]
 
 Array = NDArray[np.float64]
 _SIGNED = [np.diag(s) @ np.eye(3)[list(p)] for p in permutations(range(3)) for s in product((1.0, -1.0), repeat=3)]
@@ -32,20 +31,26 @@ def named(R: Array) -> tuple[str, str, str]:
     return forward, starboard, down
 
 
-def mounted(log: VehicleLog, R: Array, log_odds: float) -> VehicleLog:
-    """Return a log whose IMU is read as mounted by R, and that it shows this; log_odds: how surely."""
-    told, noise = log.told.copy(), log.noise.copy()
-    for at in (slice(3, 6), slice(6, 9)):
-        told[:, at] = read_with(log.told[:, at], R)
-        noise[at] = np.abs(read_with(log.noise[at], R))
-    attitude = log.attitude
-    if _turned_too(log, R):
-        there = np.isfinite(attitude).all(axis=1)
-        attitude = attitude.copy()
-        attitude[there] = (_rotations(attitude[there]) * Rotation.from_matrix(R).inv()).as_quat()[:, [3, 0, 1, 2]]
-    angle = float(Rotation.from_matrix(R).magnitude())
-    shown = Oddity("imu_misalignment", "imu", None, angle, TURNED_BY, log_odds)
-    return replace(log, told=told, noise=noise, attitude=attitude, oddities=(*log.oddities, shown))
+def imu_mounted(log: VehicleLog, R: Array, attitude: bool) -> VehicleLog:
+    """Return a log whose IMU is read as mounted by R; attitude: whether that was told with the same turn."""
+    log = _read(_read(log, "gyro", R), "accelerometer", R)
+    if not attitude:
+        return log
+    there = np.isfinite(log.attitude).all(axis=1)
+    turned = log.attitude.copy()
+    turned[there] = (_rotations(turned[there]) * Rotation.from_matrix(R).inv()).as_quat()[:, [3, 0, 1, 2]]
+    return replace(log, attitude=turned)
+
+
+def velocity_mounted(log: VehicleLog, R: Array) -> VehicleLog:
+    """Return a log whose velocity log is read as mounted by R."""
+    return _read(log, "velocity", R)
+
+
+def _read(log: VehicleLog, sensor: str, R: Array) -> VehicleLog:
+    told, noise, at = log.told.copy(), log.noise.copy(), CHANNELS_OF[sensor]
+    told[:, at], noise[at] = read_with(log.told[:, at], R), np.abs(read_with(log.noise[at], R))
+    return replace(log, told=told, noise=noise)
 
 
 def upright(logs: Sequence[VehicleLog], R: Array) -> bool:
@@ -64,16 +69,20 @@ def read_with(y: Array, R: Array) -> Array:
     return np.asarray(y[..., rows] * R[np.arange(3), rows])
 
 
-def _turned_too(log: VehicleLog, R: Array) -> bool:
-    """Return whether the attitude was told with the same turn as the gyro."""
-    there: NDArray[np.bool_] = np.asarray(np.isfinite(log.attitude).all(axis=1))
-    pairs = np.flatnonzero(there[1:] & there[:-1])
-    if not pairs.size:
-        return False
-    before, after = (_rotations(log.attitude[pairs + j]) for j in (0, 1))
-    rates = (before.inv() * after).as_rotvec() / log.period
-    y = 0.5 * (log.told[pairs, 3:6] + log.told[pairs + 1, 3:6])
-    return bool(np.nansum((rates - y) ** 2) < np.nansum((rates - read_with(y, R)) ** 2))
+def turned_too(logs: Sequence[VehicleLog], R: Array) -> bool:
+    """Return whether the attitude was told with the same turn as the gyro of an IMU that is mounted by R."""
+    as_told = as_read = 0.0
+    for log in logs:
+        there: NDArray[np.bool_] = np.asarray(np.isfinite(log.attitude).all(axis=1))
+        pairs = np.flatnonzero(there[1:] & there[:-1])
+        if not pairs.size:
+            continue
+        before, after = (_rotations(log.attitude[pairs + j]) for j in (0, 1))
+        rates = (before.inv() * after).as_rotvec() / log.period
+        y = 0.5 * (log.told[pairs, 3:6] + log.told[pairs + 1, 3:6])
+        as_told += float(np.nansum((rates - y) ** 2))
+        as_read += float(np.nansum((rates - read_with(y, R)) ** 2))
+    return as_told < as_read
 
 
 def _rotations(q: Array) -> Rotation:

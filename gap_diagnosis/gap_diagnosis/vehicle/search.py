@@ -62,8 +62,7 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    retuned = settled(model, logs, free)
-    (runs, fit), rivals, odds = begun(model, logs, free, tried, retuned)
+    retuned, (runs, fit), rivals, odds = begun(model, logs, free, tried)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
         (runs, fit), rivals = exchanged(model, logs, runs, fit, free, tried, rivals, told)

@@ -167,6 +167,7 @@ class Watch:
         """Begin with what recordings of the healthy vehicle taught."""
         self.threshold = threshold
         self._model, self._values, self._noises = model, healthy.values, healthy.noises
+        self._conventions = healthy.conventions
         self.followed = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
         """Failures, each at a size."""
         self.ratios = np.zeros(len(self.followed))
@@ -193,6 +194,7 @@ class Watch:
 
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
+        log = self._conventions.read(log)
         if not self._branches:
             bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in self.followed)]
             self._branches = [_Branch(self._model, self._values, effects, log) for effects in bank]

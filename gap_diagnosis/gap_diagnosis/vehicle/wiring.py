@@ -27,7 +27,7 @@ from scipy.signal import lfilter
 
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.mounting import MOUNTINGS, named, read_with, upright
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, read_with, upright
 from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, TURNED_IMU, WIRING_MARGIN, WIRING_SEEN
 
 __all__ = ["Wiring", "wiring_of"]
@@ -44,7 +44,7 @@ class Wiring:
     Attributes:
         order: thruster that each command drives, as cheapest; signs: +1 or -1.
         margin: cost of the stated wiring above that of the cheapest, in chi squared.
-        verdict: as_stated, wrong, turned (the IMU, wires as stated) or cannot_tell.
+        verdict: as_stated, wrong or cannot_tell.
         silent: commands that move nothing that is seen, or that were never used.
         alike: groups of thrusters whose columns agree in direction.
         delay: of the motion behind the commands [s]; of which the rotors take their part.
@@ -65,18 +65,12 @@ class Wiring:
     mounting: Array
     gain: float
 
-    @property
-    def turned(self) -> bool:
-        """Whether the IMU is."""
-        return self.gain > 0.0
-
     def content(self) -> dict[str, Any]:
         """Return it for diagnosis.json."""
         return {
             "verdict": self.verdict, "order": list(self.order), "signs": list(self.signs), "margin": self.margin,
             "silent": list(self.silent), "alike": [list(g) for g in self.alike], "delay": self.delay,
-            "dead_band": [None if not np.isfinite(d) else d for d in self.dead_band], "sentences": list(self.sentences),
-            "imu_axes": list(named(self.mounting)),
+            "dead_band": [None if not np.isfinite(d) else d for d in self.dead_band],
         }  # fmt: skip
 
 
@@ -103,13 +97,11 @@ def wiring_of(logs: Sequence[VehicleLog], K_t: Array, mass: Array) -> Wiring:
     k = int(np.argmin(prices))
     found, gain = tried[k], prices[0] - prices[k]
     verdict, order, signs = _verdict(found, _alike(b))
-    if k > 0 and verdict == "as_stated":
-        verdict = "turned"
     silent = tuple(i for i in range(N) if not found.seen[i])
     return Wiring(
         order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, alike=_alike(b), delay=best[2],
         dead_band=tuple(best[3] if found.seen[i] else float("nan") for i in range(N)), mounting=ways[k], gain=gain,
-        sentences=(*_of_mounting(ways[k]), *_sentences(verdict, order, signs, silent, _alike(b), used)),
+        sentences=_sentences(verdict, order, signs, silent, _alike(b), used),
     )  # fmt: skip
 
 
@@ -177,14 +169,6 @@ def _verdict(found: _Assigned, alike: tuple[tuple[int, ...], ...]) -> tuple[str,
     if (moved and found.margin > WIRING_MARGIN and not within) or reversed_:
         return "wrong", tuple(map(int, found.order)), found.signs
     return "as_stated" if found.seen.any() else "cannot_tell", tuple(range(N)), (1,) * N
-
-
-def _of_mounting(R: Array) -> tuple[str, ...]:
-    """Return a sentence where an IMU is turned."""
-    if np.array_equal(R, MOUNTINGS[0]):
-        return ()
-    forward, starboard, down = named(R)
-    return (f"The IMU is mounted turned: its {forward} is forward, its {starboard} starboard, its {down} down.",)
 
 
 def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array, Array, float]:

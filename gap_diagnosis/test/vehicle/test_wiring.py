@@ -8,8 +8,10 @@ import pytest
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from gap_diagnosis.vehicle.conventions import conventions_of
+from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log import VehicleLog, held
-from gap_diagnosis.vehicle.mounting import MOUNTINGS, mounted, named
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, imu_mounted, named, turned_too
 from gap_diagnosis.vehicle.wiring import wiring_of
 from thruster_model.vehicle_set_io import load_vehicle_set
 
@@ -105,11 +107,11 @@ def test_a_turned_imu_is_one_finding_and_no_wrong_wire(k: int, attitude: str) ->
     if q is None:
         q = Rotation.from_matrix(R).as_quat()[[3, 0, 1, 2]]
     log = replace(true, told=told, attitude=np.tile(q, (len(told), 1)))
-    found = wiring_of([log], VEHICLE.configuration, MASS)
-    assert (found.verdict, found.order, found.signs) == ("turned", tuple(range(6)), (1,) * 6)
-    np.testing.assert_array_equal(found.mounting, R)
+    found = conventions_of(load_model("ngs"), [log])
+    assert (found.verdict, found.wiring.order, found.wiring.signs) == ("turned", tuple(range(6)), (1,) * 6)
+    np.testing.assert_array_equal(found.imu.R, R)
     assert found.sentences[0].startswith("The IMU is mounted turned: its ")
-    read = mounted(log, found.mounting, found.gain)
+    read = found.read(log)
     np.testing.assert_allclose(read.told, true.told)
     assert [each.effect for each in read.oddities] == ["imu_misalignment"]
 
@@ -142,7 +144,7 @@ def test_a_turned_imu_hides_no_wrong_wire_beside_it() -> None:
     told = true.told.copy()
     told[:, 3:6], told[:, 6:9] = true.told[:, 3:6] @ MOUNTINGS[5], true.told[:, 6:9] @ MOUNTINGS[5]
     found = wiring_of([replace(true, told=told)], VEHICLE.configuration, MASS)
-    assert (found.verdict, found.order, found.turned) == ("wrong", (0, 1, 2, 4, 3, 5), True)
+    assert (found.verdict, found.order) == ("wrong", (0, 1, 2, 4, 3, 5)) and found.gain > 0.0
 
 
 @pytest.mark.parametrize("turn", [R for R in MOUNTINGS if R[2, 2] == 1.0])
@@ -155,5 +157,5 @@ def test_an_attitude_is_turned_back_where_it_was_turned_with_the_gyro(turn: Arra
     told[:, 3:6] = np.vstack((rates, rates[-1])) @ turn
     for given in (body, body * Rotation.from_matrix(turn)):
         log = replace(true.part(0, 400), told=told, attitude=given.as_quat()[:, [3, 0, 1, 2]])
-        read = Rotation.from_quat(mounted(log, turn, 1.0).attitude[:, [1, 2, 3, 0]])
+        read = Rotation.from_quat(imu_mounted(log, turn, turned_too([log], turn)).attitude[:, [1, 2, 3, 0]])
         assert (read.inv() * body).magnitude().max() < 1e-6

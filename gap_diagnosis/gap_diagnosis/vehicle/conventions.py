@@ -1,0 +1,98 @@
+"""What recordings show of conventions before any physics, wires and mountings, and recordings read so."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, imu_mounted, named, turned_too, velocity_mounted
+from gap_diagnosis.vehicle.oddities import Oddity
+from gap_diagnosis.vehicle.rules import TURNED_BY
+from gap_diagnosis.vehicle.velocity_axes import velocity_mounting
+from gap_diagnosis.vehicle.wiring import Wiring, wiring_of
+
+__all__ = ["Conventions", "conventions_of"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mounted:
+    """How a sensor is mounted (3, 3), and log odds in each recording of that against what is stated."""
+
+    R: Array
+    log_odds: float
+
+    @property
+    def turned(self) -> bool:
+        """Whether it is not as stated."""
+        return not np.array_equal(self.R, MOUNTINGS[0])
+
+    def words(self, sensor: str) -> tuple[str, ...]:
+        """Return a sentence where it is turned."""
+        if not self.turned:
+            return ()
+        forward, starboard, down = named(self.R)
+        return (
+            f"The {sensor} is mounted turned: its {forward} is forward, its {starboard} starboard, its {down} down.",
+        )
+
+    def oddity(self, sensor: str) -> tuple[Oddity, ...]:
+        """Return what a recording shows of it."""
+        angle = float(Rotation.from_matrix(self.R).magnitude())
+        shown = Oddity(f"{sensor}_misalignment", sensor, None, angle, TURNED_BY, self.log_odds)
+        return (shown,) if self.turned else ()
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Conventions:
+    """Wires; how IMU and velocity log are mounted; whether the attitude was told with the IMU's turn."""
+
+    wiring: Wiring
+    imu: Mounted
+    velocity: Mounted
+    attitude: bool
+
+    @property
+    def verdict(self) -> str:
+        """That of the wires, or turned where these are as stated and a sensor is not."""
+        return "turned" if self.turned and self.wiring.verdict == "as_stated" else self.wiring.verdict
+
+    @property
+    def turned(self) -> tuple[str, ...]:
+        """A sentence for each sensor that is."""
+        return (*self.imu.words("IMU"), *self.velocity.words("velocity log"))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """What is said of all of it."""
+        return (*self.turned, *self.wiring.sentences)
+
+    def read(self, log: VehicleLog) -> VehicleLog:
+        """Return a log read so, and that it shows this."""
+        if self.imu.turned:
+            log = imu_mounted(log, self.imu.R, self.attitude)
+        if self.velocity.turned:
+            log = velocity_mounted(log, self.velocity.R)
+        shown = (*self.imu.oddity("imu"), *self.velocity.oddity("velocity"))
+        return replace(log, oddities=(*log.oddities, *shown)) if shown else log
+
+    def content(self) -> dict[str, Any]:
+        """Return it for diagnosis.json."""
+        axes = {"imu_axes": list(named(self.imu.R)), "velocity_axes": list(named(self.velocity.R))}
+        return {**self.wiring.content(), "verdict": self.verdict, "sentences": list(self.sentences), **axes}
+
+
+def conventions_of(model: Model, logs: Sequence[VehicleLog]) -> Conventions:
+    """Return what these recordings show; a velocity log is looked at once the IMU is read aright."""
+    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
+    imu = Mounted(R=wiring.mounting, log_odds=0.5 * wiring.gain / len(logs))
+    too = imu.turned and turned_too(logs, imu.R)
+    read = [imu_mounted(log, imu.R, too) for log in logs] if imu.turned else logs
+    R, gain = velocity_mounting(read)
+    return Conventions(wiring=wiring, imu=imu, velocity=Mounted(R=R, log_odds=0.5 * gain / len(logs)), attitude=too)
