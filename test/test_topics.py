@@ -1,15 +1,21 @@
 """One table of topics, types and units: the messages' README, the definitions and the code agree with it."""
 
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from run_bag.definitions import definitions
+from run_bag.importers.axes import unit_in_map
+from run_bag.importers.conversions import CONVERSIONS
+from run_bag.importers.guess_rules import BY_UNIT, LOGS, THRUSTER, VEHICLE
 from run_bag.known_topics import KNOWN, KNOWN_VEHICLE, topic_rows, topic_type
 from run_bag.layout import layout
-from run_bag.topics_table import topics
+from run_bag.topics_table import channels, topics
 from run_bag.units import UNITS, unit_of
+from thruster_model.identification.experiment import CHANNELS
 
 ROOT = Path(__file__).resolve().parents[1]
 FIELD = re.compile(r"^(?:float64|uint8|uint32|bool)(?:\[\d*\])? (\w+)(?=\s|$)", re.MULTILINE)
@@ -29,6 +35,25 @@ def test_the_readme_s_table_of_topics_is_the_table_of_the_code() -> None:
     text = (ROOT / "thruster_msgs" / "README.md").read_text("utf-8")
     table = "| topic | type | content |\n|---|---|---|\n" + topic_rows()
     assert table in text, "print(run_bag.known_topics.topic_rows()) gives the rows"
+
+
+def test_the_page_of_channels_and_units_is_what_the_tables_of_the_code_say() -> None:
+    script = ROOT / "scripts/workspace/channels_page.py"
+    made = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, timeout=600.0, check=True)
+    page = (ROOT / "docs/channels.md").read_text("utf-8")
+    assert made.stdout == page, f"{script.name} > docs/channels.md makes it anew"
+    assert all(f"`{unit}`" in page for taken in CONVERSIONS.values() for unit in taken)
+
+
+def test_the_channels_of_a_map_have_units_and_are_all_that_a_proposal_or_a_fit_names() -> None:
+    listed = {c.name: c for c in channels()}
+    for c in listed.values():
+        topic, _, path = c.name.replace("<i>", "0").partition(".")
+        for part in c.parts or ("",):
+            assert unit_in_map(topic_type(topic) or "", f"{path}.{part}".rstrip("."), topic), c.name
+    proposed = {rule.channel for rule in (*LOGS, *THRUSTER, *VEHICLE)} | set(BY_UNIT.values())
+    named = {re.sub(r"\.\{(axis|angle|part)\}$", "", name).replace("{i}", "<i>") for name in proposed}
+    assert named | {f"thruster_<i>/{channel}" for channel in CHANNELS.values()} <= set(listed)
 
 
 @pytest.mark.parametrize(

@@ -43,11 +43,15 @@ def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0)
 
 
 def _channels(run: Run, thruster: int) -> Iterable[Finding]:
-    """Yield a finding for each channel that matters, and one for those that are missing."""
+    """Yield a finding for each channel that matters, and for those that are missing.
+
+    One flow is enough, and torque serves its own coefficients alone: without the other ones nothing is in the way.
+    """
     prefix = f"thruster_{thruster}"
     throttle = throttle_channel(run, prefix)
     wanted = {} if throttle is None else {throttle: "V"}
-    wanted |= {f"{prefix}/{channel}": SIGNALS[signal].unit for signal, channel in CHANNELS.items()}
+    names = {signal: f"{prefix}/{channel}" for signal, channel in CHANNELS.items()}
+    wanted |= {name: SIGNALS[signal].unit for signal, name in names.items()}
     missing = []
     for name, unit in wanted.items():
         known = np.isfinite(run[name].values) if name in run else np.zeros(0, dtype=np.bool_)
@@ -62,8 +66,12 @@ def _channels(run: Run, thruster: int) -> Iterable[Finding]:
         )
         told = f"{values.size} samples{rate}; {np.min(values):.4g} to {np.max(values):.4g} {unit}"
         yield Finding(kind="good", run=run.name, about=name, sentence=told)
-    if missing:
-        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(missing))
+    flows = {names["axial"], names["ambient"]}
+    spare = {names["torque"]} if flows <= set(missing) else {names["torque"], *flows}
+    if needed := [name for name in missing if name not in spare]:
+        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(needed))
+    if others := [name for name in missing if name in spare]:
+        yield Finding(kind="good", run=run.name, about="not measured", sentence=", ".join(others))
     hold = _holds(run).get("throttle")
     if hold is not None:
         told = f"between two samples the run states `{hold}`"
@@ -118,7 +126,11 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
     return [
         kept,
         *(
-            Finding(kind="note", about=f"parameter {each.name} ({each.status})", sentence=each.sentence)
+            Finding(
+                kind="good" if each.settled else "note",
+                about=f"parameter {each.name} ({each.status})",
+                sentence=each.sentence,
+            )
             for each in judged
             if each.status != "determined"
         ),

@@ -17,6 +17,7 @@ from gap_diagnosis.log_check import (
     spikes,
 )
 from gap_diagnosis.recording import LogFindings, Recording, initial_state
+from run_bag.alignment import moves_between
 from thruster_model.identification.experiment import PARTS, Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
 from thruster_model.identification.speed_sign import held
@@ -27,8 +28,6 @@ Array = NDArray[np.float64]
 DT = 0.01
 """Period of the simulation [s]; RK4 is exact to a millionth at this step."""
 _PUNCTUAL = 5e-4  # [s]
-_DENSE = 3e-3
-"""Period of commands [s] up to which it makes no difference how they act in between."""
 LEAST_SCATTER = 5e-4
 """Scatter of stamps [s] from which on it is asked whether it is the log's."""
 CELL = 0.04
@@ -174,15 +173,9 @@ def recording_of(
 
     if not regular and max(scatter.values()) >= LEAST_SCATTER:
         found = replace(found, regular=again(regular=True))
-    if hold is None and _moves_between(*given[0]):
+    if hold is None and moves_between(*given[0]):
         found = replace(found, straight=again(regular=regular, hold="linear"))
     return found
-
-
-def _moves_between(time: Array, values: Array) -> bool:
-    """Tell whether it matters how commands act between their samples: these are rare, and change."""
-    changes = np.diff(values[np.isfinite(values)]) != 0.0
-    return time.size > 2 and float(np.median(np.diff(time))) > _DENSE and bool(np.any(changes))
 
 
 def with_log_findings(

@@ -106,6 +106,31 @@ def test_a_usable_run_ends_with_0_and_says_rates_parameters_and_what_states_no_h
     assert said.splitlines()[-1].startswith("usable: ")
 
 
+@pytest.mark.parametrize(
+    ("channels", "told", "noted"),
+    [
+        (("n", "ambient", "thrust", "torque"), ["flow.axial"], []),
+        (("n", "ambient", "thrust"), ["flow.axial", "load.wrench.torque.x"], []),
+        (("n", "torque"), [], ["flow.axial", "flow.ambient", "load.wrench.force.x"]),
+        (("n", "thrust"), ["load.wrench.torque.x"], ["flow.axial", "flow.ambient"]),
+    ],
+)
+def test_one_flow_is_enough_and_torque_serves_itself_alone(channels, told, noted, tmp_path, capsys):
+    programme = dict(list(rich_campaign(np.random.default_rng(5), duration=12.0).items())[:1])
+    (made,) = generate(Truth(model="hl", parameters=dict(HL.values)), programme, closed_loop=False, seed=5)
+    main([str(write_generated_run(made, tmp_path, channels)), "--set", "hl"])
+    lines = [line for line in capsys.readouterr().out.splitlines() if ": not measured: " in line]
+    missing = {line[:2]: set(line.split(": not measured: ")[1].split(", ")) for line in lines}
+    for mark, names in (("  ", told), ("? ", noted)):
+        assert missing.get(mark, set()) == {f"thruster_0/{name}" for name in names}
+
+
+def test_a_coefficient_that_the_set_has_at_its_bound_and_the_data_keep_there_is_no_note(run, capsys):
+    main([str(run), "--set", "hl"])
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "parameter c_nv_Q" in line)
+    assert line.startswith("  ") and "cannot be told from its bound, 0 N s^2" in line
+
+
 def test_a_stated_hold_is_told(run, tmp_path, capsys):
     main([str(changed(run, tmp_path / "stated")), "--set", "hl"])
     said = capsys.readouterr().out

@@ -14,6 +14,14 @@ from numpy.typing import NDArray
 Method = Literal["previous", "linear", "mean"]
 Stamps = NDArray[np.int64]
 Values = NDArray[np.float64]
+DENSE = 3e-3
+"""Period of a thruster's commands [s] up to which it makes no difference whether they are held or lines in between."""
+
+
+def moves_between(time: Values, commands: Values) -> bool:
+    """Tell whether it matters how commands [V] at `time` [s] act between their samples: these are rare, and change."""
+    changes = np.diff(commands[np.isfinite(commands)]) != 0.0
+    return time.size > 2 and float(np.median(np.diff(time))) > DENSE and bool(np.any(changes))
 
 
 def _outside(stamps: Stamps, grid: Stamps) -> NDArray[np.bool_]:

@@ -21,6 +21,14 @@ class KnownTopic(NamedTuple):
     units: Mapping[str, str]
 
 
+class KnownChannel(NamedTuple):
+    """A channel of a map that programs read: its name with <i>, its parts where it is a vector, what it is."""
+
+    name: str
+    parts: tuple[str, ...]
+    what: str
+
+
 @lru_cache(maxsize=1)
 def _document() -> Mapping[str, Any]:
     text = (resources.files("run_bag") / FILE).read_text("utf-8")
@@ -33,6 +41,13 @@ def topics() -> tuple[KnownTopic, ...]:
     """Return all topics in the order of the table."""
     entries = _document()["topics"].items()
     return tuple(KnownTopic(name, _full(e["type"]), e["content"], e.get("units", {})) for name, e in entries)
+
+
+@lru_cache(maxsize=1)
+def channels() -> tuple[KnownChannel, ...]:
+    """Return the channels of a map that programs read, in the order of the table."""
+    entries = _document()["channels"].items()
+    return tuple(KnownChannel(name, tuple(e.get("parts", ())), e["what"]) for name, e in entries)
 
 
 @lru_cache(maxsize=1)

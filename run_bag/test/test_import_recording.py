@@ -148,7 +148,10 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
     ("text", "sentences"),
     [
         ("thruster_0/state.n: {column: 3, unit: rpm}", ["no throttle: `fit` and `diagnose` refuse"]),
-        (fields("column: 2", "column: 3").replace(", hold: previous", ""), ["nothing says what it does in the 0.04 s"]),
+        (
+            fields("column: 2", "column: 3").replace(", hold: previous", ""),
+            ["nothing says what it does in the 0.04 s between two samples: a fit holds it, a diagnosis tries straight"],
+        ),
         (fields("column: 2", "column: 3, sign: -1"), ["runs against the throttle", "`sign: -1`"]),
         ("thruster_0/throttle.commanded: {column: 2, unit: V}", ["up to 1660 V: no thruster's", "nothing that a model",
                                                                "begins with 1.5e+03 V"]),
@@ -159,6 +162,15 @@ def test_what_a_diagnosis_would_refuse_is_said_at_once(tmp_path, capsys, text, s
     imported(tmp_path, table(tmp_path / "x.csv"), "time: {column: 1, unit: ms}\n" + text)
     told = capsys.readouterr().err
     assert all(s in told for s in sentences)
+
+
+@pytest.mark.parametrize(("period", "told"), [(0.002, False), (0.01, True)])
+def test_a_hold_is_asked_for_where_it_makes_a_difference_to_a_diagnosis(tmp_path, capsys, period, told):
+    rows = [f"{period * k:.3f},{max(u, 0.0):.3f},{90 * u:.2f}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,u,n", *rows]))
+    channels = "thruster_0/throttle.commanded: {column: u, unit: V}\nthruster_0/state.n: {column: n, unit: rad/s}"
+    imported(tmp_path, tmp_path / "x.csv", "time: {column: t, unit: s}\n" + channels)
+    assert (f"nothing says what it does in the {period:g} s" in capsys.readouterr().err) is told
 
 
 def test_a_vehicle_s_thruster_needs_no_readings_of_its_own(tmp_path, capsys):
@@ -310,15 +322,18 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
 
 def test_the_unit_of_a_time_is_that_of_its_name_or_its_steps_and_else_asked_about(tmp_path, capsys):
     at = np.arange(SWEEP.size) * 0.02
-    for header, times, unit in [
-        ("t", at, "s"), ("t", 1e3 * at, "ms"), ("t", 1e6 * at, "us"), ("t", 1e9 * at, "ns"),
-        ("t", 1.7e12 + 1e3 * at, "ms"),
-        ("time_ms", at, "ms"), ("t_ms", at, "ms"), ("t_s", 100 * at, "s"),
-        ("time [ms]", at, "ms"), ("time_s", 100 * at, "s"), ("t", 50 * at, "'?'"),
-        ("timestamp", 5e4 * at, "'?'"), ("stamp", 1.7e9 + 50 * at, "s"),
+    name, values, asked = "unit by its name", "unit by its values", "write the unit: "
+    for header, times, unit, whence in [
+        ("t", at, "s", values), ("t", 1e3 * at, "ms", values), ("t", 1e6 * at, "us", values),
+        ("t", 1e9 * at, "ns", values), ("t", 1.7e12 + 1e3 * at, "ms", values),
+        ("time_ms", at, "ms", name), ("t_ms", at, "ms", name), ("t_s", 100 * at, "s", name),
+        ("time [ms]", at, "ms", ""), ("time_s", 100 * at, "s", name), ("t", 50 * at, "'?'", asked),
+        ("timestamp", 5e4 * at, "'?'", asked), ("stamp", 1.7e9 + 50 * at, "s", values),
     ]:  # fmt: skip
         told = guessed(tmp_path, capsys, f"{header},rpm", 300 * SWEEP, times)
-        assert re.search(r"^time: \{column: .*, unit: (.*?)\}", told.out, re.MULTILINE)[1] == unit, (header, times[1])
+        found = re.search(r"^time: \{column: .*, unit: (.*?)\}(.*)", told.out, re.MULTILINE)
+        assert found[1] == unit, (header, times[1])
+        assert found[2].startswith(f"   # {whence}") if whence else found[2] == "", (header, times[1])
 
 
 def test_a_line_of_units_below_the_names_is_read(tmp_path, capsys):
@@ -386,12 +401,31 @@ def test_two_columns_of_one_unit_without_a_known_name_are_left_to_the_reader(tmp
 
 
 def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
-    rows = [f"{0.01 * k},{u:g},{0.01 * k + 0.004:g},{60 * u:g}" for k, u in enumerate(SWEEP)]
+    rows = [f"{20 * k},{u:g},{20 * k + 4},{60 * u:g}" for k, u in enumerate(SWEEP)]
+    rows += [f"{20 * k},0,," for k in range(len(rows), len(rows) + 50)]  # the shorter columns end in empty cells
     (tmp_path / "x.csv").write_text("\n".join(["t u,u_V,t n,omega (rad/s)", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
-    assert "time: {column: t u, unit: s}" in text and "Not recognised" not in text
-    assert "time_column: t n" in next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
+    assert "time: {column: t u, unit: ms}" in text and "Not recognised" not in text
+    entry = next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
+    assert "time_column: t n, time_unit: ms" in entry
+    run = imported(tmp_path, tmp_path / "x.csv", text)
+    assert run.time("thruster_0/state.n")[[0, -1]] == pytest.approx([0.004, 0.02 * SWEEP.size - 0.016])
+
+
+@pytest.mark.parametrize(
+    ("time", "own"),
+    [("time: {column: t u, unit: ms}\n", ""), ("", ", time_column: t u, time_unit: ms"), ("", ", time_column: t u")],
+)
+def test_a_time_of_its_own_has_the_unit_of_time_where_it_states_none(tmp_path, time, own):
+    rows = [f"{20 * k},{u:g},{20 * k + 4},{60 * u:g}" for k, u in enumerate(SWEEP)]
+    (tmp_path / "x.csv").write_text("\n".join(["t u,u,t n,n", *rows]))
+    throttle = f"thruster_0/throttle.commanded: {{column: u, unit: V{own}}}\n"
+    unit = ", time_unit: ms" if own.endswith("ms") else ""
+    speed = f"thruster_0/state.n: {{column: n, unit: rad/s, time_column: t n{unit}}}"
+    run = imported(tmp_path, tmp_path / "x.csv", time + throttle + speed)
+    seconds = 0.02 if "ms" in time + own else 20.0
+    assert run.time("thruster_0/state.n")[-1] == pytest.approx(seconds * (SWEEP.size - 0.8))
 
 
 def test_a_reader_that_has_enough_is_no_error():
@@ -425,7 +459,7 @@ def test_a_first_column_that_rises_is_proposed_as_the_time_whatever_it_is_called
     (tmp_path / "x.csv").write_text("\n".join(["Zeit_s,rpm", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
-    assert "time: {column: Zeit_s, unit: s}   # its values rise: is it the time?" in text
+    assert "time: {column: Zeit_s, unit: s}   # unit by its name; its values rise: is it the time?" in text
     assert "Not recognised" not in text
 
 
@@ -433,6 +467,13 @@ def test_a_pulse_s_scale_is_marked_as_a_guess(tmp_path, capsys):
     text = guessed(tmp_path, capsys, "t,pwm_us", 1500.0 + 400.0 * SWEEP).out
     (line,) = (line for line in text.splitlines() if "throttle.commanded" in line)
     assert "stop: 1500, per_volt: 80" in line and "stop and per_volt are guesses: write yours" in line
+
+
+@pytest.mark.parametrize("header", ["t,u_V", "t,pwm_us"])
+def test_a_hold_that_no_recording_tells_is_marked_as_a_guess(tmp_path, capsys, header):
+    text = guessed(tmp_path, capsys, header, 1500.0 + 400.0 * SWEEP).out
+    (line,) = (line for line in text.splitlines() if "throttle.commanded" in line)
+    assert "hold: previous" in line and "hold is a guess: previous or linear?" in line
 
 
 def long_table(path, header, line, order=lambda row: row[0]):

@@ -65,6 +65,15 @@ def test_a_value_on_the_bound_itself_is_at_it_however_sure():
     assert found.status == "at a bound"
 
 
+@pytest.mark.parametrize(
+    ("value", "deviation", "settled"),
+    [(1e-9, 0.01, True), (1e-9, 0.3, False), (0.05, 0.06, False), (0.05, 0.01, False)],
+)
+def test_what_lies_on_its_bound_is_settled_there_where_the_data_keep_it_near(value, deviation, settled):
+    found = judge(values=(13.66, 1.2e-3, value), deviations=(0.1, 1e-5, deviation))[2]
+    assert found.settled is settled
+
+
 @pytest.mark.parametrize(("deviation", "status"), [(7.0, "flat"), (6.5, "determined")])
 def test_a_deviation_above_half_the_priors_is_flat(deviation, status):
     found = judge(deviations=(deviation, 1e-5, 4e-3))[0]

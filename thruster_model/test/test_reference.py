@@ -22,6 +22,21 @@ def test_every_effect_stands_in_the_reference_with_all_its_sizes():
         assert all(f"{p.name} [{p.unit}]" in rows[name] for p in effect.parameters) and effect.title in rows[name]
 
 
+def test_what_an_effect_s_row_leaves_open_stands_below_the_table():
+    text = effects()
+    assert all(f"- `{name}`: {effect.note}." in text for name, effect in LIBRARY.items() if effect.note)
+    assert "time_constant [s], of warming up: 5 to 200, else 60" in text, "no effect without a share"
+    assert "speed [s], of the stamps of the tachometer: ±0 to 0.12, none at 0" in text, "each channel is one of its own"
+
+
+def test_the_order_in_which_effects_act_is_that_of_their_chains():
+    text = effects()
+    assert "Order: `thruster_polarity`, `command_quantization`, `throttle_saturation`, `command_delay`; then" in text
+    for e in LIBRARY.values():
+        if e.sample is not None:
+            assert text.count(f"`{e.id}`") > 1, f"{e.id} stands in no order"
+
+
 def test_every_model_and_each_of_its_parameters_stands_in_the_reference():
     text = reference()
     for model in MODELS.values():

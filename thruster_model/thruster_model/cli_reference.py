@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import get_args
 
 from run_bag.command_line import user_arguments
+from thruster_model.effects.chains import in_chain
 from thruster_model.effects.effect import Block, Effect, EffectParameter
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.equations.classes import (
@@ -62,8 +63,9 @@ def effects() -> str:
         "switched on in a parameter set's YAML or by `--effect ID.SIZE=VALUE`, suspected by a diagnosis. Those of a "
         "whole vehicle: [vehicles.md](vehicles.md). How to add one: [extend.md](extend.md).",
         "",
-        'A size has its unit, its plausible range and the value at which there is exactly no effect. "Alike": effects '
-        "that recordings of one thruster cannot tell from it.",
+        'A size has its unit, its plausible range and the value at which there is exactly no effect ("none at"), or '
+        'that it has where none is given ("else"). "Alike": effects that recordings of one thruster cannot tell from '
+        "it.",
         "",
         "What each does to what sensors read, less what they read without it, at half its range (`reference --picture "
         "FILE`). The number is the largest change; grey: none.",
@@ -75,18 +77,52 @@ def effects() -> str:
         of_block = [effect for effect in LIBRARY.values() if effect.block == block]
         lines += ["", f"## {_BLOCKS[block]}", _row(heads), "|" + "---|" * len(heads)]
         lines += [_effect(effect) for effect in of_block]
+        more = [*_of_block(block), *(f"`{effect.id}`: {effect.note}." for effect in of_block if effect.note)]
+        lines += ["", *(f"- {each}" for each in more)] if more else []
     return "\n".join(lines) + "\n"
 
 
+def _of_block(block: Block) -> list[str]:
+    """Return what holds of all effects of a block."""
+    if block == "command":
+        return [
+            f"Order: {_order(in_chain('command'))}; then the throttle u follows behind `command_lag`, at the slower of "
+            "`throttle_rate_limit` and u_dot_max at most."
+        ]
+    if block == "thrust":
+        return [
+            "The T that drives v and U is this one: where thrust is lost, the water is driven less, too. Q stays where "
+            "an equation does not name it."
+        ]
+    if block == "sensor":
+        return [
+            *(
+                f"Order of the {name}: {_order(in_chain('sensor', signal))}."
+                for name, signal in (("tachometer", "speed"), ("velocimeter", "ambient"), ("load cell", "thrust"))
+            ),
+            "The equations are of readings without noise. In a recording it is there before rounding and threshold; "
+            "`simulate` adds it behind them.",
+            "Not in the library: a lag of the velocimeter, and one of the load cell other than its resonance.",
+        ]
+    return []
+
+
+def _order(effects: Sequence[Effect]) -> str:
+    return ", ".join(f"`{effect.id}`" for effect in effects)
+
+
 def _effect(effect: Effect) -> str:
-    sizes = "; ".join(_size(p) for p in effect.parameters)
+    switches = effect.parameters if effect.apart else effect.parameters[:1]
+    sizes = "; ".join(_size(p, switch=p in switches) for p in effect.parameters)
     alike = ", ".join(f"`{twin.partition(':')[0]}`" for twin in effect.twins)
     return _row([f"`{effect.id}`", effect.title, effect.equation, sizes, alike or "-"])
 
 
-def _size(p: EffectParameter) -> str:
+def _size(p: EffectParameter, *, switch: bool) -> str:
+    """Return a size; `switch`: there is no effect where it is neutral."""
     sign = "±" if p.both_signs else ""
-    return f"{p.name} [{p.unit}], {p.meaning}: {sign}{p.lower:g} to {p.upper:g}, none at {p.neutral:g}"
+    neutral = f"none at {p.neutral:g}" if switch else f"else {p.neutral:g}"
+    return f"{p.name} [{p.unit}], {p.meaning}: {sign}{p.lower:g} to {p.upper:g}, {neutral}"
 
 
 def reference() -> str:

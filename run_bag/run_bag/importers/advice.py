@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..alignment import moves_between
 from ..topic import Topic
 from .vehicle_advice import advice_on_vehicle
 
@@ -92,10 +93,11 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: boo
             f"{name}: begins with {values[0]:.3g} V: how it moved then is estimated from the first readings; expected "
             "two seconds of rest, the throttle at zero, at the start of the next recording"
         )
-    if not hold and steps.size and np.median(steps) > 0.01:
+    if not hold and moves_between(time, values):
+        taken = "a fit holds it, a diagnosis tries straight lines too" if alone else "it is taken as held"
         told.append(
             f"{name}: nothing says what it does in the {np.median(steps):.3g} s between two samples: "
-            "`previous` is taken; say `hold: previous` (a command is held) or `hold: linear` (a slow record of a ramp)"
+            f"{taken}; say `hold: previous` (a command is held) or `hold: linear` (a slow record of a ramp)"
         )
     return told
 

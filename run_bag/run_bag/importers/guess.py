@@ -266,6 +266,8 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
         why = "; ".join(filter(None, (why, "stop and per_volt are guesses: write yours")))
+    if command:
+        why = "; ".join(filter(None, (why, "hold is a guess: previous or linear?")))
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
@@ -276,13 +278,13 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
 
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
     """Return the keys about the time of a column whose time is not that of most."""
-    if own := time_of(source, name):
-        return f", time_column: {_quoted(own)}"
-    found = None if not clock or clock in source.names() else clock_of([source])
-    if found is None or not found[1]:
+    own = time_of(source, name)
+    if not own and clock and clock not in source.names():
+        own = (clock_of([source]) or (source, ""))[1]
+    if not own:
         return ""
-    unit, _ = guessed_time_unit(bare_name(found[1]), source.unit(found[1]), values_of(source, found[1]))
-    return f", time_column: {_quoted(found[1])}, time_unit: {_quoted(unit)}"
+    unit, _ = guessed_time_unit(bare_name(own), source.unit(own), values_of(source, own))
+    return f", time_column: {_quoted(own)}, time_unit: {_quoted(unit)}"
 
 
 def _seen(source: Source, name: str) -> str:

@@ -118,17 +118,19 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
     if not stated:
         named = [unit for unit in named_units(name) if conversion(unit, "s") is not None]
         if named and (len(_tokens(name)) > 1 or _tokens(name) == ["seconds"]):
-            return Guessed(named[-1])
+            return Guessed(named[-1], "unit by its name")
     known = values[np.isfinite(values)] if values is not None else np.empty(0)
     steps = np.diff(known)
     if not steps.size:
         return Guessed("s", "unit not stated")
     for least, unit in _EPOCH:
         if least <= known[0] < 10 * least:
-            return Guessed(unit)
+            return Guessed(unit, "unit by its values")
     usual = float(np.median(steps))
     units = next(r.units for r in _TIME_STEPS if usual < r.most or r.most == np.inf)
-    return Guessed(units[0]) if len(units) == 1 else _asked(units, f"{usual:.4g} between two samples")
+    if len(units) > 1:
+        return _asked(units, f"{usual:.4g} between two samples")
+    return Guessed(units[0], "unit by its values")
 
 
 def _asked(units: tuple[str, ...], why: str) -> Guessed:

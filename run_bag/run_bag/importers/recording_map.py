@@ -65,7 +65,7 @@ class Mapped(Entry):
         column: its name in the recording, or its number from 1; `is_field` where the map calls it `field`.
         file: name of the file it is in, "" where one file alone has it.
         time_column: of a table; None: that of the map's `time`.
-        time_scale: brings the time column to seconds.
+        time_scale: brings the time column to seconds; that of the map's `time` where the entry has none.
         nan: cells that mean "not measured".
         hold: what the signal does between its samples, "" where the map does not say.
     """
@@ -134,10 +134,14 @@ def read_map(path: Path) -> RecordingMap:
     made = [_entry(str(name), entry, problems) for name, entry in content.items() if name not in TOP]
     entries = [e for e in made if e is not None]
     for i, e in enumerate(entries):
-        if isinstance(e, Mapped) and not e.is_field and e.time_column is None:
+        if not isinstance(e, Mapped) or e.is_field:
+            continue
+        if e.time_column is None:
             entries[i] = replace(e, time_column=time_column, time_scale=time_scale)
             if time_column is None:
                 problems.append(f"{e.channel}: key 'time_column' is missing, and there is no `time: {{column, unit}}`")
+        elif not {"time_unit", "time_scale"} & set(content[e.channel]):
+            entries[i] = replace(e, time_scale=time_scale)
     problems += _crossing(entries)
     rep103 = _axes(content.get("axes"), entries, problems)
     if problems:

@@ -26,6 +26,7 @@ __all__ = [
     "command_begin",
     "command_memory",
     "command_split",
+    "in_chain",
     "sensor_memory",
     "sensor_seed",
     "speed_alters",
@@ -95,17 +96,18 @@ def _nothing(memory, u, step, e):  # type: ignore[no-untyped-def]
     pass
 
 
-def _of(block: str, signal: str = "") -> list[Effect]:
+def in_chain(block: str, signal: str = "") -> list[Effect]:
+    """Return the effects of the chain of the "command", or of a "sensor" of a signal, in their order."""
     effects = [
         e for e in LIBRARY.values() if e.sample and e.block == block and (not signal or signal in e.channel.split())
     ]
     return sorted(effects, key=lambda effect: effect.order)
 
 
-_wired = _chain("wired", ON_COMMAND, "u", _of("command"), "u = sample_{id}(own, u, step, e)")
-_begin = _chain("begin", ON_COMMAND, "u", _of("command"), "begin_{id}(own, u, step, e)")
+_wired = _chain("wired", ON_COMMAND, "u", in_chain("command"), "u = sample_{id}(own, u, step, e)")
+_begin = _chain("begin", ON_COMMAND, "u", in_chain("command"), "begin_{id}(own, u, step, e)")
 _late = stage("late")
-command_memory = _sizes("command_memory", _of("command"), 1)
+command_memory = _sizes("command_memory", in_chain("command"), 1)
 
 
 @inlined
@@ -129,13 +131,13 @@ def command_begin(memory, u, step, e):  # type: ignore[no-untyped-def]
 
 def _sensor(signal: str) -> Any:
     return _chain(
-        f"{signal}_sample", ON_SENSOR, "x", _of("sensor", signal), "x = sample_{id}(own, x, outputs, step, e)"
+        f"{signal}_sample", ON_SENSOR, "x", in_chain("sensor", signal), "x = sample_{id}(own, x, outputs, step, e)"
     )
 
 
 def _alters(signal: str) -> Any:
     """Return the function of `e` that tells whether an effect of a sensor's chain is on."""
-    chosen = equation(defined("chosen", ("e",), [], _any_on(_of("sensor", signal)), {}))
+    chosen = equation(defined("chosen", ("e",), [], _any_on(in_chain("sensor", signal)), {}))
     return switched(f"{signal}_alters", ("e",), "False", chosen, chosen)
 
 
@@ -143,7 +145,7 @@ speed_sample, axial_sample, ambient_sample = _sensor("speed"), _sensor("axial"),
 thrust_sample, torque_sample = _sensor("thrust"), _sensor("torque")
 speed_alters, axial_alters, ambient_alters = _alters("speed"), _alters("axial"), _alters("ambient")
 thrust_alters, torque_alters = _alters("thrust"), _alters("torque")
-_SENSOR_SIZES = {signal: _sizes(f"{signal}_memory", _of("sensor", signal), 0) for signal in SENSED}
+_SENSOR_SIZES = {signal: _sizes(f"{signal}_memory", in_chain("sensor", signal), 0) for signal in SENSED}
 
 
 def sensor_memory(signal: str, step: float, e: Any) -> int:
@@ -154,7 +156,7 @@ def sensor_memory(signal: str, step: float, e: Any) -> int:
 def sensor_seed(memory: Any, signal: str, seed: int, step: float, e: Any) -> None:
     """Set the seed, 1 or more, of effects that scatter; without one they do nothing."""
     at = 0
-    for effect in _of("sensor", signal):
+    for effect in in_chain("sensor", signal):
         size = effect.parameters[0]
         if memory.size and effect.floats is not None and getattr(e, effect.field_of(size.name)) != size.neutral:
             if effect.draws:

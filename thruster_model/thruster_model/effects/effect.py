@@ -146,6 +146,7 @@ class Effect:
         block: where it enters.
         equation: as a formula.
         parameters: its sizes; the first one is zero (or neutral) exactly where there is no effect.
+        note: what title, equation and sizes leave open, as a sentence for the reference.
         hooks: by stage of the plant, functions of that stage's arguments.
         sample: what it does to a sample of the command or of a sensor, see `ON_COMMAND`, `ON_SENSOR`.
         floats: how many floats of memory that takes, from (step, e); all zero before the first sample.
@@ -172,6 +173,7 @@ class Effect:
     block: Block
     equation: str
     parameters: tuple[EffectParameter, ...]
+    note: str = ""
     hooks: Mapping[str, Callable[..., Any]] = field(default_factory=dict)
     sample: Callable[..., Any] | None = None
     floats: Callable[..., Any] | None = None

@@ -18,13 +18,14 @@ class Determination:
     """How far the data determine one parameter.
 
     `status` is "determined", "traded off", "flat", "at a bound" or "not excited"; `sentence` says it with numbers;
-    `partners` are the parameters it is traded off against.
+    `partners` are the parameters it is traded off against; `settled`: it lies at its bound, and the data keep it near.
     """
 
     name: str
     status: str
     sentence: str
     partners: tuple[str, ...] = ()
+    settled: bool = False
 
 
 def determinations(
@@ -61,12 +62,13 @@ def determinations(
         unit = "" if definition.unit == "1" else f" {definition.unit}"
         stated = f"{values[k]:.4g} ± {deviations[k]:.2g}{unit}"
         bound = min((definition.lower, definition.upper), key=lambda limit: abs(values[k] - limit))
-        from_bound = abs(values[k] - bound)
+        from_bound, exactly = abs(values[k] - bound), 1e-6 * prior_deviations[k]
+        flat = deviations[k] > flat_share * prior_deviations[k]
         if influence[k] < least_influence:
             status, sentence = "not excited", f"the data do not respond to it; it stays at {values[k]:.4g}{unit}"
-        elif from_bound <= max(deviations[k], 1e-6 * prior_deviations[k]):
+        elif from_bound <= max(deviations[k], exactly):
             status, sentence = "at a bound", f"{stated}: cannot be told from its bound, {bound:g}{unit}"
-        elif deviations[k] > flat_share * prior_deviations[k]:
+        elif flat:
             status = "flat"
             sentence = f"{stated}: hardly narrower than before the fit (± {prior_deviations[k]:.2g}{unit})"
         elif partners:
@@ -78,5 +80,8 @@ def determinations(
             )
         else:
             status, sentence = "determined", stated
-        result.append(Determination(name=name, status=status, sentence=sentence, partners=partners))
+        settled = status == "at a bound" and from_bound <= exactly and not flat
+        result.append(
+            Determination(name=name, status=status, sentence=sentence, partners=partners, settled=bool(settled))
+        )
     return tuple(result)

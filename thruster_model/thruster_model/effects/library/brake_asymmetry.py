@@ -51,6 +51,8 @@ EFFECT = Effect(
             neutral=1.0,
         ),
     ),
+    note="the deceleration a is that of the whole rotor equation without this effect, k_n n included; "
+    "while a < w k_n |n|, what it adds is s a / w",
     hooks={"rotor": rotor, "step": step},
     order=1,
     suspected=(Suspected(sizes={"share": (0.4, 0.1)}),),

@@ -31,6 +31,7 @@ EFFECT = Effect(
             name="onset", unit="rad/s", meaning="n_0, where it begins", lower=40.0, upper=250.0, neutral=100.0
         ),
     ),
+    note="what is left of T is never below 0",
     hooks={"loads": loads},
     suspected=(Suspected(sizes={"share": (0.5, 0.1)}, fixed={"onset": 100.0}),),
 )

@@ -29,7 +29,7 @@ EFFECT = Effect(
     id="flow_delay",
     title="late readings of the velocimeter",
     block="sensor",
-    equation="y(t) = U(t - s)",
+    equation="y(t) = U(t - s), or v(t - s) where that is measured",
     parameters=(EffectParameter(name="time", unit="s", meaning="by which readings are late", lower=0.0, upper=1.5),),
     sample=sample,
     floats=floats,

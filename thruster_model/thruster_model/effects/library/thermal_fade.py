@@ -35,6 +35,7 @@ EFFECT = Effect(
         EffectParameter(name="share", unit="1", meaning="of the drive lost when hot", lower=0.0, upper=0.5),
         EffectParameter(name="time_constant", unit="s", meaning="of warming up", lower=5.0, upper=200.0, neutral=60.0),
     ),
+    note="u_max is 5 V; the motor is cold, h = 0, at the start of a run",
     hooks={"drive": drive, "heat": heat},
     steady=False,
     suspected=(Suspected(sizes={"share": (0.3, 0.1)}, fixed={"time_constant": 30.0}),),

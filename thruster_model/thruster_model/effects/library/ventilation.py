@@ -28,6 +28,7 @@ EFFECT = Effect(
             name="onset", unit="rad/s", meaning="n_0, speed that draws air", lower=20.0, upper=250.0, neutral=60.0
         ),
     ),
+    note="the gate is 0 in stretches of random length, in which the propeller may draw air, else 1",
     hooks={"loads": loads},
     search="gates",
     jumps=True,

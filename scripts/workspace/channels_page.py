@@ -1,0 +1,64 @@
+"""Print docs/channels.md: channels that a map can name, and units that it takes, from the tables of the code."""
+
+import sys
+from collections.abc import Sequence
+
+from run_bag.importers.axes import unit_in_map
+from run_bag.importers.conversions import COMMANDS, CONVERSIONS
+from run_bag.known_topics import topic_type
+from run_bag.topics_table import KnownChannel, channels
+
+HEAD = """\
+# Channels and units of a map
+
+Made by `scripts/workspace/channels_page.py` from the tables of the code. How a map is written:
+[any_recording.md](any_recording.md). `<i>` is a thruster's number, from 0. Any other field of a
+[topic](../thruster_msgs/README.md) can be named, too.
+
+## Channels
+"""
+UNITS = """
+## Units
+A column may be in any of these; the import brings it to the channel's own unit.
+
+"""
+FOOT = f"""
+- A throttle, in V, may also be in {", ".join(f"`{unit}`" for unit in COMMANDS)}, with `stop` and `per_volt`.
+- `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
+- Usual spellings are taken: `µs`, `°C`, `N·m`, `m/s²`, `U/min`, `sec`. YAML wants quotes about `'%'`.
+"""
+
+
+def page() -> str:
+    """Return the whole page."""
+    named = [_row("channel", "unit", "what it is"), _row("---", "---", "---"), *map(_channel, channels())]
+    taken = [_row("unit of the channel", "others"), _row("---", "---")]
+    taken += [_row(ours, ", ".join(f"`{unit}`" for unit in others)) for ours, others in CONVERSIONS.items()]
+    return HEAD + "\n".join(named) + "\n" + UNITS + "\n".join(taken) + "\n" + FOOT
+
+
+def unit_of_channel(channel: KnownChannel) -> str:
+    """Return the unit of a channel, "" where the tables of topics and types do not know it."""
+    topic, _, path = channel.name.partition(".")
+    path = f"{path}.{channel.parts[0]}" if channel.parts else path
+    return unit_in_map(topic_type(topic.replace("<i>", "0")) or "", path, topic.replace("<i>", "0"))
+
+
+def _channel(channel: KnownChannel) -> str:
+    names = [f"{channel.name}.{channel.parts[0]}", *channel.parts[1:]] if channel.parts else [channel.name]
+    return _row(", ".join(f"`{name}`" for name in names), unit_of_channel(channel), channel.what)
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Print the page."""
+    if arguments or sys.argv[1:]:
+        sys.exit("usage: channels_page.py > docs/channels.md")
+    print(page(), end="")
+
+
+if __name__ == "__main__":
+    main()
