@@ -113,7 +113,7 @@ def recordings_of(run: Run, thruster: int = 0) -> list[Recording]:
         UnfitDataError: no throttle or nothing measured.
     """
     prefix = f"thruster_{thruster}"
-    deviations, hold = _clock_deviations(run), _hold_of(run)
+    deviations, hold = _clock_deviations(run), run.hold("throttle")
     if _is_raw(run, prefix):
         options = experiment_io.PreparationOptions(thruster=thruster, dt=DT, air=True)
         return [with_log_findings(experiment_io.prepare(run, options), thruster)]
@@ -170,16 +170,6 @@ def _clock_deviations(run: Run) -> dict[str, float]:
             expected = f"expected seconds from 0 to the run's {longest:.1f}"
             raise UnfitDataError([f"{run.name}: {what}: {expected}; found {value!r}"])
         told[str(name)] = float(number)
-    return told
-
-
-def _hold_of(run: Run) -> str | None:
-    """Return how a run says that its commands act between samples; None: it does not say."""
-    stated = run.metadata.get("hold")
-    told = stated.get("throttle") if isinstance(stated, Mapping) else None
-    if told not in (None, "previous", "linear"):
-        expected = "expected metadata hold.throttle previous or linear"
-        raise UnfitDataError([f"{run.name}: {expected}; found {told!r}"])
     return told
 
 

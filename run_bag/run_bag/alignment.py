@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 Method = Literal["previous", "linear", "mean"]
 Stamps = NDArray[np.int64]
 Values = NDArray[np.float64]
+HOLDS = ("previous", "linear")
+"""What a signal may do between its samples."""
 DENSE = 3e-3
 """Period of a thruster's commands [s] up to which it makes no difference whether they are held or lines in between."""
 

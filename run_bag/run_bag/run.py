@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .alignment import ALIGNMENTS, Method
+from .alignment import ALIGNMENTS, HOLDS, Method
 from .errors import InvalidRunError, MissingChannelError, RunError
 
 NANOSECONDS = 1_000_000_000
@@ -151,6 +151,21 @@ class Run:
     def time(self, name: str) -> NDArray[np.float64]:
         """Return the stamps of a channel as seconds since the start of the run, shape (N,)."""
         return np.asarray((self[name].stamps - self.start) * 1e-9, dtype=np.float64)
+
+    def hold(self, signal: str) -> str | None:
+        """Return how a signal acts between its samples, as `hold` in the metadata states: "previous" or "linear".
+
+        None: nothing is stated of it.
+
+        Raises:
+            RunError: something else is.
+        """
+        stated = self.metadata.get("hold")
+        told = stated.get(signal) if isinstance(stated, Mapping) else None
+        if told not in (None, *HOLDS):
+            expected = f"expected metadata hold.{signal} {' or '.join(HOLDS)}"
+            raise RunError(f"{self.name}: {expected}; found {told!r}", expected=HOLDS, found=told)
+        return told
 
     def slice(self, start_s: float, end_s: float | None = None) -> Run:
         """Return the part with start_s <= time < end_s [s since start]; None: up to and including the end.

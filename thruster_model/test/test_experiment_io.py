@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from run_bag import read_run, write_run
+from run_bag import RunError, read_run, write_run
 from thruster_model.errors import UnfitDataError
 from thruster_model.identification.experiment_io import PreparationOptions, prepare, read_experiments
 
@@ -89,6 +89,17 @@ def test_a_run_becomes_an_experiment_with_all_that_was_measured(bench, tmp_path)
     np.testing.assert_allclose(experiment.throttle, held, atol=1e-12)
     assert "tared on the rest from 0.00 to 1.79 s" in experiment.notes
     assert any(note.startswith("axial flow: ") and "% remain" in note for note in experiment.notes)
+
+
+def test_a_throttle_whose_hold_is_stated_as_linear_goes_on_straight_lines(bench, tmp_path):
+    experiment = bench.prepared(tmp_path / "run", {"hold": {"throttle": "linear"}})
+    middles = 0.002 * (np.arange(experiment.throttle.size) + 0.5)
+    np.testing.assert_allclose(experiment.throttle, np.interp(middles, SLOW, throttle_at(SLOW)), atol=1e-12)
+
+
+def test_a_hold_that_there_is_not_is_refused_with_what_was_expected(bench, tmp_path):
+    with pytest.raises(RunError, match=r"run: expected metadata hold\.throttle previous or linear; found 'spline'"):
+        bench.prepared(tmp_path / "run", {"hold": {"throttle": "spline"}})
 
 
 def test_an_inferred_sign_has_the_rest_value_taken_off_the_magnitude(bench, tmp_path):

@@ -1,6 +1,6 @@
 """What a search begins with: wrong wires, or a delay of all commands or of one sensor, or nothing."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -34,7 +34,8 @@ class Begun(NamedTuple):
 
 
 def begun(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis]
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], tried: Sequence[Hypothesis],
+    told: Callable[[str], None] = lambda text: None,
 ) -> Begun:  # fmt: skip
     """Return what a search begins with: wrong wires, or a delay, without which recordings are far less likely.
 
@@ -47,6 +48,7 @@ def begun(
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
     late_ones = _delayed(model, logs, delays, nothing)
     if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
+        told(f"fits {', or '.join(each.hypothesis.words for _, each in late_ones)}")
         # quick fits beside each other's noises do not tell two delays apart
         fits = [settled(model, logs, free, [each]) for _, each in late_ones]
         found = max(fits, key=lambda each: log_evidence(*each))
@@ -58,6 +60,7 @@ def begun(
         odds = log_evidence(*found) - log_evidence(*bare) + log_prior(late.hypothesis, tried)
         if odds > np.log(rules.CLAIM):
             return Begun(bare, found, [tuple(others)], [odds])
+    told("fits the numbers")
     retuned = settled(model, logs, free)
     moved = zip(free, retuned[1].moved, strict=True)
     far = {k[2] for k, deviations in moved if k[0] == "own" and abs(deviations) > rules.SHIFTED}

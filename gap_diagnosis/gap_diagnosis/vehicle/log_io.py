@@ -15,6 +15,7 @@ from gap_diagnosis.vehicle.rules import PERIOD
 from rov_sim.vehicle.innovations import LATE, PARTS
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
+from thruster_model.identification.speed_sign import on_lines
 
 __all__ = ["log_of", "read_logs", "suited_period"]
 
@@ -113,7 +114,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         _refuse_pause(run.name, count, period, [t for t, _ in (*given, moving)])
         grid = start + period * np.arange(count)
     K = grid.size
-    commands = [np.zeros((K, PARTS)) if each is None else _commanded(*each, grid, period) for each in throttles]
+    hold = run.hold("throttle")
+    commands = [np.zeros((K, PARTS)) if each is None else _commanded(*each, grid, period, hold) for each in throttles]
     missing = [i for i, each in enumerate(throttles) if each is None]
     if missing:
         notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
@@ -229,14 +231,17 @@ def _turned(q: Array) -> bool:
     return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
 
 
-def _commanded(time: Array, values: Array, grid: Array, period: float) -> Array:
-    """Return what acts in each part of each period (K, PARTS) of a value that is held from its instant on.
+def _commanded(time: Array, values: Array, grid: Array, period: float, hold: str | None = None) -> Array:
+    """Return what acts in each part of each period (K, PARTS) of a value that is held from its instant on, or, where
+    the hold is "linear", on straight lines.
 
     It is that of the part's middle: a mean of two commands would be another drive, across a dead zone. Of faster
     commands it is their mean. Zero before the first one.
     """
     part = period / PARTS
     begin: Array = (grid[:, None] + part * np.arange(PARTS)).ravel()
+    if hold == "linear":
+        return on_lines(time, values, begin + 0.5 * part).reshape(-1, PARTS)
     if time.size > 1 and float(np.median(np.diff(time))) < 0.9 * part:
         return _held_mean(time, values, begin, part).reshape(-1, PARTS)
     k = np.searchsorted(time, begin + 0.5 * part, side="right") - 1

@@ -62,7 +62,7 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    retuned, (runs, fit), rivals, odds = begun(model, logs, free, tried)
+    retuned, (runs, fit), rivals, odds = begun(model, logs, free, tried, told)
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
         (runs, fit), rivals = exchanged(model, logs, runs, fit, free, tried, rivals, told)

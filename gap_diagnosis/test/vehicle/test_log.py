@@ -110,6 +110,17 @@ def test_commands_that_come_unevenly_act_as_they_are_to_half_a_part_of_a_period(
     assert _commanded(fast, np.sin(fast), grid, period).ravel() == pytest.approx(np.sin(at + 0.004), abs=2e-3)
 
 
+def test_commands_whose_hold_is_stated_as_linear_go_on_straight_lines() -> None:
+    time, period = 0.1 * np.arange(60), 0.04
+    told = Channel(name="thruster_0/throttle.commanded", stamps=np.round(1e9 * time).astype(int), values=np.sin(time))
+    gyro = Channel(name="rov/imu.angular_velocity.x", stamps=told.stamps, values=np.cos(time))
+    others = [replace(gyro, name=f"rov/imu.angular_velocity.{axis}") for axis in "yz"]
+    channels = {each.name: each for each in (told, gyro, *others)}
+    log = log_of(Run(name="lines", channels=channels, metadata={"hold": {"throttle": "linear"}}), 1, period)
+    middles = period / 4 * (np.arange(log.commands.size) + 0.5)
+    assert log.commands.ravel() == pytest.approx(np.interp(middles, time, np.sin(time)), abs=1e-9)
+
+
 @pytest.mark.parametrize("period", [0.04, 0.05, 1.0 / 30.0])
 def test_delays_of_commands_are_remembered_at_any_period(period: float) -> None:
     model = replace(load_model("bluerov2"), period=period)

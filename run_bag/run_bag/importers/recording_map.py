@@ -24,6 +24,7 @@ from typing import Any
 
 from safe_files.yaml_io import YamlLimits, yaml_mapping
 
+from ..alignment import HOLDS
 from ..definitions import definitions
 from ..errors import RecordingError
 from ..known_topics import known_topics, topic_type
@@ -31,7 +32,6 @@ from ..units import UNITS
 from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .conversions import COMMANDS, Conversion, accepted, conversion, spelled
 
-HOLDS = ("previous", "linear")
 LIMITS = YamlLimits(size=1 << 20)
 TIME_KEYS = {"column", "unit"}
 CSV_KEYS = {"separator", "decimal"}

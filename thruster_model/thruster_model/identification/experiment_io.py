@@ -27,6 +27,7 @@ from thruster_model.identification.speed_sign import (
     NEAR_REST,
     held,
     lacks_sign,
+    on_lines,
     signed_speed,
     unsigned,
     with_known_sign,
@@ -95,6 +96,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
 
     Raises:
         UnfitDataError: no throttle, no signal that models predict, or a run in air.
+        RunError: the run states a hold that there is not.
     """
     options = options or PreparationOptions()
     prefix = f"thruster_{options.thruster}"
@@ -104,7 +106,8 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
     if run.metadata.get("water") is False and not options.air:
         raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
     grid = np.arange(0.0, run.duration, options.dt)
-    throttle = held(run.time(throttle_name), run[throttle_name].values, grid)
+    samples = run.time(throttle_name), run[throttle_name].values
+    throttle = on_lines(*samples, grid + 0.5 * options.dt) if run.hold("throttle") == "linear" else held(*samples, grid)
     rest = rest_window(grid, throttle)
     notes = []
     if rest[1] - rest[0] < 0.2:

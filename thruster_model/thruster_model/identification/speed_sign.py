@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from run_bag.importers.signals import REVERSAL, infer_sign
 from thruster_model.identification.preparation import noise_level
 
-__all__ = ["NEAR_REST", "held", "lacks_sign", "signed_speed", "unsigned", "with_known_sign"]
+__all__ = ["NEAR_REST", "held", "lacks_sign", "on_lines", "signed_speed", "unsigned", "with_known_sign"]
 
 Array = NDArray[np.float64]
 _SIGN_UNKNOWN, _SIGN_INFERRED = 0, 2  # thruster_msgs/msg/ThrusterState.SIGN_*
@@ -61,6 +61,12 @@ def signed_speed(time: Array, magnitude: Array, throttle: tuple[Array, Array]) -
         unknown[max(turned - 1, 0) : max(first, turned + 3)] = True
         unknown |= np.abs(time - time[turned]) < _TURNING
     return np.where(unknown, np.nan, magnitude * sign)
+
+
+def on_lines(time: Array, values: Array, grid: Array) -> Array:
+    """Return a channel on the grid, on straight lines between samples; zero before its first finite one."""
+    known = np.isfinite(values)
+    return np.interp(grid, time[known], values[known], left=0.0) if np.any(known) else np.zeros(grid.shape)
 
 
 def held(time: Array, values: Array, grid: Array) -> Array:
