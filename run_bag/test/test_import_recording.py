@@ -555,6 +555,13 @@ def test_comments_before_a_table_are_no_rows_and_the_last_one_may_name_the_colum
     assert f"thruster_0/state.n: {{column: n_rpm, unit: rpm}}   # -300 to 300, {SWEEP.size} samples" in text
 
 
+def test_what_a_map_makes_the_same_in_all_messages_is_told_as_that_and_not_as_readings(tmp_path, capsys):
+    state = "{column: 3, time_column: 1, unit: rpm}\nthruster_0/state.sign_source: {value: 1}"
+    imported(tmp_path, table(tmp_path / "x.csv"), f"thruster_0/state.n: {state}")
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "thruster_0/state" in line]
+    assert line.count("readings") == 1 and line.endswith("; sign_source: 1 in all of them")
+
+
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
     run = imported(tmp_path, table(tmp_path / "x.csv"), "thruster_0/state.n: {column: 3, time_column: 1, unit: rpm}")
     assert main([str(tmp_path / "run"), "--guess"]) == 0
