@@ -37,8 +37,8 @@ i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle an
 ```
 
 V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
-simulation; a diagnosis follows it slowly where voltages are logged. A force table is read at V / V_n. In i_k, gamma is \
-that at V_n; gamma_full and n_full are as in [effects.md](effects.md#in-the-command). A healthy battery's sensor reads \
+simulation; a diagnosis follows it slowly where voltages are logged. A force table is read at V / V_n. In i_k, gamma \
+is that at V_n; gamma_full and n_full are as in [effects.md](effects.md#in-the-command). A healthy battery's sensor reads \
 V and, negative while it is drawn, -(`idle_current` + `current_at_full` times the mean of i_k).
 """
 
@@ -76,8 +76,8 @@ def reference() -> str:
         "|" + "---|" * len(heads),
         *(_effect(effect) for effect in VEHICLE_LIBRARY.values()),
         "",
-        "- Where those of a thruster act, and in which order: [effects.md](effects.md). They change the T that drives v "
-        "in (4.4); losses of thrust in this table do not.",
+        "- Where those of a thruster act, and in which order: [effects.md](effects.md). They change the T that drives "
+        "v in (4.4); losses of thrust in this table do not.",
         *(f"- `{effect.id}`: {effect.note}." for effect in VEHICLE_LIBRARY.values() if effect.note),
     ]
     return head + equations + vehicles + "\n".join(lines) + "\n"
