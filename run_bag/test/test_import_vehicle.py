@@ -175,6 +175,17 @@ def test_gravity_tells_the_unit_of_an_accelerometer_whose_name_does_not(tmp_path
     assert f"unit by its values: |a| is {gravity:.4g} as a rule, as gravity at rest" in text
 
 
+def test_gravity_tells_the_unit_of_an_accelerometer_in_a_long_table(tmp_path, capsys):
+    rows = [f"{t},{name},{value}" for k, t in enumerate(TIME) for name, value in long_row(k)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,name,value", *rows]))
+    assert guessed(capsys, tmp_path / "a.csv").count("|a| is 1 as a rule, as gravity at rest") == 3
+
+
+def long_row(k):
+    forces = zip("xyz", FORCE[k] / 9.81, strict=True)
+    return [("gyro_x", RATES[k, 0]), *((f"acc_{a}", value) for a, value in forces), ("pwm_1", PULSES[k])]
+
+
 def test_an_acceleration_without_gravity_is_asked_about(tmp_path, capsys):
     table = dive(1, 1)
     table |= {f"acc_{a}": np.sin((k + 1.0) * table["t"]) for k, a in enumerate("xyz")}

@@ -271,11 +271,12 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
 
 
 def _size(parts: Sequence[Array]) -> Array | None:
-    """Return the magnitude of a vector where all three parts were told; None where they never were."""
-    if len(parts) != 3 or len({part.size for part in parts}) > 1:
+    """Return the magnitudes of a vector, whose parts have rows of their own in a long table; None without three."""
+    told = [part[np.isfinite(part)] for part in parts]
+    if len(told) != 3 or len({part.size for part in told}) > 1:
         return None
-    size: Array = np.linalg.norm(np.stack(parts), axis=0)
-    return size[np.isfinite(size)] if np.isfinite(size).any() else None
+    size: Array = np.linalg.norm(np.stack(told), axis=0)
+    return size
 
 
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
