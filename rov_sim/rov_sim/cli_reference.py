@@ -8,6 +8,7 @@ from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag.command_line import user_arguments
 from thruster_model.effects.effect import EffectParameter
+from thruster_model.vehicle_coefficients import STIR
 from thruster_model.vehicle_parameters import DEFAULTS, definition_of
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
@@ -22,6 +23,24 @@ _EQUATIONS = (
     "W = mass gravity, B = density volume gravity",
     "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model  (4.20)",
 )
+_IDLE = (
+    "An idle thruster in a stream: v = 0 is an equilibrium of (4.4) that no water keeps. So where n = 0, v = 0 and "
+    f"k_Uv k_w |U| > k_v, a step begins with v = {STIR:g} m/s sgn(U), and v grows by (4.4). A rotor that has turned "
+    "leaves a v of its own direction, which comes near 0 and never there: a stream the other way does not turn it.\n"
+)
+_SUPPLY = """\
+### Supply
+
+```text
+V = V_0 - R sum_k i_k   R: 0 without the effect `supply_sag`; gamma times V / V_n for each thruster
+i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle and speed
+```
+
+V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
+simulation; a diagnosis follows it slowly where voltages are logged. A force table is read at V / V_n. In i_k, gamma \
+is that at V_n; gamma_full and n_full are as in [effects.md](effects.md#in-the-command). A healthy battery's sensor \
+reads V and, negative while it is drawn, -(`idle_current` + `current_at_full` times the mean of i_k).
+"""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -36,7 +55,8 @@ def reference() -> str:
     head = (
         "# Vehicles and their effects\n\n"
         "Made by `ros2 run rov_sim reference`. Body axes x forward, y starboard, z down; thrusters count from 0. A "
-        "standard deviation that no source states is 5 % of the value. Thrusters' models: [models.md](models.md). "
+        "standard deviation that no source states is 5 % of the value; of 0 it is none, which a fit and a diagnosis "
+        "take for exact. Thrusters' models: [models.md](models.md). "
         "A propeller's hand is `right` where it turns clockwise, seen along its axis, while it pushes along it; its "
         "torque acts on the vehicle where the effect `reaction_torque` is on.\n"
     )
@@ -44,7 +64,7 @@ def reference() -> str:
     equations = (
         "\n## Equations\n\n"
         f"Numbers in brackets are the thesis'. Where a set does not state them: {water}; all else that a set may leave "
-        "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n"
+        "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n\n" + _IDLE + "\n" + _SUPPLY
     )
     vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
     heads = ["effect", "what it is", "enters", "equation", "parameters", "acts on"]
@@ -55,6 +75,10 @@ def reference() -> str:
         _row(heads),
         "|" + "---|" * len(heads),
         *(_effect(effect) for effect in VEHICLE_LIBRARY.values()),
+        "",
+        "- Where those of a thruster act, and in which order: [effects.md](effects.md). They change the T that drives "
+        "v in (4.4); losses of thrust in this table do not.",
+        *(f"- `{effect.id}`: {effect.note}." for effect in VEHICLE_LIBRARY.values() if effect.note),
     ]
     return head + equations + vehicles + "\n".join(lines) + "\n"
 

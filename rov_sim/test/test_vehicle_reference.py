@@ -14,3 +14,8 @@ def test_the_page_is_up_to_date() -> None:
 
 def test_every_effect_is_listed() -> None:
     assert all(f"`{name}`" in reference() for name in VEHICLE_LIBRARY)
+
+
+def test_what_an_effect_s_row_leaves_open_stands_below_the_table() -> None:
+    noted = [effect for effect in VEHICLE_LIBRARY.values() if effect.note]
+    assert noted and all(f"\n- `{effect.id}`: {effect.note}.\n" in reference() for effect in noted)

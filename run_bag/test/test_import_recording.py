@@ -501,7 +501,7 @@ def test_a_long_table_becomes_the_run_of_a_wide_one(tmp_path, capsys, header, li
     assert main(given) == 0
     told = capsys.readouterr().out
     assert f"thruster_0/throttle: commanded: {SWEEP.size} readings" in told
-    assert f"thruster_0/state: n, sign_source: {SWEEP[::2].size} readings" in told
+    assert f"thruster_0/state: n: {SWEEP[::2].size} readings" in told
     run = read_run(tmp_path / "run")
     speed, thrust = run["thruster_0/state.n"], run["thruster_0/load.wrench.force.x"]
     np.testing.assert_allclose(speed.values, 300.0 * SWEEP[::2] * np.pi / 30.0, rtol=1e-5, atol=1e-9)
@@ -553,6 +553,13 @@ def test_comments_before_a_table_are_no_rows_and_the_last_one_may_name_the_colum
     text = capsys.readouterr().out
     assert "time: {column: t, unit: s}" in text
     assert f"thruster_0/state.n: {{column: n_rpm, unit: rpm}}   # -300 to 300, {SWEEP.size} samples" in text
+
+
+def test_what_a_map_makes_the_same_in_all_messages_is_told_as_that_and_not_as_readings(tmp_path, capsys):
+    state = "{column: 3, time_column: 1, unit: rpm}\nthruster_0/state.sign_source: {value: 1}"
+    imported(tmp_path, table(tmp_path / "x.csv"), f"thruster_0/state.n: {state}")
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "thruster_0/state" in line]
+    assert line.count("readings") == 1 and line.endswith("; sign_source: 1 in all of them")
 
 
 def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):

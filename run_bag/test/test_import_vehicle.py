@@ -64,7 +64,8 @@ def test_a_vehicle_s_table_is_guessed_and_its_angles_become_a_quaternion(tmp_pat
     file = write_table(tmp_path / "dive.csv", columns())
     text = guessed(capsys, file)
     assert "Not recognised" not in text
-    assert "axes" not in text  # gravity says that z points down
+    assert "\naxes" not in text  # gravity says that z points down
+    assert "# axes: {rov/velocity: rep103}   # if x is forward, y port, z up in rov/velocity: nothing says so" in text
     run = imported(tmp_path, text, file)
     assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
     np.testing.assert_allclose(vectors(run, "rov/imu.angular_velocity"), RATES, atol=1e-8)
@@ -125,6 +126,73 @@ def test_an_attitude_in_parts_or_twice_is_not_proposed(tmp_path, capsys):
     assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
 
 
+def dive(imu, log, **more):
+    """Return 40 s of a vehicle that pitches, surges and heaves; imu, log: 1 in our axes, -1 in REP 103's."""
+    time, draw = 0.04 * np.arange(1000), np.random.default_rng(3)
+    pitch, surge, heave = 0.3 * np.sin(0.9 * time), 0.5 * np.cos(0.5 * time), 0.2 * np.sin(0.7 * time)
+    falling = -np.sin(pitch) * surge + np.cos(pitch) * heave
+    noise = draw.normal(0.0, 0.01, (3, time.size))
+    return {
+        "t": time, "pwm_1": 1500.0 + 0 * time, "pwm_2": 1500.0 + 0 * time,
+        "acc_x": 9.81 * np.sin(pitch), "acc_y": 0 * time, "acc_z": -imu * 9.81 * np.cos(pitch),
+        "roll": 0 * time, "pitch": imu * np.degrees(pitch), "yaw": 0 * time,
+        "depth": 3.0 + np.cumsum(0.04 * falling) + 0.3 * noise[0],
+        "vel_x": surge + noise[1], "vel_y": 0 * time, "vel_z": log * (heave + noise[2]), **more,
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("imu", [1, -1])
+@pytest.mark.parametrize("log", [1, -1])
+def test_axes_of_a_velocity_log_are_told_by_the_change_of_depth_and_not_by_the_imu(tmp_path, capsys, imu, log):
+    text = guessed(capsys, write_table(tmp_path / "a.csv", dive(imu, log)))
+    turned = [f"{topic}: rep103" for topic, way in (("rov/imu", imu), ("rov/velocity", log)) if way < 0]
+    found = [line.partition("   #")[0] for line in text.splitlines() if "axes" in line]
+    assert found == ([f"axes: {{{', '.join(turned)}}}"] if turned else [])
+
+
+def test_without_an_attitude_a_velocity_log_is_held_against_the_depth_as_if_level(tmp_path, capsys):
+    level = {k: c for k, c in dive(1, -1).items() if k not in ("roll", "pitch", "yaw")}
+    text = guessed(capsys, write_table(tmp_path / "a.csv", level))
+    assert "\naxes: {rov/velocity: rep103}   # rov/velocity.z is positive while the depth shrinks" in text
+
+
+@pytest.mark.parametrize("depth", ["level", "above", "none"])
+def test_a_velocity_log_whose_axes_nothing_tells_stays_as_stated_with_a_question(tmp_path, capsys, depth):
+    table = dive(-1, -1)
+    shown = {"level": 3.0 + 0 * table["t"], "above": -table["depth"]}
+    del table["depth"]
+    text = guessed(capsys, write_table(tmp_path / "a.csv", table | ({"depth": shown[depth]} if depth in shown else {})))
+    assert "\naxes: {rov/imu: rep103}   # at rest the IMU's z axis points up\n" in text
+    assert "\n# axes: {rov/imu: rep103, rov/velocity: rep103}   # if x is forward" in text
+
+
+@pytest.mark.parametrize(("unit", "gravity"), [("g", 1.0), ("m/s^2", 9.81), ("mg", 1000.0)])
+def test_gravity_tells_the_unit_of_an_accelerometer_whose_name_does_not(tmp_path, capsys, unit, gravity):
+    table = dive(1, 1)
+    table |= {f"acc_{a}": table[f"acc_{a}"] * gravity / 9.81 for a in "xyz"}
+    text = guessed(capsys, write_table(tmp_path / "a.csv", table))
+    assert text.count(f"unit: {unit}}}") == 3
+    assert f"unit by its values: |a| is {gravity:.4g} as a rule, as gravity at rest" in text
+
+
+def test_gravity_tells_the_unit_of_an_accelerometer_in_a_long_table(tmp_path, capsys):
+    rows = [f"{t},{name},{value}" for k, t in enumerate(TIME) for name, value in long_row(k)]
+    (tmp_path / "a.csv").write_text("\n".join(["time,name,value", *rows]))
+    assert guessed(capsys, tmp_path / "a.csv").count("|a| is 1 as a rule, as gravity at rest") == 3
+
+
+def long_row(k):
+    forces = zip("xyz", FORCE[k] / 9.81, strict=True)
+    return [("gyro_x", RATES[k, 0]), *((f"acc_{a}", value) for a, value in forces), ("pwm_1", PULSES[k])]
+
+
+def test_an_acceleration_without_gravity_is_asked_about(tmp_path, capsys):
+    table = dive(1, 1)
+    table |= {f"acc_{a}": np.sin((k + 1.0) * table["t"]) for k, a in enumerate("xyz")}
+    text = guessed(capsys, write_table(tmp_path / "a.csv", table))
+    assert text.count("write the unit: g or m/s^2? nothing says which") == 3
+
+
 def bag(path):
     """Write a bag in REP 103's axes, under names of others."""
     store = get_typestore(Stores.ROS2_JAZZY)
@@ -150,8 +218,10 @@ def bag(path):
 def test_a_bag_in_rep_103_s_axes_comes_out_in_ours(tmp_path, capsys):
     file = bag(tmp_path / "bag")
     text = guessed(capsys, file)
-    assert "axes: {rov/imu: rep103, rov/velocity: rep103}   # at rest the IMU's z axis points up" in text
-    run = imported(tmp_path, text, file)
+    assert "\naxes: {rov/imu: rep103}   # at rest the IMU's z axis points up" in text
+    assert "\n# axes: {rov/imu: rep103, rov/velocity: rep103}   # if x is forward, y port, z up in rov/velocity" in text
+    answered = text.replace("\naxes: {rov/imu: rep103}", "\n").replace("\n# axes", "\naxes")
+    run = imported(tmp_path, answered, file)
     assert np.max((attitude(run) * BODY.inv()).magnitude()) < 1e-6
     np.testing.assert_allclose(vectors(run, "rov/imu.angular_velocity"), RATES, atol=1e-12)
     np.testing.assert_allclose(vectors(run, "rov/imu.linear_acceleration"), FORCE, atol=1e-12)

@@ -161,7 +161,9 @@ def test_a_new_vehicle_is_read_as_the_one_it_was_written_from_and_says_what_each
     assert (again.parameters, again.model) == (base.parameters, base.model)
     assert np.allclose(again.configuration, base.configuration, atol=1e-12)
     assert [(t.name, t.hand, t.model) for t in again.layout] == [(t.name, t.hand, t.model) for t in base.layout]
-    assert "  # mass [kg]\n  mass: {value:" in text
+    unstated = base.parameters["mass"].standard_deviation is None
+    more = f"; standard_deviation as long as none is stated: {0.05 * base.values['mass']:.3g}" if unstated else ""
+    assert f"  # mass [kg]{more}\n  mass: {{value:" in text
     assert "  # density of the water [kg/m^3]\n  # density: {value: 1000.0, unit: kg/m^3" in text
     salty = parse_vehicle_set(text.replace("  # density: {value: 1000.0", "  density: {value: 1025.0"), origin="mine")
     assert salty.parameters["density"].value == 1025.0

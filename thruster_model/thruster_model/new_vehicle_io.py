@@ -4,6 +4,7 @@ import yaml
 
 from thruster_model.new_set_io import commented
 from thruster_model.vehicle_parameters import DEFAULTS, definition_of
+from thruster_model.vehicle_set import UNSTATED_DEVIATION, VehicleSet
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
 __all__ = ["new_vehicle"]
@@ -13,10 +14,11 @@ _HEAD = (
     "by your own.",
     "Body axes x forward, y starboard, z down, from an origin of your choice. Equations: docs/vehicles.md, or "
     "`ros2 run rov_sim reference`.",
-    "`standard_deviation` says how far a value may be off; a fit and a diagnosis take 5 % of the value where there is "
-    "none.",
-    "`model` is the thrusters' parameter set, a name or a file beside this one. A thruster of another kind names its "
-    "own.",
+    "`standard_deviation` says how far a value may be off; a fit and a diagnosis take "
+    f"{100 * UNSTATED_DEVIATION:g} % of the value where there is none: that number stands behind the unit. A 0 without "
+    "one counts as exact.",
+    "`model` is the thrusters' parameter set, a name or a file beside this one. A thruster with other numbers names "
+    "its own set, of the same model.",
 )
 _THRUSTERS = (
     "In the order of the commands, thruster_0 first. Position [m]; axis: where a positive command pushes the vehicle, "
@@ -39,7 +41,7 @@ def new_vehicle(base: str) -> str:
     parts = [commented(*_HEAD)]
     for key, value in document.items():
         if key == "parameters":
-            parts += ["parameters:\n", *(_parameter(name, entry) for name, entry in value.items())]
+            parts += ["parameters:\n", *(_parameter(n, entry, more=_taken(vehicle, n)) for n, entry in value.items())]
             parts += [_unstated(name, default) for name, default in DEFAULTS.items() if name not in value]
         else:
             parts.append(commented(_THRUSTERS) if key == "thrusters" else "")
@@ -47,10 +49,16 @@ def new_vehicle(base: str) -> str:
     return "".join(parts)
 
 
-def _parameter(name: str, entry: object, mark: str = "") -> str:
+def _parameter(name: str, entry: object, mark: str = "", more: str = "") -> str:
     definition = definition_of(name)
     assert definition is not None
-    return f"  # {definition.meaning} [{definition.unit}]\n  {mark}{_dumped({name: entry})}"
+    return f"  # {definition.meaning} [{definition.unit}]{more}\n  {mark}{_dumped({name: entry})}"
+
+
+def _taken(vehicle: VehicleSet, name: str) -> str:
+    """Return the deviation that is taken where the set states none, "" where it does."""
+    stated = vehicle.parameters[name].standard_deviation is not None
+    return "" if stated else f"; standard_deviation as long as none is stated: {vehicle.deviation(name):.3g}"
 
 
 def _unstated(name: str, default: float) -> str:

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-__all__ = ["VehicleCoefficients", "vehicle_coefficients"]
+__all__ = ["STIR", "VehicleCoefficients", "vehicle_coefficients"]
 
 Array = NDArray[np.float64]
 STIR = 1e-3

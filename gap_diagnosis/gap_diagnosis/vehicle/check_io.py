@@ -18,6 +18,7 @@ from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
 from gap_diagnosis.vehicle.unknowns import Key, words_of
+from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag import Run, RunError, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
 
@@ -143,8 +144,15 @@ def _grouped(hidden: Sequence[Hypothesis]) -> str:
     for h in hidden:
         thruster = "" if h.thruster is None else f"thruster {h.thruster}"
         place = ", ".join(filter(None, (h.kind, h.axis, h.sensor, thruster))).replace("_", " ")
-        where.setdefault(described(h.effect).title, []).append(place or "the vehicle")
+        where.setdefault(described(h.effect).title, []).append(place or _everywhere(h))
     return "; ".join(f"{title} ({', '.join(places)})" for title, places in where.items())
+
+
+def _everywhere(h: Hypothesis) -> str:
+    """Return what an effect without a place is on."""
+    effect = described(h.effect)
+    of_thrusters = "thruster" in effect.may_take if isinstance(effect, VehicleEffect) else effect.block != "log"
+    return "all thrusters" if of_thrusters else "the vehicle"
 
 
 def _named(keys: Sequence[Key]) -> str:

@@ -9,9 +9,10 @@ import pytest
 from gap_diagnosis.findings import Finding
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.check_io import check_vehicle
+from gap_diagnosis.vehicle.check_io import _grouped, check_vehicle
 from gap_diagnosis.vehicle.cli_check_vehicle import main
 from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.hypotheses import hypotheses
 from run_bag import Topic, write_run
 
 MODEL = load_model("ngs")
@@ -49,6 +50,15 @@ def test_short_dives_leave_numbers_and_effects_in_the_dark_and_name_them(sound: 
     hidden = notes["effects that would not show"]
     assert hidden.count("linear drag of one axis (") == 1
     assert "sway" in hidden.split("linear drag of one axis (")[1].split(")")[0]
+
+
+@pytest.mark.parametrize(
+    ("effect", "place"),
+    [("cavitation", "all thrusters"), ("water_density", "the vehicle"), ("cb_shift", "the vehicle")],
+)
+def test_what_is_on_all_thrusters_at_once_is_not_called_the_vehicle_s(effect: str, place: str) -> None:
+    everywhere = [h for h in hypotheses(MODEL, {}) if h.effect == effect and h.thruster is None]
+    assert _grouped(everywhere).endswith(f"({place})")
 
 
 def test_without_a_sensor_its_effects_cannot_be_looked_for(tmp_path: Path) -> None:

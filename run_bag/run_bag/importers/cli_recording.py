@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +24,7 @@ from .decisions import Decisions, source
 from .guess import guess
 from .log_source import LOGS, LogSource
 from .mapped_topics import mapped_topics
-from .recording_map import ASKED, RecordingMap, read_map
+from .recording_map import ASKED, Constant, RecordingMap, read_map
 from .sources import Source
 
 BAGS = (".mcap", ".db3", ".bag", ".zstd")
@@ -128,21 +128,34 @@ def _run(options: argparse.Namespace) -> int:
     for sentence in warnings:
         print(f"warning: {sentence}", file=sys.stderr)
     print(f"{options.out}:")
-    print("\n".join(map(_told, made)))
+    constant = {(e.topic, e.path) for e in read_map(options.map).entries if isinstance(e, Constant)}
+    print("\n".join(_told(topic, {path for name, path in constant if name == topic.name}) for topic in made))
     return 0
 
 
-def _told(topic: Topic) -> str:
-    """Return what was imported as a topic, with rates: a wrong unit of time shows there."""
+def _told(topic: Topic, constant: Collection[str]) -> str:
+    """Return what was imported as a topic, with rates: a wrong unit of time shows there.
+
+    constant: fields that have one value in all messages, as the map says; the sign of a speed may have, as well.
+    """
     seconds = np.asarray(topic.stamps) * 1e-9
     alike: dict[tuple[int, float], list[str]] = {}
+    same = []
     for name, values in topic.fields.items():
         numbers = np.asarray(values)
+        if numbers.size and (name in constant or (name == "sign_source" and np.ptp(numbers) == 0)):
+            same.append(f"; {name}: {numbers[0]:g} in all of them")
+            continue
         at = seconds[np.isfinite(numbers)] if numbers.dtype.kind == "f" and numbers.ndim == 1 else seconds
         alike.setdefault((at.size, float(np.ptp(at)) if at.size else 0.0), []).append(name)
-    return f"  {topic.name}: " + "; ".join(
-        f"{', '.join(names)}: {count} readings in {lasts:.1f} s" + (f", {(count - 1) / lasts:.3g} Hz" if lasts else "")
-        for (count, lasts), names in alike.items()
+    return (
+        f"  {topic.name}: "
+        + "; ".join(
+            f"{', '.join(names)}: {count} readings in {lasts:.1f} s"
+            + (f", {(count - 1) / lasts:.3g} Hz" if lasts else "")
+            for (count, lasts), names in alike.items()
+        )
+        + "".join(same)
     )
 
 

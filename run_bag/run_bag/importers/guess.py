@@ -11,15 +11,16 @@ import numpy as np
 
 from ..known_topics import topic_type
 from ..units import unit_of
-from .axes import ANGLES, PARTS, REP103, unit_in_map
+from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
+from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
 from .guessed_units import guessed_time_unit, guessed_unit, named_units
-from .sources import Source
+from .sources import Array, Source
 
 _SUFFIX = re.compile(
     r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
@@ -29,8 +30,6 @@ _NO_COMMAND = re.compile(r"_(k?rpm|kgf|lbf|m?nm|rad_?s|deg_?s|dps|[cm]?m_?s|mps)
 """Of names of speeds, forces and torques."""
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
-_UP = 0.5
-"""Share of the specific force along z, upwards, from which on z points up."""
 SHOWN = 60
 
 
@@ -87,11 +86,12 @@ def guess(sources: Sequence[Source]) -> str:
             found[each.channel] = each
             left.remove((each.source, each.name))
     names = Counter(name for source in sources for name in source.names())
-    lines = ["# A proposal: read it, correct it, and import with --map.", *told, *_axes(found.values())]
-    lines += [
+    entries = [
         _line(each, [f for f in found.values() if f.group == each.group], clock, shared=names[each.name] > 1)
         for each in found.values()
     ]
+    head = ["# A proposal: read it, correct it, and import with --map.", *told]
+    lines = [*head, *_axes(found.values(), sources, [*told, *entries]), *entries]
     lines += ["# Not recognised:"] if left else []
     lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
@@ -223,19 +223,12 @@ def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
     return rule.channel.format(i=number, **own)
 
 
-def _axes(found: Iterable[_Found]) -> list[str]:
-    """Return the map's line about axes: that of topics whose accelerometer says that z points up, else a question."""
+def _axes(found: Iterable[_Found], sources: Sequence[Source], lines: Sequence[str]) -> list[str]:
+    """Return the map's lines about axes, of topics whose axes neither the format nor a name of ours says."""
     vectors = [each for each in found if each.topic in ("rov/imu", "rov/odometry", "rov/velocity")]
-    topics = {each.topic: REP103 for each in vectors if each.topic != "rov/odometry" or not each.usual}
-    if not topics:
-        return []
-    line = f"axes: {{{', '.join(f'{topic}: {axes}' for topic, axes in sorted(topics.items()))}}}"
+    topics = {each.topic for each in vectors if each.topic != "rov/odometry" or not each.usual}
     force = {e.channel[-1]: values_of(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
-    means = {axis: float(np.nanmean(values)) for axis, values in force.items() if values is not None}
-    size = float(np.linalg.norm(list(means.values())))
-    if set(means) == set("xyz") and abs(means["z"]) > _UP * size:
-        return [f"{line}   # at rest the IMU's z axis points up"] if means["z"] > 0.0 else []
-    return [f"# {line}   # where x is forward, y port, z up"]
+    return axes_lines(topics, force, sources, lines)
 
 
 def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) -> str:
@@ -260,6 +253,7 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     unit, why = guessed_unit(
         unit_in_map(str(topic_type(topic)), path, topic), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
+        size=_size(parts) if path.startswith("linear_acceleration") else None,
     )  # fmt: skip
     text = f"{place}: {_quoted(name)}, unit: {_quoted(unit)}"
     if command and unit in COMMANDS:
@@ -274,6 +268,15 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
     notes = ";".join(part for part in (notes, f" {why}" if why else "", each.why, doubt) if part)
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
+
+
+def _size(parts: Sequence[Array]) -> Array | None:
+    """Return the magnitudes of a vector, whose parts have rows of their own in a long table; None without three."""
+    told = [part[np.isfinite(part)] for part in parts]
+    if len(told) != 3 or len({part.size for part in told}) > 1:
+        return None
+    size: Array = np.linalg.norm(np.stack(told), axis=0)
+    return size
 
 
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:

@@ -45,6 +45,8 @@ _OF_VEHICLE: dict[str, tuple[_Range, ...]] = {
     "m/s^2": (_Range(4.0, ("g", "m/s^2")), _Range(100.0, ("m/s^2",)), _Range(np.inf, ("mg",))),
 }
 """Of its gyro, attitude and accelerometer, whose largest component at rest is gravity."""
+_GRAVITY, _OFF = {"g": 1.0, "m/s^2": 9.81, "mg": 1000.0}, 0.15
+"""What an accelerometer at rest reads in each unit, and by which share a vehicle that moves gently is off it."""
 _TIME_STEPS = (
     _Range(0.5, ("s",)), _Range(2.0, ("s", "ms")), _Range(300.0, ("ms",)), _Range(3e3, ("ms", "us")),
     _Range(3e5, ("us",)), _Range(3e6, ("us", "ns")), _Range(np.inf, ("ns",)),
@@ -76,6 +78,7 @@ def guessed_unit(
     usual: str = "",
     command: bool = False,
     vehicle: bool = False,
+    size: Array | None = None,
 ) -> Guessed:
     """Return the unit of a column or field of a channel in `ours`.
 
@@ -87,6 +90,7 @@ def guessed_unit(
         usual: what the format says where the recording does not, as in a vehicle's log.
         command: it is a throttle, which need not be a voltage.
         vehicle: it is one of a vehicle's inertial sensors; values are then those of all its axes.
+        size: magnitudes of an accelerometer's readings, None where they are not known.
     """
     largest = float(np.nanmax(np.abs(values))) if values is not None else np.nan
     ranges = (_OF_VEHICLE if vehicle else _BY_SIZE).get(ours, ())
@@ -107,6 +111,8 @@ def guessed_unit(
         return _command(values, largest)
     if not ranges:
         return Guessed(ours, "unit not stated")
+    if size is not None and (by_gravity := _by_gravity(size)):
+        return by_gravity
     units = _candidates(ours, ranges, largest)
     return Guessed(units[0], "unit by its values") if len(units) == 1 else _asked(units, "nothing says which")
 
@@ -167,6 +173,15 @@ def named_units(name: str) -> list[str]:
         elif len(word) > 1 or k > 0:
             found += [word if word.isalpha() and is_unit(word) else "", _WORDS.get(word, "")]
     return [unit for unit in found if unit]
+
+
+def _by_gravity(size: Array) -> Guessed | None:
+    """Return the unit in which a specific force is about gravity half of the time, None where it is so in none."""
+    usual, (low, high) = float(np.median(size)), np.quantile(size, (0.25, 0.75))
+    for unit, gravity in _GRAVITY.items():
+        if (1.0 - _OFF) * gravity < low and high < (1.0 + _OFF) * gravity:
+            return Guessed(unit, f"unit by its values: |a| is {usual:.4g} as a rule, as gravity at rest")
+    return None
 
 
 def _pulses(values: Array) -> bool:

@@ -125,9 +125,17 @@ def read_map(path: Path) -> RecordingMap:
     Raises:
         RecordingError: all that is wrong with it.
     """
-    content = yaml_mapping(path, _refused)
+    return _checked(yaml_mapping(path, _refused), str(path))
+
+
+def parse_map(text: str, origin: str = "map") -> RecordingMap:
+    """Read and check the text of a map, which errors call `origin`; see `read_map`."""
+    return _checked(yaml_mapping(text, _refused, origin), origin)
+
+
+def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
     if not set(content) - TOP:
-        raise _refused(str(path), ["expected entries `channel: {column or field, unit}`, found none"])
+        raise _refused(origin, ["expected entries `channel: {column or field, unit}`, found none"])
     problems: list[str] = []
     time_column, time_scale = _time(content.get("time"), problems)
     text = _table(content.get("csv"), problems)
@@ -145,7 +153,7 @@ def read_map(path: Path) -> RecordingMap:
     problems += _crossing(entries)
     rep103 = _axes(content.get("axes"), entries, problems)
     if problems:
-        raise _refused(str(path), problems)
+        raise _refused(origin, problems)
     return RecordingMap(entries=tuple(entries), rep103=rep103, **text)
 
 

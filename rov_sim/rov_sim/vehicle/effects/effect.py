@@ -28,6 +28,7 @@ class VehicleEffect:
         block: where it enters.
         equation: as a formula.
         parameters: its sizes; all neutral: no effect.
+        note: what title, equation and sizes leave open, as a sentence for the reference.
         needs: of `TARGETS`, what it acts on and cannot do without.
         may_take: what it may be narrowed to; without it, all.
         choices: what axis, sensor and kind may be, by target.
@@ -43,6 +44,7 @@ class VehicleEffect:
     block: Block
     equation: str
     parameters: tuple[EffectParameter, ...]
+    note: str = ""
     needs: tuple[str, ...] = ()
     may_take: tuple[str, ...] = ()
     choices: Mapping[str, tuple[str, ...]] = field(default_factory=dict)

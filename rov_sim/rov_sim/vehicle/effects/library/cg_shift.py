@@ -21,6 +21,7 @@ EFFECT = VehicleEffect(
     block="body",
     equation="r_G + s",
     parameters=PARAMETERS,
+    note="the inertia about the centre of mass is kept, that about the origin follows",
     body=body,
     suspected=(SUSPECTED,),
 )

@@ -27,6 +27,8 @@ EFFECT = VehicleEffect(
     block="thrusters",
     equation="T = 0, or n = 0",
     parameters=(EffectParameter(name="failed", unit="1", meaning="1: failed, 0: well", lower=0.0, upper=1.0),),
+    note="with `no_thrust` the rotor keeps turning and T drives v as before; with `stopped` n = 0, and what flows "
+    "through drags",
     needs=("thruster", "kind"),
     choices={"kind": ("no_thrust", "stopped")},
     twins=("thrust_loss",),

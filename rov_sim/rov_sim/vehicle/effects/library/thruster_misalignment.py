@@ -44,6 +44,8 @@ EFFECT = VehicleEffect(
         EffectParameter(name="y", unit="m", meaning="starboard of the offset", lower=-0.15, upper=0.15),
         EffectParameter(name="z", unit="m", meaning="down of the offset", lower=-0.15, upper=0.15),
     ),
+    note="`first_normal` turns e about z x e (about x where e is vertical), `second_normal` about e x (z x e), "
+    "`position` moves the thruster; wrench and inflow alike",
     needs=("thruster", "kind"),
     choices={"kind": ("first_normal", "second_normal", "position")},
     order=-1,

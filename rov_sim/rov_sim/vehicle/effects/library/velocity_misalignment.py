@@ -16,6 +16,7 @@ EFFECT = VehicleEffect(
     block="sensor",
     equation="R_s turned by s about one axis",
     parameters=(EffectParameter(name="angle", unit="rad", meaning="of the turn", lower=-0.3, upper=0.3),),
+    note="axes as of `imu_misalignment`",
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
