@@ -62,7 +62,8 @@ def search(
     tried = [h for h in hypotheses(model, there) if only(h)]
     free = nuisances(model, logs)
     told(f"{len(free)} uncertain numbers, {len(tried)} hypotheses")
-    retuned, (runs, fit), rivals, odds = begun(model, logs, free, tried, told)
+    retuned, (runs, first), rivals, odds = begun(model, logs, free, tried, told)
+    fit = first
     if fit.effects:
         told(f"begins with {', '.join(a.hypothesis.words for a in fit.effects)}")
         (runs, fit), rivals = exchanged(model, logs, runs, fit, free, tried, rivals, told)
@@ -70,7 +71,7 @@ def search(
     left: Rivals = ()
     for depth in range(rules.MOST_EFFECTS + 1):
         stage = stage_at(model, runs, fit, free, tried, nameless_names(model, there))
-        if fit.effects and stage.leaves_more:
+        if fit.effects and fit is not first and stage.leaves_more:
             # numbers and noises that had to do without the last effect may have led its fit to where it does not belong
             again = settled(model, logs, free, fit.effects)
             if log_evidence(*again) > stage.log_evidence + rules.SETTLED:
