@@ -23,7 +23,8 @@ from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
     "LOST", "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
-    "foreseen_deviations", "initial_state", "log_likelihood", "prepared_with", "rotor_decay", "starting", "whitened",
+    "foreseen_deviations", "initial_state", "log_determinant", "log_likelihood", "prepared_with", "rotor_decay",
+    "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -391,6 +392,14 @@ def foreseen_deviations(
         P = filter_gains(A[part], H[part], told[part], prepared.noises, log.period, doubts[part]).last
         out[row] = np.sqrt(np.einsum("ij,jl,il->i", H[last], P, H[last]) + prepared.noises.channels**2)
     return out
+
+
+def log_determinant(prepared: Prepared) -> float:
+    """Return log |S| of all innovations that count, those of body, rotors and battery."""
+    first, base = first_instant(prepared.log), prepared.base
+    rotors = np.log(prepared.spread[first:])[np.isfinite(base.rotor[first:])].sum()
+    battery = np.isfinite(base.battery[first:]).sum(axis=0) @ np.log(prepared.noises.battery)
+    return prepared.gains.log_determinant + 2.0 * float(rotors + battery)
 
 
 def log_likelihood(prepared: Prepared) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood
+from gap_diagnosis.vehicle.filtering import Prepared, log_determinant, log_likelihood
 from gap_diagnosis.vehicle.learning import learned_from, prepared, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
@@ -97,4 +97,4 @@ def likelihood(runs: Sequence[Prepared], fit: Fit) -> float:
 
 def log_evidence(runs: Sequence[Prepared], fit: Fit) -> float:
     """Return that of recordings with what a fit has on, comparable over noises."""
-    return fit.log_evidence - 0.5 * sum(p.gains.log_determinant for p in runs)
+    return fit.log_evidence - 0.5 * sum(map(log_determinant, runs))

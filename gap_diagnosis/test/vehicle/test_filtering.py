@@ -13,7 +13,14 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.filtering import _shifted, at_rest, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.filtering import (
+    _shifted,
+    at_rest,
+    log_determinant,
+    log_likelihood,
+    prepared_with,
+    whitened,
+)
 from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, first_noises, learned_from, prepared
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
@@ -137,6 +144,24 @@ def test_an_imu_tells_as_much_just_before_and_after_its_readings_count_for_an_ea
     (early, count, likely), (later, as_many, as_likely) = told
     assert (early, later) == (1, 2) and count == as_many
     assert as_likely == pytest.approx(likely, rel=0.01)
+
+
+@pytest.mark.parametrize("of", ["speed", "battery"])
+def test_readings_of_rotors_and_battery_are_likelier_with_their_own_noise_than_with_another(
+    tmp_path: Path, of: str
+) -> None:
+    draw = Draw(seed=23, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=20.0)
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
+    (learned,) = prepared(model, logs, {})
+
+    def likelihood(factor: float) -> float:
+        noises = learned.noises._replace(**{of: factor * getattr(learned.noises, of)})
+        found = prepared_with(model, logs[0], 0, noises, {}, states=learned.base.states)
+        return -0.5 * float(np.sum(whitened(found, found.base) ** 2)) - 0.5 * log_determinant(found)
+
+    assert likelihood(1.0) > max(likelihood(3.0), likelihood(1.0 / 3.0)) + 20.0
 
 
 def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp_path: Path) -> None:
