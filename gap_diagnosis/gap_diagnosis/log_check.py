@@ -62,9 +62,10 @@ def hole_around_zero(values: Array, *, least: int = 5) -> float:
     noisy = np.count_nonzero(known == 0.0) < least
     zero = _ABOUT_ZERO * float(np.nan_to_num(noise_level(known))) if noisy and known.size else 0.0
     beyond = np.sort(size[size > zero])
-    if known.size - beyond.size < least or beyond.size < least:
+    outliers = int(_INSIDE * known.size) if noisy else 0
+    if known.size - beyond.size < least or beyond.size < least + outliers:
         return 0.0
-    edge = float(beyond[int(_INSIDE * known.size) if noisy else 0])
+    edge = float(beyond[outliers])
     if np.unique(beyond[(beyond >= edge) & (beyond < 2.0 * edge)]).size < least:
         return 0.0
     return edge if not noisy or (edge > 2.0 * zero and _falls(size, zero, least)) else 0.0

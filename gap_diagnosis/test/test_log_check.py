@@ -98,6 +98,12 @@ def test_the_first_step_of_coarse_readings_is_no_hole_however_many_outliers_lie_
     assert hole_around_zero(coarse) == 0.0
 
 
+def test_a_few_readings_beyond_noise_about_zero_are_no_edge_of_a_hole():
+    values = 0.1 * np.random.default_rng(8).standard_normal(15000)
+    values[1000:12000:1000] = 5.0
+    assert hole_around_zero(values) == 0.0
+
+
 def test_a_hole_around_zero_is_as_wide_as_the_smallest_reading():
     cut = np.where(np.abs(NOISY) < 14.0, 0.0, NOISY)
     assert 14.0 <= hole_around_zero(cut) < 16.0

@@ -36,17 +36,17 @@ def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
 
 
 def test_the_stated_rate_is_the_counted_one_and_none_where_nothing_was_counted() -> None:
-    assert stated_rate(160.0) == "0.03 (less than 0.08 at 95 %, 75.5 h counted by an earlier filter)"
-    assert stated_rate(112.0) == "0.1 (less than 0.2 at 95 %, 75.5 h counted by an earlier filter)"
-    assert stated_rate(111.0) == "not counted below a threshold of 112"
+    assert stated_rate(160.0) == "0.03 (less than 0.08 at 95 %, 77 h counted)"
+    assert stated_rate(90.0) == "0.1 (less than 0.2 at 95 %, 77 h counted)"
+    assert stated_rate(89.0) == "not counted below a threshold of 90"
 
 
 def test_an_alarm_is_as_probable_as_failures_are_frequent_beside_false_alarms_at_its_height() -> None:
-    # 2 false alarms in 75.5 h at 160 against one failure in 10 h
-    assert probabilities([160.0]) == pytest.approx([0.1 / (0.1 + 2.0 / 75.5)])
-    # 8 at 112 and 2 at 160: e times as many for each 48 / ln 4 = 34.6 that it is lower
-    assert probabilities([112.0]) == pytest.approx([0.1 / (0.1 + 8.0 / 75.5)])
-    first, second = probabilities([400.0, 400.0 - 48.0])
+    # 2 false alarms in 77 h at 160 against one failure in 10 h
+    assert probabilities([160.0]) == pytest.approx([0.1 / (0.1 + 2.0 / 77.0)])
+    # 8 at 90 and 2 at 160: e times as many for each 70 / ln 4 = 50.5 that it is lower
+    assert probabilities([90.0]) == pytest.approx([0.1 / (0.1 + 8.0 / 77.0)])
+    first, second = probabilities([600.0, 600.0 - 70.0])
     assert first == pytest.approx(4.0 * second) and first + second == pytest.approx(1.0, abs=1e-3)
 
 
