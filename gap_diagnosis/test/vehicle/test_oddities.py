@@ -125,3 +125,15 @@ def test_a_turned_imu_is_read_aright_and_is_all_that_is_named(healthy: list[Topi
     assert [(each["id"], each["sensor"]) for each in found["effects"]] == [("imu_misalignment", "imu")]
     assert (found["wiring"]["verdict"], found["wiring"]["imu_axes"]) == ("turned", ["-y", "x", "z"])
     assert found["summary"].startswith("The IMU is mounted turned: its -y is forward")
+
+
+def test_a_turned_velocity_log_is_read_aright_and_is_all_that_is_named(healthy: list[Topic], tmp_path: Path) -> None:
+    log = read(healthy, tmp_path)
+    told = log.told.copy()
+    told[:, 11:] *= -1.0
+    few = ("velocity_scale", "thrust_loss")
+    turned = replace(log, told=told)
+    found = diagnosed(MODEL, [turned], {"runs": ["sealed"]}, only=lambda h: h.effect in few, how_far=False).content
+    assert [(each["id"], each["sensor"]) for each in found["effects"]] == [("velocity_misalignment", "velocity")]
+    assert (found["wiring"]["verdict"], found["wiring"]["velocity_axes"]) == ("turned", ["x", "-y", "-z"])
+    assert found["summary"].startswith("The velocity log is mounted turned: its x is forward, its -y starboard")
