@@ -24,15 +24,6 @@ sets, fits and diagnoses. Every other program and node runs by `ros2 run`; the s
 """
 
 
-EXAMPLES = {
-    "thruster fit --vehicle": "thruster fit runs/* --vehicle own.yaml --sensors mine.yaml --out vehicle_fit",
-    "thruster diagnose --vehicle": """\
-thruster diagnose runs/* --vehicle own.yaml --sensors mine.yaml --out vehicle_diagnosis
-thruster diagnose runs/* --vehicle ngs --experiment --tilt 0.4      # and what to record next""",
-}
-"""Of programs whose own help has none."""
-
-
 class _Parser(Exception):
     """Ends a program where it would read its arguments, and brings its parser."""
 
@@ -97,9 +88,9 @@ def _section(command: str, parser: argparse.ArgumentParser, also: str = "") -> s
     rows = [_row(action, parser) for action in _actions(parser)]
     if rows:
         lines += ["| argument | what it is |", "|---|---|", *rows, ""]
-    examples = (parser.epilog or "").partition("examples:")[2] % {"prog": parser.prog} or EXAMPLES.get(command, "")
+    examples = (parser.epilog or "").partition("examples:")[2]
     if examples:
-        shown = examples.strip().split("\n")
+        shown = (examples % {"prog": parser.prog}).strip().split("\n")
         lines += ["```bash", *(line.strip() for line in shown), "```", ""]
     text = "\n".join(lines).rstrip("\n") + "\n"
     return text + "".join(_section(f"{command} {name}", inner) for name, inner in _commands_inside(parser))

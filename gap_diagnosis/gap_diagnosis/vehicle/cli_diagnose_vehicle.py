@@ -10,16 +10,20 @@ from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
 from run_bag import RunError
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import refuse_full_folder
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
 
+EXAMPLES = """
+  thruster diagnose runs/* --vehicle own.yaml --sensors mine.yaml --out vehicle_diagnosis
+  thruster diagnose runs/* --vehicle ngs --experiment --tilt 0.4      # and what to record next"""
+
 
 def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicle") -> int:
     """Diagnose runs of a vehicle; return the exit status."""
-    parser = argparse.ArgumentParser(prog=program, description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     add_sets(parser)
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")

@@ -11,16 +11,19 @@ from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
 from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import RunError
-from run_bag.command_line import user_arguments
+from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import refuse_full_folder
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
 
+EXAMPLES = """
+  thruster fit runs/* --vehicle own.yaml --sensors mine.yaml --out vehicle_fit"""
+
 
 def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -> int:
     """Fit a vehicle's numbers to its runs; return the exit status."""
-    parser = argparse.ArgumentParser(prog=program, description=__doc__)
+    parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="runs; two or more predict each other")
     add_sets(parser)
     parser.add_argument("--out", type=Path, default=Path("vehicle_fit"), help="new or empty folder")

@@ -44,9 +44,10 @@ class Mounted:
 
     def oddity(self, sensor: str) -> tuple[Oddity, ...]:
         """Return what a recording shows of it."""
+        if not self.turned:
+            return ()
         angle = float(Rotation.from_matrix(self.R).magnitude())
-        shown = Oddity(f"{sensor}_misalignment", sensor, None, angle, TURNED_BY, self.log_odds)
-        return (shown,) if self.turned else ()
+        return (Oddity(f"{sensor}_misalignment", sensor, None, angle, TURNED_BY, self.log_odds),)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

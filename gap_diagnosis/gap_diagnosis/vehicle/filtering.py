@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
+from gap_diagnosis.vehicle.instants import as_read, read_later, rows_late, shifted
 from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
@@ -31,7 +32,7 @@ Array = NDArray[np.float64]
 LOST = 50.0
 """Deviations of a whitened reading beyond which a model is wrong, not more or less so."""
 _LOGS = 64
-"""Recordings whose beginning is kept, and their commands as they act: a fit asks for the same ones ever again."""
+"""Recordings whose beginning is kept: a fit asks for the same ones ever again."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -103,70 +104,9 @@ def filtered(
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     later = built.sensors.imu_late / log.period - prepared.late / PARTS
     if abs(later) >= rules.REACH:  # gains were made for readings that are near their instants
-        log = _read_later(log, round(later))
-    log = _shifted(log, values, effects)
+        log = read_later(log, round(later))
+    log = shifted(log, values, effects)
     return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
-
-
-def _shifted(
-    log: VehicleLog, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect] = ()
-) -> VehicleLog:  # fmt: skip
-    """Return a log whose commands act later by what values and effects of the log say."""
-    late, rate = values.get(("late", "commands"), 0.0), 0.0
-    for effect in effects:
-        if effect.id == "log_alignment":
-            late -= effect.sizes["throttle"]
-        elif effect.id == "clock_drift":
-            rate += effect.sizes["rate"]
-    return _acting(log, late, rate) if late or rate else log
-
-
-@lru_cache(maxsize=_LOGS)
-def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
-    """Return a log whose commands act later, by more and more."""
-    total = (late + rate * log.period * np.arange(log.count)) / log.period
-    log = _instants_earlier(log, np.ceil(PARTS * total - 0.5).astype(int))
-    return replace(log, lateness=log.lateness + total[:, None])
-
-
-def _instants_earlier(log: VehicleLog, parts: NDArray[np.intp]) -> VehicleLog:
-    """Return a log whose instants lie so many parts of a period earlier, (K,), than the stamps of its rows.
-
-    Commands move by whole parts: a mean of two commands would be another drive, across a dead zone.
-    """
-    part = np.clip(np.arange(PARTS * log.count).reshape(-1, PARTS) - parts[:, None], 0, PARTS * log.count - 1)
-    commands = log.commands.reshape(-1, log.thrusters)[part]
-    return replace(log, commands=commands, lateness=log.lateness - parts[:, None] / PARTS)
-
-
-def _rows_late(parts: int) -> int:
-    """Return by how many rows readings stand earlier of an IMU that is so many parts of a period late."""
-    return (parts + PARTS // 2) // PARTS
-
-
-@lru_cache(maxsize=_LOGS)
-def _as_read(log: VehicleLog, parts: int) -> VehicleLog:
-    """Return a log with an instant wherever an IMU that is so many parts of a period late has read.
-
-    A filter is at its best where a reading tells of the instant that it corrects, and most of what is known comes from
-    an IMU. So its readings keep their instants, and commands and other sensors lie between them.
-    """
-    rows = _rows_late(parts)
-    return _read_later(_instants_earlier(log, np.full(log.count, parts - PARTS * rows)), rows)
-
-
-@lru_cache(maxsize=_LOGS)
-def _read_later(log: VehicleLog, rows: int) -> VehicleLog:
-    """Return a log in which the IMU's readings stand so many rows earlier, those that are then outside aside."""
-
-    def moved(values: Array) -> Array:
-        none = np.full((min(abs(rows), len(values)), values.shape[1]), np.nan)
-        return np.concatenate((values[rows:], none) if rows >= 0 else (none, values[:rows]))
-
-    told, lateness = log.told.copy(), log.lateness.copy()
-    told[:, 3:9] = moved(told[:, 3:9])
-    lateness[:, :2] = np.nan_to_num(moved(lateness[:, :2])) - rows
-    return replace(log, attitude=moved(log.attitude), told=told, lateness=lateness)
 
 
 def followed(log: VehicleLog) -> Array:
@@ -213,7 +153,7 @@ def foreseen(
     built = model.built(values, effects, run=-1, signed=like.signed, initial=initial_state(blank))
     # without gains the innovations are what is expected, with the other sign
     ran = _run(
-        _shifted(blank, values, effects),
+        shifted(blank, values, effects),
         built,
         np.zeros((K, 16, 13)),
         np.zeros((K, N)),
@@ -246,7 +186,7 @@ def _counted(log: VehicleLog, late: int) -> NDArray[np.intp]:
     """Return the instant from which on each of the 13 channels counts: the same readings of an IMU that is so many
     parts of a period late."""
     first = np.full(CHANNELS, first_instant(log))
-    first[:9] = np.maximum(first[:9] - _rows_late(late), 0)
+    first[:9] = np.maximum(first[:9] - rows_late(late), 0)
     return first
 
 
@@ -357,9 +297,9 @@ def prepared_with(
     late = max(round(PARTS * built.sensors.imu_late / log.period), 0)
     given = log
     if late:
-        given = _as_read(log, late)
+        given = as_read(log, late)
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
-    log = _shifted(given, values, effects)
+    log = shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
     gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_counted(log, late))
@@ -380,7 +320,7 @@ def foreseen_deviations(
 
     windows: instants each: where a filter begins anew, from which on nothing corrects it, where it ends.
     """
-    log = _shifted(prepared.log, values, effects)
+    log = shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
     A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
     A, H, there = starting(A, H, log, 0)

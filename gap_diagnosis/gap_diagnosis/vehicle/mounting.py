@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.rules import UPRIGHT
 
-__all__ = ["MOUNTINGS", "imu_mounted", "named", "read_with", "turned_too", "upright", "velocity_mounted"]
+__all__ = ["MOUNTINGS", "imu_mounted", "named", "read_with", "rotations", "turned_too", "upright", "velocity_mounted"]
 
 Array = NDArray[np.float64]
 _SIGNED = [np.diag(s) @ np.eye(3)[list(p)] for p in permutations(range(3)) for s in product((1.0, -1.0), repeat=3)]
@@ -38,7 +38,7 @@ def imu_mounted(log: VehicleLog, R: Array, attitude: bool) -> VehicleLog:
         return log
     there = np.isfinite(log.attitude).all(axis=1)
     turned = log.attitude.copy()
-    turned[there] = (_rotations(turned[there]) * Rotation.from_matrix(R).inv()).as_quat()[:, [3, 0, 1, 2]]
+    turned[there] = (rotations(turned[there]) * Rotation.from_matrix(R).inv()).as_quat()[:, [3, 0, 1, 2]]
     return replace(log, attitude=turned)
 
 
@@ -77,7 +77,7 @@ def turned_too(logs: Sequence[VehicleLog], R: Array) -> bool:
         pairs = np.flatnonzero(there[1:] & there[:-1])
         if not pairs.size:
             continue
-        before, after = (_rotations(log.attitude[pairs + j]) for j in (0, 1))
+        before, after = (rotations(log.attitude[pairs + j]) for j in (0, 1))
         rates = (before.inv() * after).as_rotvec() / log.period
         y = 0.5 * (log.told[pairs, 3:6] + log.told[pairs + 1, 3:6])
         as_told += float(np.nansum((rates - y) ** 2))
@@ -85,6 +85,6 @@ def turned_too(logs: Sequence[VehicleLog], R: Array) -> bool:
     return as_told < as_read
 
 
-def _rotations(q: Array) -> Rotation:
+def rotations(q: Array) -> Rotation:
     """Return attitudes (K, 4), (w, x, y, z)."""
     return Rotation.from_quat(q[:, [1, 2, 3, 0]])

@@ -13,6 +13,7 @@ from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.mounting import rotations
 from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.body_axes import pushed_by
@@ -145,7 +146,7 @@ def _misread(log: VehicleLog, place: str, size: Array) -> VehicleLog:
     """Return a log whose readings of one kind are larger by so much (K,)."""
     if place == "heading":
         q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
-        turned = Rotation.from_rotvec(np.outer(size, [0.0, 0.0, 1.0])) * Rotation.from_quat(q[:, [1, 2, 3, 0]])
+        turned = Rotation.from_rotvec(np.outer(size, [0.0, 0.0, 1.0])) * rotations(q)
         return replace(log, attitude=np.where(np.isfinite(log.attitude), turned.as_quat()[:, [3, 0, 1, 2]], np.nan))
     told = log.told.copy()
     told[:, _TOLD[place]] += size

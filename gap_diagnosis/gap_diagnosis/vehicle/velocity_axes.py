@@ -15,10 +15,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
-from scipy.spatial.transform import Rotation, Slerp
+from scipy.spatial.transform import Slerp
 
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.mounting import MOUNTINGS
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, rotations
 from gap_diagnosis.vehicle.rules import TURNED_IMU, WIRING_MARGIN
 from rov_sim.vehicle.innovations import LATE
 
@@ -111,7 +111,7 @@ def _rotations(log: VehicleLog, instants: Array) -> Array:
     out = np.full((log.count, 3, 3), np.nan)
     if there.size > 1:
         within = slice(there[0], there[-1] + 1)
-        turns = Slerp(instants[there], Rotation.from_quat(log.attitude[there][:, [1, 2, 3, 0]]))
+        turns = Slerp(instants[there], rotations(log.attitude[there]))
         out[within] = turns(instants[within]).as_matrix()
     return out
 

@@ -14,13 +14,13 @@ from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import (
-    _shifted,
     at_rest,
     log_determinant,
     log_likelihood,
     prepared_with,
     whitened,
 )
+from gap_diagnosis.vehicle.instants import shifted
 from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, first_noises, learned_from, prepared
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
@@ -38,10 +38,10 @@ def test_commands_act_later_by_parts_of_a_period_and_readings_tell_of_earlier_st
         (-0.012, [4.0, 3.0, 0.0, 1.0, 2.0, 5.0, 6.0, 6.0], -0.05),
         (0.05, [0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 3.0], 0.0),
     ):  # fmt: skip
-        shifted = _shifted(log, {("late", "commands"): late})
-        assert shifted.commands.ravel().tolist() == acting
-        assert shifted.lateness == pytest.approx(rest, abs=1e-9)
-    assert _shifted(log, {}) is log
+        moved = shifted(log, {("late", "commands"): late})
+        assert moved.commands.ravel().tolist() == acting
+        assert moved.lateness == pytest.approx(rest, abs=1e-9)
+    assert shifted(log, {}) is log
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from ..errors import RunError
 from ..topic import Topic
@@ -127,4 +128,4 @@ def _down(attitude: tuple[Array, Array] | None, time: Array) -> Array:
 
 def _summed(time: Array, rate: Array) -> tuple[Array, Array]:
     """Return times and the integral of a rate up to each."""
-    return time, np.concatenate(([0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))))
+    return time, np.asarray(cumulative_trapezoid(rate, time, initial=0.0))
