@@ -26,16 +26,15 @@ def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
     The source of a number says so where it moved farther than its stated deviation allows.
     """
     vehicle = model.vehicle
-    parameters = dict(vehicle.parameters)
     for n in numbers:
         if n.key[0] == "vehicle" and n.told:
+            name = n.key[1]
             far = f"; {n.moved / n.before:+.1f} stated deviations away" if n.shifted else ""
-            old = parameters[n.key[1]]
-            value = admissible(n.key[1], old.value + n.moved)  # as the model takes it, however far a fit goes
-            parameters[n.key[1]] = replace(
-                old, value=value, standard_deviation=n.after, source=f"fitted to recordings{far}"
-            )
-    return replace(vehicle, name=f"{vehicle.name}, fitted", parameters=parameters)
+            value = admissible(name, vehicle.values.get(name, 0.0) + n.moved)  # as the model takes it, however far
+            vehicle = vehicle.with_values({name: value}, source=f"fitted to recordings{far}")
+            fitted = replace(vehicle.parameters[name], standard_deviation=n.after)
+            vehicle = replace(vehicle, parameters={**vehicle.parameters, name: fitted})
+    return replace(vehicle, name=f"{vehicle.name}, fitted")
 
 
 def summary_of(fit: VehicleFit) -> str:
@@ -62,7 +61,7 @@ def content_of(model: Model, fit: VehicleFit, provenance: dict[str, Any]) -> dic
     values = model.vehicle.values
 
     def row(n: FittedNumber) -> dict[str, Any]:
-        stated = values[n.key[1]] if n.key[0] == "vehicle" else 0.0
+        stated = values.get(n.key[1], 0.0) if n.key[0] == "vehicle" else 0.0
         told_with = None if n.together is None else {"name": words_of(n.together[0]), "correlation": n.together[1]}
         return {
             "name": words_of(n.key), "key": list(n.key), "unit": unit_of(n.key), "stated": stated,

@@ -24,11 +24,14 @@ _GIVEN = ("gravity", "density", "reaction_torque")
 
 def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     """Return deviations by key (see `model`) of all that is uncertain in these recordings."""
-    found: dict[Key, float] = {}
-    for name in model.vehicle.parameters:
-        deviation = model.vehicle.deviation(name)
-        if name not in _GIVEN and deviation > 0.0:
-            found["vehicle", name] = deviation
+    vehicle = model.vehicle
+    trimmed = float(TRIMMED * np.cbrt(vehicle.values["volume"]))
+    deviations = {name: vehicle.deviation(name) for name in vehicle.parameters}
+    said = {name for name, p in vehicle.parameters.items() if p.value or p.standard_deviation is not None}
+    deviations |= {f"{a}_G": trimmed for a in "xyz" if said.isdisjoint((f"{a}_G", f"{a}_B"))}
+    found: dict[Key, float] = {
+        ("vehicle", name): deviation for name, deviation in deviations.items() if name not in _GIVEN and deviation > 0.0
+    }
     stated = model.sets[0]
     for group in model.groups():
         shares = [
@@ -46,11 +49,10 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
-    volume = model.vehicle.values["volume"]
     for k in range(1, len(logs)):
         against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
-        found["trim", "volume", k] = float(against * TRIMMED * volume)
-        found |= {("trim", f"{a}_G", k): float(against * TRIMMED * np.cbrt(volume)) for a in "xyz"}
+        found["trim", "volume", k] = float(against * TRIMMED * vehicle.values["volume"])
+        found |= {("trim", f"{a}_G", k): float(against * trimmed) for a in "xyz"}
     found |= {("late", "commands"): TIMING, ("late", "imu"): TIMING}
     if any(log.there["battery"] for log in logs):
         found |= {("power", name): share for name, share in _POWER.items()}

@@ -1,0 +1,50 @@
+"""What a vehicle's set leaves open is as unsure as a vehicle is trimmed; what it states stands."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.fit import FittedNumber
+from gap_diagnosis.vehicle.fit_io import fitted_set
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.nuisances import nuisances
+from gap_diagnosis.vehicle.rules import TRIMMED
+from thruster_model.parameter_set import Parameter
+from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
+
+
+def believing(**stated: Parameter) -> Model:
+    """Return a vehicle whose set says of centres of mass and of buoyancy only z_B and this."""
+    model = load_model("bluerov2")
+    kept = {n: p for n, p in model.vehicle.parameters.items() if n == "z_B" or n[1:] not in ("_G", "_B")}
+    return replace(model, vehicle=replace(model.vehicle, parameters=kept | stated))
+
+
+def test_a_centre_of_mass_that_a_set_leaves_out_is_as_unsure_as_a_vehicle_is_trimmed() -> None:
+    model = believing(z_G=Parameter(value=0.02, unit="m", source="s"))
+    found = nuisances(model, [])
+    trimmed = TRIMMED * np.cbrt(model.vehicle.values["volume"])
+    assert found["vehicle", "x_G"] == found["vehicle", "y_G"] == pytest.approx(trimmed)
+    assert found["vehicle", "z_G"] == pytest.approx(0.05 * 0.02)  # what is stated stands
+
+
+@pytest.mark.parametrize("point", ["x_G", "x_B"])
+@pytest.mark.parametrize("deviation", [0.0, 0.001])
+def test_a_deviation_that_is_stated_stands_also_for_a_centre_at_0(point: str, deviation: float) -> None:
+    stated = Parameter(value=0.0, unit="m", source="s", standard_deviation=deviation)
+    found = nuisances(believing(**{point: stated}), [])
+    assert {k: d for k, d in found.items() if k[1] in ("x_G", "x_B")} == (
+        {("vehicle", point): deviation} if deviation else {}
+    )
+
+
+def test_a_centre_of_mass_that_was_left_out_is_written_as_fitted() -> None:
+    model = believing()
+    key = ("vehicle", "x_G")
+    assert key in nuisances(model, [])
+    fitted = FittedNumber(key=key, before=0.002, moved=0.0013, after=0.0004, together=None)
+    again = parse_vehicle_set(dump_vehicle_set(fitted_set(model, [fitted])), origin="own.yaml")
+    assert again.values["x_G"] == pytest.approx(0.0013)
+    assert again.deviation("x_G") == pytest.approx(0.0004)
