@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from gap_diagnosis.vehicle.conventions import Conventions, conventions_of
+from gap_diagnosis.vehicle.fit import far_off, numbers_of
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.learning import learned_from
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
@@ -17,18 +18,25 @@ __all__ = ["Baseline", "baseline"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything."""
+    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything; doubt:
+    what speaks against a healthy vehicle, in words, "": nothing."""
 
     conventions: Conventions
     values: Mapping[Key, float]
     noises: Noises
     there: Mapping[str, bool]
+    doubt: str = ""
 
 
 def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     """Return what these recordings of the healthy vehicle teach."""
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
-    runs, fit = settled(model, logs, nuisances(model, logs))
+    free = nuisances(model, logs)
+    runs, fit = settled(model, logs, free)
+    far = far_off(numbers_of(fit, free))
+    doubt = f"Baseline: {far} Was the vehicle healthy? What ailed it then is not found." if far else ""
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
-    return Baseline(conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs))
+    return Baseline(
+        conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs), doubt=doubt
+    )  # fmt: skip

@@ -35,11 +35,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     try:
         model = load_model(given.vehicle, given.set, given.sensors)
         healthy, model = read_logs(given.baseline, model)
-        watch, told = Watch(model, baseline(model, healthy), given.threshold), set[str]()
+        learned, told = baseline(model, healthy), set[str]()
+        watch = Watch(model, learned, given.threshold)
         (log,), _ = read_logs([given.run], model, model.period)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
+    if learned.doubt:
+        print(learned.doubt)
     piece = max(round(1.0 / log.period), 1)
     for first in range(0, log.count - piece + 1, piece):
         for alarm in watch.step(log.part(first, first + piece))[:1]:

@@ -20,11 +20,13 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled
-from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.unknowns import OF_RUN, Key, words_of
 
-__all__ = ["FittedNumber", "LeftOut", "VehicleFit", "fitted_vehicle", "numbers_of"]
+__all__ = ["FittedNumber", "LeftOut", "VehicleFit", "far_off", "fitted_vehicle", "numbers_of"]
 
 Array = NDArray[np.float64]
+_NAMED = 5
+"""Numbers that are named of those which moved too far."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,6 +94,15 @@ def numbers_of(fit: Fit, free: Mapping[Key, float]) -> tuple[FittedNumber, ...]:
             )
         )  # fmt: skip
     return tuple(numbers)
+
+
+def far_off(numbers: Sequence[FittedNumber]) -> str:
+    """Return in words which of the vehicle's numbers moved farther than their deviations allow, "": none did."""
+    far = sorted(
+        (n for n in numbers if n.shifted and n.key[0] not in OF_RUN), key=lambda n: -abs(n.moved / n.before)
+    )[:_NAMED]  # fmt: skip
+    named = ", ".join(f"{words_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far)
+    return f"Farther from what was stated than its deviation allows: {named}." if named else ""
 
 
 def fitted_vehicle(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit
+from gap_diagnosis.vehicle.fit import FittedNumber, VehicleFit, far_off
 from gap_diagnosis.vehicle.how_far import FORESEEN
 from gap_diagnosis.vehicle.model import Model, admissible
 from gap_diagnosis.vehicle.unknowns import OF_RUN, unit_of, words_of
@@ -41,11 +41,10 @@ def summary_of(fit: VehicleFit) -> str:
     """Return in sentences what the fit says."""
     own = [n for n in fit.numbers if n.key[0] not in OF_RUN]
     open_ones = [n for n in own if not n.told]
-    far = sorted((n for n in own if n.shifted), key=lambda n: -abs(n.moved / n.before))
+    far = far_off(own)
     says = [*fit.turned, f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
     if far:
-        named = ", ".join(f"{words_of(n.key)} by {n.moved / n.before:+.1f} stated deviations" for n in far[:5])
-        says.append(f"Farther from what was stated than its deviation allows: {named}. An effect may be behind it.")
+        says.append(f"{far} An effect may be behind it.")
     for e in fit.errors:
         nearer = [c for c in FORESEEN if e.fitted[c] < e.as_stated[c]]
         measured = [c for c in FORESEEN if e.as_stated[c] == e.as_stated[c]]

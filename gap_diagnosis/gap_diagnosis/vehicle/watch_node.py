@@ -82,7 +82,8 @@ class VehicleWatch(Node):
         try:
             model = load_model(values["vehicle"], values["model"] or None)
             healthy, model = read_logs([Path(values["baseline"])], model)
-            self._watch = Watch(model, baseline(model, healthy), values["threshold"])
+            learned = baseline(model, healthy)
+            self._watch = Watch(model, learned, values["threshold"])
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
         self._feed = Feed(model.thrusters, model.period)
@@ -98,6 +99,8 @@ class VehicleWatch(Node):
         for topic, (kind, fields) in _TOLD.items():
             listen(self, kind, topic, partial(self._on_sensor, topic, fields))
         self.create_subscription(BatteryState, "rov/battery", self._on_battery, RELIABLE)
+        if learned.doubt:
+            self.get_logger().warning(learned.doubt)
         self.get_logger().info(f"watching for {self._watch.words}; false alarms an hour: {self._rate}")
         self._diagnostics.report("ok", "waiting for throttles", self._values())
 

@@ -1,6 +1,7 @@
 """The watch's wires: what it hears of each topic, when it looks, and what it says; its arithmetic is tested apart."""
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -110,7 +111,7 @@ class Scene:
 @pytest.fixture
 def scene(monkeypatch: pytest.MonkeyPatch, context: Context, spun: Callable[..., Executor]) -> Scene:
     monkeypatch.setattr(watch_node, "read_logs", lambda _, model: ([], model))
-    monkeypatch.setattr(watch_node, "baseline", lambda *_: None)
+    monkeypatch.setattr(watch_node, "baseline", lambda *_: SimpleNamespace(doubt=""))
     monkeypatch.setattr(watch_node, "Watch", Told)
     return Scene(context, spun, report_failures=True)
 
