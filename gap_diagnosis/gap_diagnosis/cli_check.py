@@ -1,4 +1,4 @@
-"""Command line: what runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects."""
+"""What runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: where the predictions of a simulator of your own, as a run, differ from a recording, and how much.
+"""Where the predictions of a simulator of your own, as a run, differ from a recording, and how much.
 
 Nothing is re-tuned and no model of the thruster is asked.
 """

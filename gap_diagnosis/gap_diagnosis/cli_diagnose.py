@@ -1,4 +1,4 @@
-"""Command line: why recordings of a thruster and the simulator's parameter set disagree."""
+"""Why recordings of a thruster and the simulator's parameter set disagree."""
 
 import argparse
 import sys

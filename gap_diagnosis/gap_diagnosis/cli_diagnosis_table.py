@@ -1,4 +1,4 @@
-"""Command line: diagnoses side by side, as a Markdown table and their paragraphs."""
+"""Diagnoses side by side, as a Markdown table and their paragraphs."""
 
 import argparse
 import json

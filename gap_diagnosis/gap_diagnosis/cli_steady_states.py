@@ -1,4 +1,4 @@
-"""Command line: a table of steady states held against a parameter set."""
+"""A table of steady states held against a parameter set."""
 
 import argparse
 import sys

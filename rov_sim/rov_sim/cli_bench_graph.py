@@ -1,4 +1,4 @@
-"""Command line: write the parameters of a bench experiment's nodes into a folder, and say which nodes to start.
+"""Write the parameters of a bench experiment's nodes into a folder, and say which nodes to start.
 
 Prints one line for each node, in the order in which they start: NAME PACKAGE EXECUTABLE. In the folder: NAME.yaml for
 each of them as `--params-file` takes it.

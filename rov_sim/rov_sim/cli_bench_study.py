@@ -1,4 +1,4 @@
-"""Command line: the thesis' closed-loop experiments (section 5.1) in simulation, on many thrusters.
+"""The thesis' closed-loop experiments (section 5.1) in simulation, on many thrusters.
 
 Resumes where DIR holds the same study; finished parts are kept.
 """

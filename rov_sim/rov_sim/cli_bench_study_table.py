@@ -1,4 +1,4 @@
-"""Command line: finished bench studies as tables and pictures, beside the real runs and how far they are predicted."""
+"""Finished bench studies as tables and pictures, beside the real runs and how far they are predicted."""
 
 import argparse
 import sys

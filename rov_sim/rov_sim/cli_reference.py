@@ -1,4 +1,4 @@
-"""Command line: the reference of vehicles and of a vehicle's unmodelled effects as Markdown, from their definitions."""
+"""The reference of vehicles and of a vehicle's unmodelled effects as Markdown, from their definitions."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: write the parameters of a vehicle's graph into a folder, and say which nodes to start.
+"""Write the parameters of a vehicle's graph into a folder, and say which nodes to start.
 
 Prints one line for each node: NAME PACKAGE EXECUTABLE [OLD:=NEW ...]. In the folder: NAME.yaml for each of them as
 `--params-file` takes it, and composed.yaml for `ros2 run thruster_runtime compose`.

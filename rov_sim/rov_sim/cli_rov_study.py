@@ -1,4 +1,4 @@
-"""Command line: the thesis' closed-loop simulations of a whole vehicle (section 5.2), on many vehicles, in many cases.
+"""The thesis' closed-loop simulations of a whole vehicle (section 5.2), on many vehicles, in many cases.
 
 Resumes where DIR holds the same study; finished parts are kept.
 """

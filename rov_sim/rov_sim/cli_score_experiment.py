@@ -1,4 +1,4 @@
-"""Command line: score a recorded tracking experiment, as the published scores are, and write its report."""
+"""Score a recorded tracking experiment, as the published scores are, and write its report."""
 
 import argparse
 import sys

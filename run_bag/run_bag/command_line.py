@@ -32,17 +32,12 @@ def of_a_vehicle(arguments: Sequence[str]) -> bool:
 
 
 def described(description: str | None, examples: str) -> dict[str, Any]:
-    """Return what a parser says of its program: its purpose, without "Command line:", and lines of examples.
+    """Return what a parser says of its program: its purpose and lines of examples.
 
     In examples `%(prog)s` is the name under which the program was started.
     """
     formatter = argparse.RawDescriptionHelpFormatter
-    purpose = (description or "").removeprefix("Command line: ")
-    return {
-        "description": purpose[:1].upper() + purpose[1:],
-        "epilog": f"examples:{examples}",
-        "formatter_class": formatter,
-    }
+    return {"description": description, "epilog": f"examples:{examples}", "formatter_class": formatter}
 
 
 def printable(text: str) -> str:

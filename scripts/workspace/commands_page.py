@@ -79,7 +79,7 @@ def _parser(module: str, program: str) -> argparse.ArgumentParser:
 
 def _section(command: str, parser: argparse.ArgumentParser, also: str = "") -> str:
     """Return the heading, purpose, arguments and examples of a program, and of the commands inside it."""
-    purpose, _, more = re.sub(r"^Command line: ", "", (parser.description or "").strip()).partition("\n\n")
+    purpose, _, more = (parser.description or "").strip().partition("\n\n")
     purpose = " ".join(purpose.split())
     purpose = f"{purpose[:1].upper()}{purpose[1:].rstrip('.')}."
     lines = [f"\n### {command}\n", f"{purpose} {also}".rstrip(), ""]

@@ -1,4 +1,4 @@
-"""Command line: recorded runs through observers; a table, and on request a report and JSON."""
+"""Recorded runs through observers; a table, and on request a report and JSON."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: damping, effectiveness, lag and bias of a vehicle's attitude rates, fitted to runs, tried on others."""
+"""Damping, effectiveness, lag and bias of a vehicle's attitude rates, fitted to runs, tried on others."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""Command line: a finished fit of several classes as one Markdown table and one picture, on runs left out."""
+"""A finished fit of several classes as one Markdown table and one picture, on runs left out."""
 
 import argparse
 import json

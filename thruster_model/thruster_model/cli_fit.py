@@ -1,4 +1,4 @@
-"""Command line: fit thruster models to recorded runs, and report how well each describes the thruster."""
+"""Fit thruster models to recorded runs, and report how well each describes the thruster."""
 
 import argparse
 import json

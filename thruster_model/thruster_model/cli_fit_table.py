@@ -1,4 +1,4 @@
-"""Command line: the errors of a finished fit as a Markdown table, channel by channel, also where the fit loses."""
+"""The errors of a finished fit as a Markdown table, channel by channel, also where the fit loses."""
 
 import argparse
 import json

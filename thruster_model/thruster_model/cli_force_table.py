@@ -1,4 +1,4 @@
-"""Command line: a maker's table of forces over command and supply voltage becomes one of ours, checked and reported.
+"""A maker's table of forces over command and supply voltage becomes one of ours, checked and reported.
 
 With --set it becomes a parameter set of the model `force_table` too, which plant, fit and inner loop take.
 """

@@ -1,4 +1,4 @@
-"""Command line: calibrate the load cell of recorded runs, identify its resonance and recover the thrust it hides."""
+"""Calibrate the load cell of recorded runs, identify its resonance and recover the thrust it hides."""
 
 import argparse
 import sys

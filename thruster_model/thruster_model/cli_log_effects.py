@@ -1,4 +1,4 @@
-"""Command line: a finished run as it would have been logged with the effects of the log in a parameter set."""
+"""A finished run as it would have been logged with the effects of the log in a parameter set."""
 
 import argparse
 import sys

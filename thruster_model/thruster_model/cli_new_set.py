@@ -1,4 +1,4 @@
-"""Command line: write a commented parameter set, complete or on the base of another one."""
+"""Write a commented parameter set, complete or on the base of another one."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: write a commented vehicle's set to be edited."""
+"""Write a commented vehicle's set to be edited."""
 
 import argparse
 import sys

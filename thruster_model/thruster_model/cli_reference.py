@@ -1,4 +1,4 @@
-"""Command line: the reference of models and parameter sets as Markdown, from their definitions."""
+"""The reference of models and parameter sets as Markdown, from their definitions."""
 
 import argparse
 import sys

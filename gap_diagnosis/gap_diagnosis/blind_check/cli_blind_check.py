@@ -1,4 +1,4 @@
-"""Command line: cases with sealed keys, diagnosed from their recordings alone, then opened and scored."""
+"""Cases with sealed keys, diagnosed from their recordings alone, then opened and scored."""
 
 import argparse
 import os

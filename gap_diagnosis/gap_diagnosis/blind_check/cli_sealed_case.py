@@ -1,4 +1,4 @@
-"""Command line: one recording whose effect is drawn at random and sealed; opened once it has been diagnosed."""
+"""One recording whose effect is drawn at random and sealed; opened once it has been diagnosed."""
 
 import argparse
 import json

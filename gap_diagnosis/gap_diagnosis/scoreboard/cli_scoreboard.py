@@ -1,4 +1,4 @@
-"""Command line: how often the diagnosis is right on generators that share no code.
+"""How often the diagnosis is right on generators that share no code.
 
 scoreboard run SET DIR        diagnose the cases of a set (smoke, quick, reported), those in DIR not again; the table
 scoreboard table DIR          the table of what DIR holds

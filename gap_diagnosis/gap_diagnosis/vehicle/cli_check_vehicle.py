@@ -1,4 +1,4 @@
-"""Command line: what a vehicle's runs are good for, before any fit: sensors, excitation, wiring, what could be told."""
+"""What a vehicle's runs are good for, before any fit: sensors, excitation, wiring, what could be told."""
 
 import argparse
 import sys

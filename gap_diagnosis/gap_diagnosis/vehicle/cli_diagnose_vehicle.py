@@ -1,4 +1,4 @@
-"""Command line: why a vehicle and its model disagree: a thruster, the hull, a sensor, the wiring or the water."""
+"""Why a vehicle and its model disagree: a thruster, the hull, a sensor, the wiring or the water."""
 
 import argparse
 import sys

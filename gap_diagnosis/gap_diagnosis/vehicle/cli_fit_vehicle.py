@@ -1,4 +1,4 @@
-"""Command line: a vehicle's mass, added mass, drag, centres and thrusters fitted to runs; what these do not tell."""
+"""A vehicle's mass, added mass, drag, centres and thrusters fitted to runs; what these do not tell."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: write the standard first recording's programme, each thruster alone both ways, after a dry run."""
+"""Write the standard first recording's programme, each thruster alone both ways, after a dry run."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: draw an effect on one thruster of a vehicle and seal it for a dive; open it beside the diagnosis."""
+"""Draw an effect on one thruster of a vehicle and seal it for a dive; open it beside the diagnosis."""
 
 import argparse
 import json

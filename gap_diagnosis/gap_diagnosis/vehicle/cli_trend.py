@@ -1,4 +1,4 @@
-"""Command line: the size of one effect over dives of a vehicle, with intervals, a line through it and a plot."""
+"""The size of one effect over dives of a vehicle, with intervals, a line through it and a plot."""
 
 import argparse
 import json

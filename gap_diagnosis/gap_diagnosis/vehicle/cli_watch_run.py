@@ -1,4 +1,4 @@
-"""Command line: the watch over a recorded run, as the node would have had it; said line by line."""
+"""The watch over a recorded run, as the node would have had it; said line by line."""
 
 import argparse
 import sys

@@ -1,4 +1,4 @@
-"""Command line: score recorded runs of a vehicle as section 5.2 does, and write their report."""
+"""Score recorded runs of a vehicle as section 5.2 does, and write their report."""
 
 import argparse
 import json

@@ -1,4 +1,4 @@
-"""Command line: hide effects in recordings of vehicles from a generator of its own, diagnose them, open the seals.
+"""Hide effects in recordings of vehicles from a generator of its own, diagnose them, open the seals.
 
 Cases are appended to CASES.jsonl one by one: an interrupted check goes on where it stopped.
 """

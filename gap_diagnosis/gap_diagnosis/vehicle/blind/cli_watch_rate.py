@@ -1,4 +1,4 @@
-"""Command line: false alarms of the watch per hour, counted by its own code on healthy vehicles; delays of failures.
+"""False alarms of the watch per hour, counted by its own code on healthy vehicles; delays of failures.
 
 Each dive is appended to DIVES.jsonl as it is done: an interrupted count goes on where it stopped.
 """
