@@ -37,7 +37,8 @@ i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle an
 ```
 
 V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
-simulation; a diagnosis follows it slowly where voltages are logged. A force table is read at V / V_n. In i_k, gamma \
+simulation; a diagnosis follows it slowly where voltages are logged, and takes V_n elsewhere. A force table is read at \
+V / V_n. In models without gamma what drives the rotor instead, such as k_3 u, is multiplied. In i_k, gamma \
 is that at V_n; gamma_full and n_full are as in [effects.md](effects.md#in-the-command). A healthy battery's sensor \
 reads V and, negative while it is drawn, -(`idle_current` + `current_at_full` times the mean of i_k).
 """

@@ -256,6 +256,7 @@ def test_an_instant_left_out_is_named() -> None:
         ("rate: {value: 100.0", "rate: {value: 0.3", None),
         ("depth_noise: {value: 0.006", "depth_noise: {value: -0.006", "depth: noise, bias_deviation: expected 0"),
         ("imu:", "imu: [", "expected YAML; found"),
+        ("nominal_voltage: {value: 16.0", "nominal_voltage: {value: 0.0", "battery: nominal_voltage: expected more"),
     ],
 )  # fmt: skip
 def test_wrong_settings_are_refused_in_sentences(before: str, after: str, sentence: str | None) -> None:
@@ -276,6 +277,16 @@ def test_a_file_with_places_alone_has_all_else_from_the_package() -> None:
     mine = parse_sensors(own, origin="mine.yaml")
     assert mine.depth.position == (-0.2, 0.0, 0.1) and mine.depth.noise == DEFAULT.depth.noise
     assert (mine.imu, mine.velocity, mine.battery) == (DEFAULT.imu, DEFAULT.velocity, DEFAULT.battery)
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [("0.3", "key 'velocity.position.value': expected 3 numbers; found 0.3"),
+     ("[18, 0, 0]", "velocity: position: expected at most 10 m from the origin")],
+)  # fmt: skip
+def test_a_place_is_three_numbers_on_the_vehicle(value: str, sentence: str) -> None:
+    with pytest.raises(SensorSettingsError, match=sentence):
+        parse_sensors(f"velocity: {{position: {{value: {value}, unit: m, source: measured}}}}", origin="mine.yaml")
 
 
 def test_the_random_wrench_has_its_sizes_and_time_and_is_the_same_period_by_period() -> None:

@@ -10,7 +10,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.refining import Fit, Problem
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.stage import Stage, log_prior
 from gap_diagnosis.vehicle.unknowns import Key
 
@@ -53,8 +53,11 @@ def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, 
     starts += _handed_over(stage, h, problem, free, x)
     if h.carrier:  # no start tells by itself where it leads
         starts += [_start(stage, h, problem, _beside(stage, known, at, size[0] / h.scale[0])) for size in h.further]
-    found_from = [problem.fit(*start, stage.fit.columns, product) for start in starts]
-    return max(found_from, key=lambda fit: fit.log_evidence), problem
+    found = max((problem.fit(*start, stage.fit.columns, product) for start in starts), key=lambda fit: fit.log_evidence)
+    if h.carrier:
+        again = problem.fit(*_mirrored(problem, found), stage.fit.columns, product)
+        found = max(found, again, key=lambda fit: fit.log_evidence)
+    return found, problem
 
 
 def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[Fit, Problem]]:
@@ -124,6 +127,33 @@ def _beside(stage: Stage, known: Sequence[int], at: Sequence[int], size: float) 
     return np.insert(x, len(known), size)
 
 
+def _mirrored(problem: Problem, fit: Fit) -> _Start:
+    """Return what is on the other side of the origin from where a fit has put it, all else moved so as to undo that.
+
+    A mass at a place is known by its first moment, of which the vehicle's own centre may take any part, and by its
+    second, which is the same on both sides: two most likely places, and no step leads from one to the other.
+    """
+    H = product_of(fit.columns) + np.diag(problem.weight)
+    carried = fit.effects[-1]
+    place = np.arange(len(H) - len(carried.sizes) + 1, len(H))
+    rest = np.setdiff1d(np.arange(len(H)), place)
+    over = np.array(carried.sizes[1:]) / np.array(carried.hypothesis.scale[1:])
+    x = np.zeros(len(H))
+    x[place] = -2.0 * over
+    x[rest] = np.linalg.solve(H[np.ix_(rest, rest)], H[np.ix_(rest, place)] @ (2.0 * over))
+    return _moved(fit.moved, fit.effects, x)
+
+
+def _moved(moved: Array, effects: Sequence[Refined], x: Array) -> _Start:
+    """Return a point of numbers and sizes moved by x in deviations."""
+    at, sizes = len(moved), []
+    for a in effects:
+        own = zip(a.sizes, x[at:], a.hypothesis.scale, strict=False)
+        sizes.append(tuple(s + float(v) * d for s, v, d in own))
+        at += len(a.sizes)
+    return moved + x[: len(moved)], sizes
+
+
 def _without_them(stage: Stage, free: dict[Key, float], fits: Sequence[Fit]) -> float:
     """Return the log evidence for nothing more, wherever one of the fits has led its uncertain numbers.
 
@@ -144,12 +174,8 @@ def _without_them(stage: Stage, free: dict[Key, float], fits: Sequence[Fit]) -> 
 
 def _start(stage: Stage, h: Hypothesis, problem: Problem, x: Array) -> _Start:
     """Return (nuisances, sizes) to fit from: the stage's point, moved by x in deviations."""
-    m = len(stage.moved)
-    moved, at, sizes = stage.moved + x[:m], m, []
-    for a in stage.fit.effects:
-        own = zip(a.sizes, x[at:], a.hypothesis.scale, strict=False)
-        sizes.append(tuple(s + float(v) * d for s, v, d in own))
-        at += len(a.sizes)
+    moved, sizes = _moved(stage.moved, stage.fit.effects, x)
+    at = len(moved) + sum(map(len, sizes))
     if h.switch:
         return moved, [*sizes, ()]
     if h.grid:

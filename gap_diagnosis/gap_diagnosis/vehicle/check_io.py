@@ -6,11 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.check_io import topics_within
 from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.conventions import conventions_of
+from gap_diagnosis.vehicle.filtering import foreseen as expected
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
@@ -24,6 +26,7 @@ from run_bag.importers.vehicle_advice import advice_on_vehicle
 
 __all__ = ["check_vehicle"]
 
+Array = NDArray[np.float64]
 _SENSORS = {
     "attitude": ("rov/imu.orientation.w", "rov/odometry.pose.pose.orientation.w"),
     "gyro": ("rov/imu.angular_velocity.x", "rov/odometry.twist.twist.angular.x"),
@@ -51,7 +54,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         try:
             log = log_of(run, model.thrusters, model.period)
         except RunError as error:
-            found.append(Finding(kind="refused", run=run.name, sentence=str(error)))
+            found.append(Finding(kind="refused", run=run.name, sentence=str(error).removeprefix(f"{run.name}: ")))
             continue
         logs.append(log)
         found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
@@ -65,7 +68,8 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     logs = [conventions.read(log) for log in logs]
     kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
     says = " ".join(conventions.sentences) or "Commands move the vehicle as the set states."
-    return [*found, Finding(kind=kind, about="wiring", sentence=says), *_apart(logs), *_foreseen(model, logs)]
+    found.append(Finding(kind=kind, about="wiring", sentence=says))
+    return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, logs)]
 
 
 def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:
@@ -103,6 +107,31 @@ def _notes(run: Run, log: VehicleLog) -> list[Finding]:
     ]
 
 
+def _units(model: Model, logs: Sequence[VehicleLog]) -> Iterable[Finding]:
+    """Yield where readings are of another size than set and sensors' file foresee: of a thruster's speed under these
+    commands, of the battery at rest."""
+    ratios = []
+    for log in (each for each in logs if each.there["tachometer"]):
+        there = np.abs(expected(model, log, log.throttles, {})[0].speeds)
+        fast = there > 0.5 * np.max(there, where=np.isfinite(there), initial=0.0)
+        ratios.append(np.abs(log.speeds[fast]) / there[fast])
+    yield from _sized(
+        "tachometer", ratios, "the speeds of the set's thrusters under these commands", rules.ANOTHER_UNIT
+    )
+    volts = [log.battery[:, 0] / model.sensors.nominal_voltage for log in logs if log.there["battery"]]
+    stated = f"the nominal voltage of the sensors' file, {model.sensors.nominal_voltage:g} V"
+    yield from _sized("battery", volts, stated, rules.ANOTHER_BATTERY)
+
+
+def _sized(about: str, ratios: Sequence[Array], what: str, most: float) -> Iterable[Finding]:
+    """Yield a finding where readings over what is foreseen are `most` or more, or the other way round."""
+    told = np.concatenate([np.zeros(0), *(each[np.isfinite(each)] for each in ratios)])
+    middle = float(np.median(told)) if told.size else 1.0
+    if not 1.0 / most < middle < most:
+        says = f"reads {middle:.3g} times {what}; is the unit that of the recording?"
+        yield Finding(kind="note", about=about, sentence=says)
+
+
 def _apart(logs: Sequence[VehicleLog]) -> Iterable[Finding]:
     """Yield the pairs of thrusters that were hardly commanded apart in any of the recordings."""
     throttles = np.concatenate([log.throttles - log.throttles.mean(axis=0) for log in logs])
@@ -120,7 +149,7 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     shown = [h for h, _ in best.effects if h not in best.hidden]
     there = told_in(logs)
     every, tried = hypotheses(model, dict.fromkeys(there, True)), hypotheses(model, there)
-    blind = sorted({h.effect for h in every} - {h.effect for h in tried})
+    blind = sorted({described(name).title for name in {h.effect for h in every} - {h.effect for h in tried}})
     told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
     found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
     if best.hidden:

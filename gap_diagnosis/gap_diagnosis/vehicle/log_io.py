@@ -198,13 +198,13 @@ def _columns(run: Run, names: Sequence[str], *, whole: bool = False) -> tuple[Ar
 
 def _sensor(
     run: Run, sensor: str, names: Sequence[str], odd: list[Oddity] | None, *,
-    whole: bool = False, thruster: int | None = None,
+    whole: bool = False, thruster: int | None = None, fastest: float = 0.0,
 ) -> tuple[Array, Array] | None:  # fmt: skip
     """Return what these channels of a sensor told, see `_columns`; what its log shows to be wrong is added to `odd`."""
     channel = _columns(run, names, whole=whole)
     if channel is None or odd is None:
         return channel
-    time, values, found = cleaned(*channel, sensor, thruster)
+    time, values, found = cleaned(*channel, sensor, thruster, fastest)
     odd += found
     return time, values
 
@@ -306,8 +306,10 @@ def _speeds(
     run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: list[Oddity] | None, lateness: Array
 ) -> tuple[Array, Array, bool]:
     speeds, noise, signed = np.full((grid.size, thrusters), np.nan), np.full(thrusters, np.nan), True
+    told = [f"thruster_{i}/state.n" for i in range(thrusters)]
+    fastest = max((float(np.nan_to_num(np.abs(run[c].values)).max(initial=0.0)) for c in told if c in run), default=0.0)
     for i in range(thrusters):
-        channel = _sensor(run, "tachometer", [f"thruster_{i}/state.n"], odd, thruster=i)
+        channel = _sensor(run, "tachometer", [told[i]], odd, thruster=i, fastest=fastest)
         if channel is not None:
             out, scattered, lateness[:, i] = _at_instants(*channel, grid, period)
             speeds[:, i], noise[i] = out[:, 0], scattered[0]

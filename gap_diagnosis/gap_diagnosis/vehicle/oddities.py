@@ -36,7 +36,8 @@ _AT_RANDOM = 0.5
 """Deviation of the distances between repeats over their mean, below which a slower sensor's readings were repeated on
 purpose: between lost samples it is nearly 1, between those of a message every 20 ms and a reading every 25 ms 0."""
 _COARSE = 0.01
-"""Step of a tachometer over its largest reading from which on it is worth a word."""
+"""Step of a tachometer over the largest reading of all of them from which on it is worth a word: one that has stopped
+tells nothing but its noise, in whole rpm."""
 _CROSSING = 1.0
 """[s] Longest stretch of zeros that a turning rotor may have crossed; in longer ones it may as well be at rest."""
 _WINDOW = 5
@@ -81,10 +82,10 @@ class Logged(NamedTuple):
 
 
 def cleaned(
-    time: Array, values: Array, sensor: str, thruster: int | None = None
+    time: Array, values: Array, sensor: str, thruster: int | None = None, fastest: float = 0.0
 ) -> tuple[Array, Array, list[Oddity]]:  # fmt: skip
     """Return stamps (K,) and readings (K, m) of a sensor without what its log shows to be wrong, and that; of a
-    tachometer where a thruster is named."""
+    tachometer where a thruster is named, `fastest`: largest reading of all of them."""
     found: list[Oddity] = []
     if time.size < _FEWEST:
         return time, values, found
@@ -106,15 +107,15 @@ def cleaned(
     time, values = time[~repeated], values[~repeated]
     if thruster is None or time.size < _FEWEST:
         return time, values, found
-    unread, own = _of_tachometer(time, values[:, 0], thruster)
+    unread, own = _of_tachometer(time, values[:, 0], thruster, fastest)
     return time[~unread], values[~unread], found + own
 
 
-def _of_tachometer(time: Array, speed: Array, thruster: int) -> tuple[Mask, list[Oddity]]:
+def _of_tachometer(time: Array, speed: Array, thruster: int, fastest: float) -> tuple[Mask, list[Oddity]]:
     """Return which readings (K,) are zeros of a rotor that may have turned, and what such a log shows."""
-    hole, step, largest = hole_around_zero(speed), lattice_step(speed), float(np.max(np.abs(speed)))
+    hole, step = hole_around_zero(speed), lattice_step(speed)
     found = []
-    if step > _COARSE * largest:
+    if step > _COARSE * max(float(np.max(np.abs(speed))), fastest):
         found.append(Oddity(betrayed_by("lattice"), "tachometer", thruster, step, 1e-3 * step, LOG_RULES.certain))
     if hole <= LOG_RULES.hole:
         return np.zeros(speed.size, dtype=np.bool_), found

@@ -1,4 +1,4 @@
-"""Programmes of a vehicle's throttles: their limits on the command line, and written as a run that can be played."""
+"""Programmes of a vehicle's throttles: their limits on the command line; written as a run to be played, and a table."""
 
 import argparse
 from pathlib import Path
@@ -8,8 +8,12 @@ import numpy as np
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.programmes import Limits, Programme
 from run_bag import Topic, write_run
+from safe_files.whole_files_io import write_whole
 
-__all__ = ["add_limits", "limits_of", "told", "write_programme"]
+__all__ = ["TABLE", "add_limits", "limits_of", "told", "write_programme"]
+
+TABLE = "throttles.csv"
+"""Columns time_s and thruster_0_V to the last: a command holds until the next one."""
 
 
 def add_limits(parser: argparse._ActionsContainer) -> None:
@@ -36,11 +40,16 @@ def told(programme: Programme, model: Model) -> list[str]:
 
 
 def write_programme(programme: Programme, model: Model, folder: Path) -> Path:
-    """Write the run `folder` whose throttles are to be played; return it."""
+    """Write the run `folder` whose throttles are to be played, with the same as a table `TABLE` in it; return it."""
     time = programme.period * np.arange(len(programme.throttles))
     topics = [
         Topic.of_thruster(i, "throttle", time, {"commanded": programme.throttles[:, i]})
         for i in range(model.thrusters)
     ]  # fmt: skip
     about = {"programme": programme.words, "vehicle": model.vehicle.name, "level_V": programme.dry_run.level}
-    return write_run(folder, topics, about)
+    run = write_run(folder, topics, about)
+    heads = ("time_s", *(f"thruster_{i}_V" for i in range(model.thrusters)))
+    rows = np.column_stack((time, programme.throttles))
+    table = "\n".join([",".join(heads), *(",".join(f"{value:.6g}" for value in row) for row in rows)])
+    write_whole(run / TABLE, f"{table}\n")
+    return run

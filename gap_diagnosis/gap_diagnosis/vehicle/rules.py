@@ -31,6 +31,9 @@ makes it larger: on a real vehicle without a velocity log it had reached hundred
 DRAWN = 0.05
 """Share of the range of a battery's current by which readings deviate at least: it goes with |gamma||n| of thrusters to
 some percent only. Taken for exact it told viscous friction from the rotor's own damping, k_n (tuning seed 1202)."""
+ANOTHER_UNIT, ANOTHER_BATTERY = 3.0, 1.25
+"""Times what is foreseen that rotor speeds, or a battery's voltage, must be, or that must be them, to be asked about:
+rpm, rad/s and revolutions a second differ by 6 and more, batteries by a cell in five."""
 MOST_DEVIATIONS = 4.0
 """Whitened readings beyond it count as it: one outlier in 16,000 is none under a normal distribution."""
 P_EFFECT = 0.5

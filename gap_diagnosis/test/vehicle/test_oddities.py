@@ -57,6 +57,12 @@ def coarse(topic: Topic, rng: np.random.Generator) -> Topic:
     return replace(topic, fields={**topic.fields, "n": 6.0 * np.round(np.asarray(topic.fields["n"]) / 6.0)})
 
 
+def stopped(topic: Topic, rng: np.random.Generator) -> Topic:
+    whole = 2.0 * np.pi / 60.0  # rpm
+    noise = 0.3 * rng.standard_normal(len(topic.stamps))
+    return replace(topic, fields={**topic.fields, "n": whole * np.round(noise / whole)})
+
+
 CASES = [
     ("rov/imu", lost, "dropped_samples", "imu", None, 0.15, 0.02),
     ("rov/imu", jittered, "timestamp_jitter", "imu", None, 0.008, 0.002),
@@ -99,6 +105,10 @@ def test_readings_at_scattered_instants_are_left_where_they_were_taken() -> None
     values = np.sin(3.0 * time)[:, None] + 0.001 * rng.normal(size=(time.size, 1))
     kept, _, found = cleaned(time, values, "depth")
     assert found == [] and np.array_equal(kept, time)
+
+
+def test_a_thruster_that_has_stopped_has_no_coarse_tachometer(healthy: list[Topic], tmp_path: Path) -> None:
+    assert read(spoiled(healthy, "thruster_2/state", stopped), tmp_path).oddities == ()
 
 
 def test_what_one_of_three_recordings_shows_is_not_said_of_all() -> None:

@@ -1,10 +1,14 @@
 """Programmes keep their limits, or are refused."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.programmes import Limits, pulses, sweeps
+from gap_diagnosis.vehicle.programmes_io import TABLE, write_programme
+from run_bag import read_run
 
 
 def test_each_thruster_is_alone_both_ways_and_within_the_limits() -> None:
@@ -16,6 +20,17 @@ def test_each_thruster_is_alone_both_ways_and_within_the_limits() -> None:
     assert u.sum(axis=0) == pytest.approx(np.zeros(6), abs=1e-9)
     run = programme.dry_run
     assert run.level <= 2.5 and run.tilt < 0.4 and run.depth < 0.5 and run.speed < 0.5
+
+
+def test_a_programme_is_written_as_a_run_and_as_a_table_of_the_same_throttles(tmp_path: Path) -> None:
+    model = load_model("ngs")
+    programme = pulses(model, Limits())
+    folder = write_programme(programme, model, tmp_path / "pulses")
+    table = np.genfromtxt(folder / TABLE, delimiter=",", names=True)
+    assert table.dtype.names == ("time_s", *(f"thruster_{i}_V" for i in range(6)))
+    np.testing.assert_allclose(table["thruster_3_V"], programme.throttles[:, 3], atol=1e-5)
+    assert np.all(np.diff(table["time_s"]) > 0.0)
+    np.testing.assert_allclose(read_run(folder)["thruster_3/throttle.commanded"].values, programme.throttles[:, 3])
 
 
 def test_limits_that_no_pulse_keeps_are_refused_with_what_was_found() -> None:

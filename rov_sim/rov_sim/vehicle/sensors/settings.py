@@ -36,6 +36,8 @@ COLUMNS = {name: sum(q.axes for q in quantities) for name, quantities in QUANTIT
 
 MOUNTED = {"imu": ("position", "rotation"), "velocity": ("position", "rotation"), "depth": ("position",)}
 """What of a sensor's place matters."""
+FARTHEST = 10.0
+"""[m] From the body's origin that a sensor may be, as its centres may."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,6 +71,8 @@ class Sensor:
         numbers = (*self.noise, *self.bias, *self.bias_deviation, *self.position, *self.rotation)
         if not all(isfinite(x) for x in numbers):
             wrong.append("expected finite numbers in noise, bias, position and rotation")
+        if max(map(abs, self.position)) > FARTHEST:
+            wrong.append(f"position: expected at most {FARTHEST:g} m from the origin; found {list(self.position)}")
         if min(*self.noise, *self.bias_deviation, 0.0) < 0.0:
             wrong.append("noise, bias_deviation: expected 0 or more")
         if not 0.0 <= self.rate <= 1e4:
@@ -139,6 +143,8 @@ class VehicleSensors:
             sensor = getattr(self, name)
             if {len(sensor.noise), len(sensor.bias), len(sensor.bias_deviation)} != {count}:
                 wrong.append(f"{name}: expected {count} values of noise, bias and bias_deviation")
+        if not self.nominal_voltage > 0.0:
+            wrong.append(f"battery: nominal_voltage: expected more than 0 V; found {self.nominal_voltage!r}")
         for name in ("nominal_voltage", "current_at_full", "idle_current"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 wrong.append(f"battery: {name}: expected a finite number, 0 or more; found {getattr(self, name)!r}")

@@ -93,19 +93,23 @@ def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any]
         unit, count = units[key]
         if entry["unit"] != unit:
             problems.append(f"{where}.unit': expected '{unit}'; found {entry['unit']!r}")
-        value = _value(entry["value"], count, truth=key == "signed")
+        value = _value(entry["value"], count, truth=key == "signed", each=key in _PLACE)
         if value is None:
-            expected = "true or false" if key == "signed" else ("a number" if count == 1 else f"a number or {count}")
+            expected = "true or false" if key == "signed" else "a number" if count == 1 else f"a number or {count}"
+            expected = f"{count} numbers" if key in _PLACE else expected
             problems.append(f"{where}.value': expected {expected}; found {entry['value']!r}")
         values[str(key)] = value
     return values, problems
 
 
-def _value(value: Any, count: int, *, truth: bool) -> Any:
-    """Return a truth value, a float, or a tuple of `count` floats where there are several; None where it is neither."""
+def _value(value: Any, count: int, *, truth: bool, each: bool) -> Any:
+    """Return a truth value, a float, or a tuple of `count` floats where there are several; None where it is neither.
+
+    each: whether one number cannot stand for all of them.
+    """
     if truth:
         return value if isinstance(value, bool) else None
-    given = value if isinstance(value, list) else [value] * count
+    given = value if isinstance(value, list) else [value] * (1 if each else count)
     try:
         numbers = tuple(float(x) for x in given if not isinstance(x, bool))
     except (TypeError, ValueError):
