@@ -14,8 +14,8 @@ def without_unit(name: str) -> str:
 
 
 def bare_name(name: str) -> str:
-    """Return the name of a column without its unit in brackets, as one word."""
-    return without_unit(name).replace(" ", "_")
+    """Return the name of a column without its unit in brackets, as one word: imu.gx is imu_gx."""
+    return re.sub(r"[ ./]", "_", without_unit(name))
 
 
 def called_time(name: str) -> bool:

@@ -13,7 +13,7 @@ from ..known_topics import topic_type
 from ..units import unit_of
 from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
-from .column_names import bare_name
+from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
@@ -152,17 +152,11 @@ def _of_vehicle(source: Source) -> bool:
     """Tell whether a table has several thrusters, or a gyro."""
     if not isinstance(source, CsvSource):
         return False
-    plain, commands = _plain(source), [r.names for r in THRUSTER if r.channel.endswith(".commanded")]
-    several = {n for name in plain for n in _numbers(name, source, commands)}
+    found = [each.channel for name in source.names() if (each := _propose(source, name, THRUSTER))]
+    commands = {channel for channel in found if channel.endswith(".commanded")}
+    plain = _plain(source)
     gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
-    return len(several) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
-
-
-def _numbers(name: str, source: Source, commands: Sequence[str]) -> list[int]:
-    """Return the number of a thruster whose command a column is called, from 0; none where it is no command."""
-    stem, number = _numbered(name, source)
-    inside = [int(m["one"]) - 1 for names in commands if (m := re.fullmatch(names, name)) and "one" in m.groupdict()]
-    return inside or [number for names in commands if re.fullmatch(names, stem)]
+    return len(commands) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
 
 
 def _plain(source: Source) -> list[str]:
@@ -179,24 +173,27 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
         if kind in OF_TYPE:
             return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
-    bare = bare_name(name) if table else name.strip().replace(" ", "_")
-    tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
+    whole = (without_unit(name) if table else name.strip()).replace(" ", "_")
+    bare = bare_name(name) if table else whole
+    tail = re.split("[./]", whole)[-1]
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
     words = [word for word in tail.split("_") if len(word) > 1] if table else []
-    stem, number = _numbered(tail, source) if table else (tail, 0)
+    stem, number = _numbered(bare, source) if table else (tail, 0)
+    last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
     # the whole name first; single words of it only where no rule knows that
-    for candidates, thruster in (
-        ((bare, tail, _SUFFIX.sub("", tail), *of_topic), 0),
-        ((stem, _SUFFIX.sub("", stem)), number),
-        (words, number),
+    for candidates in (
+        (whole, bare, tail, _SUFFIX.sub("", bare), _SUFFIX.sub("", tail), *of_topic),
+        (stem, last, _SUFFIX.sub("", stem), _SUFFIX.sub("", last)),
+        words,
     ):
         for rule in rules:
             if table and rule.channel.endswith(".commanded") and _NO_COMMAND.search(bare):
                 continue
+            spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
             for candidate in candidates:
-                if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
-                    return _Found(_channel(rule, match, thruster), source, name, rule.unit, rule.sign)
+                if match := re.fullmatch(rule.names, candidate, spelling):
+                    return _Found(_channel(rule, match, number), source, name, rule.unit, rule.sign)
     return None
 
 
