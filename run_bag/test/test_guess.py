@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pytest
 
 from run_bag import read_run
 from run_bag.importers.cli_recording import main
@@ -57,3 +58,52 @@ def test_a_number_before_or_behind_the_dot_is_the_thruster_s(tmp_path, capsys):
     for k in (1, 2):
         assert f"'thr{k}.n [rpm]'" in found[f"thruster_{k - 1}/state.n"]
         assert f"cmd.u{k}" in found[f"thruster_{k - 1}/throttle.commanded"]
+
+
+PULSES = 1500 + np.round(200 * WAVE)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "entry", "why"),
+    [
+        ("M{}", PULSES, "unit: us, stop: 1500", "by its values alone: is it?"),
+        ("motor{}_us", PULSES, "unit: us, stop: 1500", "by its unit alone: is it?"),
+        ("thrust_pct_{}", np.round(57 * WAVE), "unit: '%', stop: 0", "by its unit alone: is it?"),
+        ("M{} [%]", 57 * WAVE, "unit: '%', stop: 0", "by its unit alone: is it?"),
+        ("thrust{} [%]", 57 * WAVE, "unit: '%', stop: 0", "by its unit alone: is it?"),
+    ],
+)
+@pytest.mark.parametrize("more", [GYRO, {"depth": 5 + WAVE}])
+def test_columns_that_differ_by_a_number_are_commands_by_their_unit_or_their_pulses(
+    tmp_path, capsys, names, values, entry, why, more
+):
+    commands = {names.format(k): values for k in (1, 2, 3)}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **commands, **more}))
+    for k in (1, 2, 3):
+        told = found[f"thruster_{k - 1}/throttle.commanded"]
+        assert names.format(k) in told and entry in told and why in told
+    assert "wrench" not in text and "Not recognised" not in text
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {f"p{k}": 1500.5 + 200 * WAVE for k in (1, 2)},  # no timer's counts
+        {f"M{k}": PULSES - 300 * k for k in (1, 4)},  # one of them is far from any pulse
+        {f"{name}{k}": PULSES for name in ("M", "T") for k in (1, 2)},  # which of them?
+        {f"p{k}_mbar": PULSES for k in (1, 2)} | {f"pwm_{k}": PULSES for k in (1, 2)},  # the commands are known
+        {"M1": PULSES},
+    ],
+)
+def test_what_may_be_something_else_is_left_to_the_reader(tmp_path, capsys, columns):
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    assert all("pwm" in entry for channel, entry in found.items() if channel.endswith("commanded"))
+    assert "Not recognised" in text
+
+
+def test_a_name_that_ends_in_another_quantity_s_unit_is_no_such_channel(tmp_path, capsys):
+    columns = {"thrust_pct": 57 * WAVE, "battery_pct": 80 + WAVE, "esc_degC": 30 + WAVE, "acc_x_ms2": WAVE}
+    columns |= {"vel_x_ms": WAVE, "dvl_v": WAVE, "depth_cm": 500 + WAVE}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    assert set(found) > {"rov/velocity.twist.twist.linear.x", "rov/velocity.twist.twist.linear.y", "rov/depth.depth"}
+    assert all(f"# {name} " in text for name in ("thrust_pct", "battery_pct", "esc_degC"))

@@ -19,15 +19,11 @@ from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
-from .guessed_units import guessed_time_unit, guessed_unit, named_units
+from .guessed_commands import alike_commands
+from .guessed_names import numbered, plain_names, told_units, without_suffix
+from .guessed_units import fits, guessed_time_unit, guessed_unit, named_units
 from .sources import Array, Source
 
-_SUFFIX = re.compile(
-    r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
-    re.IGNORECASE,
-)
-_NO_COMMAND = re.compile(r"_(k?rpm|kgf|lbf|m?nm|rad_?s|deg_?s|dps|[cm]?m_?s|mps)$", re.IGNORECASE)
-"""Of names of speeds, forces and torques."""
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
@@ -81,8 +77,9 @@ def guess(sources: Sequence[Source]) -> str:
     for each in _parted(found.values()):
         del found[each.channel]
         left.append((each.source, each.name))
-    for each in [] if vehicle else _by_unit(left):
-        if each.channel not in found:
+    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
+    for each in [*unnamed, *([] if vehicle else _by_unit(left))]:
+        if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
     names = Counter(name for source in sources for name in source.names())
@@ -111,6 +108,15 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
         for kept in [next((names for names in (PARTS, ANGLES) if set(names) <= set(own)), ())]
         for part, each in own.items()
         if part not in kept
+    ]
+
+
+def _commands(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+    """Return commands of several thrusters that their units or values tell."""
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    return [
+        _Found(f"thruster_{number}/throttle.commanded", source, name, why=f" by its {told} alone: is it?")
+        for source, name, number, told in alike_commands(columns)
     ]
 
 
@@ -144,7 +150,7 @@ def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
     """Return the rules of names for a source."""
     if not (vehicle and isinstance(source, CsvSource)):
         return (*LOGS, *THRUSTER)
-    plain = set(_plain(source))
+    plain = set(plain_names(source))
     return (*LOGS, *(rule for rule in VEHICLE if set(rule.together) <= plain), *THRUSTER)
 
 
@@ -154,13 +160,10 @@ def _of_vehicle(source: Source) -> bool:
         return False
     found = [each.channel for name in source.names() if (each := _propose(source, name, THRUSTER))]
     commands = {channel for channel in found if channel.endswith(".commanded")}
-    plain = _plain(source)
+    plain = plain_names(source)
     gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
-    return len(commands) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
-
-
-def _plain(source: Source) -> list[str]:
-    return [_SUFFIX.sub("", bare_name(name)).lower() for name in source.names()]
+    unnamed = [] if commands else _commands([(source, name) for name in source.names()])
+    return len(commands) > 1 or bool(unnamed) or any(re.fullmatch(names, name) for names in gyro for name in plain)
 
 
 def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
@@ -179,37 +182,33 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
     # a number alone has its name from its topic
     of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
     words = [word for word in tail.split("_") if len(word) > 1] if table else []
-    stem, number = _numbered(bare, source) if table else (tail, 0)
+    stem, number = numbered(bare, source.names()) if table else (tail, 0)
+    units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
     last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
     # the whole name first; single words of it only where no rule knows that
     for candidates in (
-        (whole, bare, tail, _SUFFIX.sub("", bare), _SUFFIX.sub("", tail), *of_topic),
-        (stem, last, _SUFFIX.sub("", stem), _SUFFIX.sub("", last)),
+        (whole, bare, tail, without_suffix(bare), without_suffix(tail), *of_topic),
+        (stem, last, without_suffix(stem), without_suffix(last)),
         words,
     ):
         for rule in rules:
-            if table and rule.channel.endswith(".commanded") and _NO_COMMAND.search(bare):
-                continue
             spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
             for candidate in candidates:
-                if match := re.fullmatch(rule.names, candidate, spelling):
-                    return _Found(_channel(rule, match, number), source, name, rule.unit, rule.sign)
+                match = re.fullmatch(rule.names, candidate, spelling)
+                channel = _channel(rule, match, number) if match else ""
+                if match and (not units or any(_may_be_in(channel, unit) for unit in units)):
+                    return _Found(channel, source, name, rule.unit, rule.sign)
     return None
 
 
-def _numbered(name: str, source: Source) -> tuple[str, int]:
-    """Return the name without the number of a thruster, and which one that is: they count from 0 or from 1.
+def _may_be_in(channel: str, unit: str) -> bool:
+    return fits(unit, _ours(channel), command=channel.endswith(".commanded"))
 
-    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm.
-    """
-    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})()", name) or re.fullmatch(r"(.*?[^\W\d_])_?(\d{1,2})(_.+)", name)
-    if match is None:
-        return name, 0
-    alike = re.compile(re.escape(match[1]) + r"_?(\d{1,2})" + re.escape(match[3]), re.IGNORECASE)
-    numbers = {int(m[1]) for other in source.names() if (m := alike.fullmatch(bare_name(other)))}
-    if match[3] and len(numbers) < 2:
-        return name, 0
-    return match[1] + match[3], max(int(match[2]) - (0 if 0 in numbers else 1), 0)
+
+def _ours(channel: str) -> str:
+    """Return the unit of a channel."""
+    topic, _, path = channel.partition(".")
+    return unit_in_map(str(topic_type(topic)), path, topic)
 
 
 def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
@@ -248,7 +247,7 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     command = path == "commanded"
     parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
     unit, why = guessed_unit(
-        unit_in_map(str(topic_type(topic)), path, topic), bare_name(name) if table else name, source.unit(name),
+        _ours(each.channel), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
         size=_size(parts) if path.startswith("linear_acceleration") else None,
     )  # fmt: skip
