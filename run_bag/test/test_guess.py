@@ -107,3 +107,37 @@ def test_a_name_that_ends_in_another_quantity_s_unit_is_no_such_channel(tmp_path
     found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
     assert set(found) > {"rov/velocity.twist.twist.linear.x", "rov/velocity.twist.twist.linear.y", "rov/depth.depth"}
     assert all(f"# {name} " in text for name in ("thrust_pct", "battery_pct", "esc_degC"))
+
+
+def test_heights_turns_a_second_and_velocities_in_mm_s_are_known(tmp_path, capsys):
+    columns = {f"rps_{k}": 20 * WAVE for k in (1, 2)} | {f"pwm_{k}": PULSES for k in (1, 2)} | {"z_enu": -5 + WAVE}
+    columns |= {f"{name}_mm_s": 200 * WAVE for name in "uvw"}
+    file = wide(tmp_path / "x.csv", {"t_s": TIME, **columns})
+    _, text = guessed(capsys, file)
+    run = imported(tmp_path, text, file)
+    np.testing.assert_allclose(run["thruster_1/state.n"].values, 40 * np.pi * WAVE, rtol=1e-4)
+    np.testing.assert_allclose(run["rov/velocity.twist.twist.linear.z"].values, 0.2 * WAVE, rtol=1e-4)
+    np.testing.assert_allclose(run["rov/depth.depth"].values, 5 - WAVE, rtol=1e-4)
+    assert "Not recognised" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "pascals"),
+    [("pressure_mbar", 100), ("press_abs_hPa", 100), ("Pressure [bar]", 1e5), ("abs_pressure (Pa)", 1)],
+)
+def test_a_pressure_is_proposed_as_a_depth_in_fresh_water(tmp_path, capsys, name, pascals):
+    depth = 6.0 + WAVE
+    pressure = (101325.0 + 9806.65 * depth) / pascals
+    file = wide(tmp_path / "x.csv", {"t_s": TIME, name: pressure, **GYRO})
+    found, text = guessed(capsys, file)
+    assert "of fresh water, offset that of 1013 mbar at the surface: write yours" in found["rov/depth.depth"]
+    run = imported(tmp_path, text, file)
+    np.testing.assert_allclose(run["rov/depth.depth"].values, depth, atol=0.01)
+
+
+def test_a_pressure_is_no_depth_beside_one_or_without_a_unit(tmp_path, capsys):
+    columns = {"pressure_mbar": 1600 + WAVE, "depth": 6 + WAVE, **GYRO}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns}))
+    assert found["rov/depth.depth"].startswith("{column: depth,") and "# pressure_mbar" in text
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, "pressure": 1600 + WAVE, **GYRO}))
+    assert "rov/depth.depth" not in found and "# pressure " in text

@@ -14,9 +14,23 @@ from ..units import unit_of
 from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
 from .column_names import bare_name, without_unit
-from .conversions import COMMANDS, conversion, spelled
+from .conversions import COMMANDS, G, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
+from .guess_rules import (
+    BY_PRESSURE,
+    BY_UNIT,
+    LOGS,
+    OF_TYPE,
+    PASCALS,
+    PRESSURE,
+    READ,
+    SURFACE,
+    THRUSTER,
+    VEHICLE,
+    WATER,
+    WHICH_FLOW,
+    Rule,
+)
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
 from .guessed_commands import alike_commands
@@ -31,14 +45,14 @@ SHOWN = 60
 
 class _Found(NamedTuple):
     """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign;
-    why: what else than its name says so."""
+    entry: its unit and what belongs to it, where nothing is left to guess; why: what else than its name says so."""
 
     channel: str
     source: Source
     name: str
     usual: str = ""
     sign: int = 1
-    stated: str = ""
+    entry: str = ""
     why: str = ""
 
     @property
@@ -78,7 +92,7 @@ def guess(sources: Sequence[Source]) -> str:
         del found[each.channel]
         left.append((each.source, each.name))
     unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
-    for each in [*unnamed, *([] if vehicle else _by_unit(left))]:
+    for each in [*unnamed, *(_by_pressure(left) if vehicle else _by_unit(left))]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
@@ -118,6 +132,18 @@ def _commands(left: Sequence[tuple[Source, str]]) -> list[_Found]:
         _Found(f"thruster_{number}/throttle.commanded", source, name, why=f" by its {told} alone: is it?")
         for source, name, number, told in alike_commands(columns)
     ]
+
+
+def _by_pressure(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+    """Return the depth as pressures tell it, by the weight of fresh water above the sensor."""
+    found = []
+    for source, name in left:
+        match = re.fullmatch(PRESSURE, bare_name(name), re.IGNORECASE) if isinstance(source, CsvSource) else None
+        pascals = PASCALS.get((source.unit(name) or match["unit"] or "").lower()) if match else None
+        if pascals is not None:
+            entry = f"unit: m, scale: {pascals / (WATER * G):.5g}, offset: -{SURFACE / (WATER * G):.4g}"
+            found.append(_Found("rov/depth.depth", source, name, entry=entry, why=BY_PRESSURE))
+    return found
 
 
 def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
@@ -172,7 +198,7 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
     if not table:
         topic, _, path = name.partition(".")
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
-            return _Found(name, source, name, stated=unit)
+            return _Found(name, source, name, entry=f"unit: {_quoted(unit)}")
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
         if kind in OF_TYPE:
             return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
@@ -241,8 +267,9 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     file = f", file: {source.path.name}" if shared else ""
     if isinstance(source, CsvSource):
         file += _own_clock(source, name, clock)
-    if each.stated:
-        return f"{each.channel}: {{{place}: {_quoted(name)}, unit: {_quoted(each.stated)}{file}}}   #{notes}"
+    if each.entry:
+        notes = ";".join(filter(None, (notes, each.why)))
+        return f"{each.channel}: {{{place}: {_quoted(name)}, {each.entry}{file}}}   #{notes}"
     topic, _, path = each.channel.partition(".")
     command = path == "commanded"
     parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
