@@ -141,3 +141,11 @@ def test_a_pressure_is_no_depth_beside_one_or_without_a_unit(tmp_path, capsys):
     assert found["rov/depth.depth"].startswith("{column: depth,") and "# pressure_mbar" in text
     found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, "pressure": 1600 + WAVE, **GYRO}))
     assert "rov/depth.depth" not in found and "# pressure " in text
+
+
+def test_a_slow_file_in_front_does_not_hide_the_unit_of_time_that_others_tell(tmp_path, capsys):
+    slow = wide(tmp_path / "battery.csv", {"t": TIME[::25], "volts": 16.0 + 0 * TIME[::25]})
+    found, _ = guessed(capsys, slow, wide(tmp_path / "imu.csv", {"t": TIME, **GYRO}))
+    assert found["time"].startswith("{column: t, unit: s}")
+    found, _ = guessed(capsys, slow, wide(tmp_path / "imu.csv", {"t": TIME[::25], "gx": WAVE[::25]}))
+    assert found["time"].startswith("{column: t, unit: '?'}")

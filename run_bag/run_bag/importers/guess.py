@@ -36,6 +36,7 @@ from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
 from .guessed_commands import alike_commands
 from .guessed_names import numbered, plain_names, told_units, without_suffix
 from .guessed_units import fits, guessed_time_unit, guessed_unit, named_units
+from .recording_map import ASKED
 from .sources import Array, Source
 
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
@@ -166,7 +167,9 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     table, name = found
     if not name:
         return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
-    unit, why = guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
+    tables = [source for source in sources if isinstance(source, CsvSource) and name in source.names()]
+    guesses = [guessed_time_unit(bare_name(name), each.unit(name), values_of(each, name)) for each in tables]
+    unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
         why = "; ".join(filter(None, (why, "its values rise: is it the time?")))
     return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
