@@ -597,6 +597,18 @@ def test_a_wrong_map_is_refused_with_a_sentence_and_nothing_is_written(tmp_path,
     assert not (tmp_path / "run").exists()
 
 
+def test_what_is_wrong_with_a_map_is_a_line_for_each_sentence_with_its_channels(tmp_path, capsys):
+    throttles = [f"thruster_{k}/throttle.commanded: {{column: {k + 2}, unit: '%'}}" for k in range(3)]
+    lines = ["time: {column: 1}", *throttles, "thruster_0/state.n: {column: 2}"]
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    given = [str(table(tmp_path / "x.csv")), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(given) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    names = ", ".join(f"thruster_{k}/throttle.commanded" for k in range(3))
+    assert first.startswith(f"{tmp_path / 'map.yaml'}: {names}: '%' is no voltage: expected stop")
+    assert second == f"{tmp_path / 'map.yaml'}: thruster_0/state.n: key 'unit' is missing"
+
+
 @pytest.mark.parametrize(
     ("name", "content", "sentence"),
     [
