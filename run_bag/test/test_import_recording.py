@@ -152,6 +152,7 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
             fields("column: 2", "column: 3").replace(", hold: previous", ""),
             ["nothing says what it does in the 0.04 s between two samples: a fit holds it, a diagnosis tries straight"],
         ),
+        ("thruster_0/state.n: {column: 3, unit: rad/s}", ["rad/s: no thruster's; is `unit` that of the recording?"]),
         (fields("column: 2", "column: 3, sign: -1"), ["runs against the throttle", "`sign: -1`"]),
         ("thruster_0/throttle.commanded: {column: 2, unit: V}", ["up to 1660 V: no thruster's", "nothing that a model",
                                                                "begins with 1.5e+03 V"]),

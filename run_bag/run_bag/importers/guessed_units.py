@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .advice import LARGE
 from .conversions import COMMANDS, CONVERSIONS, conversion, is_unit, spelled
 from .recording_map import ASKED
 from .sources import Array
@@ -31,8 +32,7 @@ class _Range(NamedTuple):
 
 
 _BY_SIZE: dict[str, tuple[_Range, ...]] = {
-    # no thruster of an ROV turns faster than 800 rad/s, 7600 rpm
-    "rad/s": (_Range(800.0, ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
+    "rad/s": (_Range(LARGE["n"], ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
     "N": (_Range(100.0, ("N", "kgf", "lbf")), _Range(np.inf, ("N", "gf", "mN"))),
     "N m": (_Range(50.0, ("N m", "N cm", "kgf cm")), _Range(np.inf, ("mN m", "N cm"))),
     "m/s": (_Range(10.0, ("m/s",)), _Range(np.inf, ("m/s", "cm/s", "mm/s"))),
