@@ -14,26 +14,13 @@ from ..units import unit_of
 from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
 from .column_names import bare_name, without_unit
-from .conversions import COMMANDS, G, conversion, spelled
+from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import (
-    BY_PRESSURE,
-    BY_UNIT,
-    LOGS,
-    OF_TYPE,
-    PASCALS,
-    PRESSURE,
-    READ,
-    SURFACE,
-    THRUSTER,
-    VEHICLE,
-    WATER,
-    WHICH_FLOW,
-    Rule,
-)
+from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
 from .guessed_commands import alike_commands
+from .guessed_depth import WHICH_WATER, depths_of_pressures
 from .guessed_names import numbered, plain_names, told_units, without_suffix
 from .guessed_units import fits, guessed_time_unit, guessed_unit, named_units
 from .recording_map import ASKED
@@ -136,15 +123,12 @@ def _commands(left: Sequence[tuple[Source, str]]) -> list[_Found]:
 
 
 def _by_pressure(left: Sequence[tuple[Source, str]]) -> list[_Found]:
-    """Return the depth as pressures tell it, by the weight of fresh water above the sensor."""
-    found = []
-    for source, name in left:
-        match = re.fullmatch(PRESSURE, bare_name(name), re.IGNORECASE) if isinstance(source, CsvSource) else None
-        pascals = PASCALS.get((source.unit(name) or match["unit"] or "").lower()) if match else None
-        if pascals is not None:
-            entry = f"unit: m, scale: {pascals / (WATER * G):.5g}, offset: -{SURFACE / (WATER * G):.4g}"
-            found.append(_Found("rov/depth.depth", source, name, entry=entry, why=BY_PRESSURE))
-    return found
+    """Return the depth as pressures tell it."""
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    return [
+        _Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
+        for source, name, entry in depths_of_pressures(columns)
+    ]
 
 
 def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
@@ -187,11 +171,11 @@ def _of_vehicle(source: Source) -> bool:
     """Tell whether a table has several thrusters, or a gyro."""
     if not isinstance(source, CsvSource):
         return False
-    found = [each.channel for name in source.names() if (each := _propose(source, name, THRUSTER))]
-    commands = {channel for channel in found if channel.endswith(".commanded")}
+    found = {name: _propose(source, name, THRUSTER) for name in source.names()}
+    commands = {each.channel for each in found.values() if each and each.channel.endswith(".commanded")}
     plain = plain_names(source)
     gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
-    unnamed = [] if commands else _commands([(source, name) for name in source.names()])
+    unnamed = [] if commands else _commands([(source, name) for name, each in found.items() if each is None])
     return len(commands) > 1 or bool(unnamed) or any(re.fullmatch(names, name) for names in gyro for name in plain)
 
 
@@ -209,7 +193,7 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
     bare = bare_name(name) if table else whole
     tail = re.split("[./]", whole)[-1]
     # a number alone has its name from its topic
-    of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
+    of_topic = [whole.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
     words = [word for word in tail.split("_") if len(word) > 1] if table else []
     stem, number = numbered(bare, source.names()) if table else (tail, 0)
     units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []

@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = [
-    "BY_PRESSURE", "BY_UNIT", "LOGS", "OF_TYPE", "PASCALS", "PRESSURE", "READ", "SURFACE", "THRUSTER", "VEHICLE",
-    "WATER", "WHICH_FLOW", "Rule",
-]  # fmt: skip
+__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "WHICH_FLOW", "Rule"]
 
 
 class Rule(NamedTuple):
@@ -98,13 +95,6 @@ VEHICLE = (
     Rule("rov/battery.voltage", _SUPPLY),
 )  # fmt: skip
 """Of tables of a vehicle: those with several thrusters, or with a gyro."""
-
-PRESSURE = r"(abs(olute)?_?)?press(ure)?(_?abs(olute)?)?(_?(?P<unit>mbar|bar|hpa|kpa|pa))?"
-"""A name of what tells the depth where nothing else does."""
-PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
-WATER, SURFACE = 1000.0, 101325.0
-"""Fresh water [kg/m^3], and the pressure at its surface [Pa]."""
-BY_PRESSURE = " scale is that of fresh water, offset that of 1013 mbar at the surface: write yours"
 
 OF_TYPE = {
     "sensor_msgs/msg/Imu": "rov/imu",
