@@ -152,6 +152,7 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
             fields("column: 2", "column: 3").replace(", hold: previous", ""),
             ["nothing says what it does in the 0.04 s between two samples: a fit holds it, a diagnosis tries straight"],
         ),
+        ("thruster_0/state.n: {column: 3, unit: rad/s}", ["rad/s: no thruster's; is `unit` that of the recording?"]),
         (fields("column: 2", "column: 3, sign: -1"), ["runs against the throttle", "`sign: -1`"]),
         ("thruster_0/throttle.commanded: {column: 2, unit: V}", ["up to 1660 V: no thruster's", "nothing that a model",
                                                                "begins with 1.5e+03 V"]),
@@ -595,6 +596,18 @@ def test_a_wrong_map_is_refused_with_a_sentence_and_nothing_is_written(tmp_path,
     assert main([str(file), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
     assert sentence in capsys.readouterr().err
     assert not (tmp_path / "run").exists()
+
+
+def test_what_is_wrong_with_a_map_is_a_line_for_each_sentence_with_its_channels(tmp_path, capsys):
+    throttles = [f"thruster_{k}/throttle.commanded: {{column: {k + 2}, unit: '%'}}" for k in range(3)]
+    lines = ["time: {column: 1}", *throttles, "thruster_0/state.n: {column: 2}"]
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    given = [str(table(tmp_path / "x.csv")), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]
+    assert main(given) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    names = ", ".join(f"thruster_{k}/throttle.commanded" for k in range(3))
+    assert first.startswith(f"{tmp_path / 'map.yaml'}: {names}: '%' is no voltage: expected stop")
+    assert second == f"{tmp_path / 'map.yaml'}: thruster_0/state.n: key 'unit' is missing"
 
 
 @pytest.mark.parametrize(

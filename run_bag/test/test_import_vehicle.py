@@ -314,6 +314,33 @@ def test_what_gravity_and_water_do_not_allow_is_said_at_once(tmp_path, capsys, c
     assert sentence in capsys.readouterr().err
 
 
+LOG = "rov/velocity.twist.twist.linear.x: {{column: u, unit: {}}}\nrov/depth.depth: {{column: depth, unit: {}}}"
+
+
+@pytest.mark.parametrize(
+    ("speed", "depth", "said"),
+    [
+        ("m/s", "m", []),
+        ("cm/s", "m", ["rov/velocity.twist.twist.linear: up to 40 m/s: no vehicle's"]),
+        ("m/s", "cm", ["rov/depth.depth: changes by up to "]),
+    ],
+)
+def test_a_vehicle_faster_than_any_is_of_another_unit(tmp_path, capsys, speed, depth, said):
+    """The noise of the depth alone changes it by 20 m/s between two readings."""
+    time, draw = 0.01 * np.arange(3000), np.random.default_rng(5)
+    log = 0.4 * np.cos(time) * (100.0 if speed == "cm/s" else 1.0)
+    level = (6.0 + 0.4 * np.sin(time) + draw.normal(0.0, 0.05, time.size)) * (100.0 if depth == "cm" else 1.0)
+    file = write_table(tmp_path / "dive.csv", {"t": time, "u": log, "depth": level})
+    thruster = "thruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+    clock = "time: {column: t, unit: s}\n"
+    imported(tmp_path, clock + thruster + LOG.format("m/s", "m"), file)
+    warnings = [line for line in capsys.readouterr().err.splitlines() if "rov/" in line]
+    assert len(warnings) == len(said) and all(sentence in line for sentence, line in zip(said, warnings, strict=True))
+    (tmp_path / "right").mkdir()
+    imported(tmp_path / "right", clock + thruster + LOG.format(speed, depth), file)
+    assert "rov/" not in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_battery_s_current_by_its_unit_alone_counts_as_drawn_whichever_way_it_is_written(tmp_path, capsys, way):
     own = {k: v for k, v in columns().items() if not k.startswith("battery")}

@@ -19,9 +19,9 @@ SLOWEST = 0.1
 """[s] between samples, from which on little can be told of a thruster's dynamics."""
 GAP = 0.5
 """[s] without a sample, where samples come ten times as often."""
-LARGE = {"commanded": 100.0, "n": 2000.0, "axial": 20.0, "ambient": 20.0, "wrench.force.x": 5000.0,
+LARGE = {"commanded": 100.0, "n": 800.0, "axial": 20.0, "ambient": 20.0, "wrench.force.x": 5000.0,
          "wrench.torque.x": 500.0}  # fmt: skip
-"""Magnitudes in our units that no small thruster reaches: another unit was meant."""
+"""Magnitudes in our units that no small thruster reaches (800 rad/s: 7600 rpm): another unit was meant."""
 UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
          "wrench.torque.x": "N m"}  # fmt: skip
 OPPOSITE = -0.5

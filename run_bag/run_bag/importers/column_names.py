@@ -2,15 +2,20 @@
 
 import re
 
-__all__ = ["bare_name", "called_time"]
+__all__ = ["bare_name", "called_time", "without_unit"]
 
 _UNIT = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
 _TIME = re.compile(r"(t|time|timestamp|stamp|elapsed)(_?(s|ms|us|ns|sec|usec|msec))?|seconds", re.IGNORECASE)
 
 
-def bare_name(name: str) -> str:
+def without_unit(name: str) -> str:
     """Return the name of a column without its unit in brackets."""
-    return _UNIT.sub("", name).strip().replace(" ", "_")
+    return _UNIT.sub("", name).strip()
+
+
+def bare_name(name: str) -> str:
+    """Return the name of a column without its unit in brackets, as one word: imu.gx is imu_gx."""
+    return re.sub(r"[ ./]", "_", without_unit(name))
 
 
 def called_time(name: str) -> bool:

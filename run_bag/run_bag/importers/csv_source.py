@@ -19,6 +19,7 @@ import pandas
 from numpy.typing import NDArray
 
 from ..errors import RecordingError, TooLargeError
+from .column_names import without_unit
 from .conversions import is_unit
 from .dated import in_seconds
 from .long_table import made_wide
@@ -93,7 +94,7 @@ class CsvSource:
     def has(self, entry: Mapped) -> bool:
         """Tell whether the table has the entry's column."""
         column = entry.column
-        return not entry.is_field and (column <= self.width if isinstance(column, int) else column in self.heading)
+        return not entry.is_field and (column <= self.width if isinstance(column, int) else bool(self._called(column)))
 
     def index(self, column: str | int, channel: str) -> int:
         """Return the 0-based index of a column."""
@@ -101,11 +102,11 @@ class CsvSource:
             if column <= self.width:
                 return column - 1
             found = f"{self.width} columns"
-        elif self.heading.count(column) == 1:
-            return self.heading.index(column)
+        elif len(called := self._called(column)) == 1:
+            return called[0]
         else:
             found = ", ".join(self.heading) or "no header line"
-            found += f" ({column!r} more than once)" if column in self.heading else ""
+            found += f" ({column!r} more than once)" if called else ""
         text = f"{self.path}: {channel}: expected column {column!r}, found {found}"
         raise RecordingError(text, path=self.path, expected=column, found=found)
 
@@ -209,6 +210,11 @@ class CsvSource:
             return None if "_" in cell else float(cell)  # Python reads 1_000 as a number
         except ValueError:
             return None
+
+    def _called(self, name: str) -> list[int]:
+        """Return the 0-based columns of a name, which may lack the unit that the header has in brackets."""
+        whole = [k for k, each in enumerate(self.heading) if each == name]
+        return whole or [k for k, each in enumerate(self.heading) if without_unit(each) == name]
 
     def _place(self, index: int) -> str:
         return f"value of {self.heading[index]!r}" if self.is_long and index else f"column {index + 1}"

@@ -13,21 +13,19 @@ from ..known_topics import topic_type
 from ..units import unit_of
 from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
-from .column_names import bare_name
+from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
-from .guessed_units import guessed_time_unit, guessed_unit, named_units
+from .guessed_commands import alike_commands
+from .guessed_depth import WHICH_WATER, depths_of_pressures
+from .guessed_names import numbered, plain_names, told_units, without_suffix
+from .guessed_units import fits, guessed_time_unit, guessed_unit, named_units
+from .recording_map import ASKED
 from .sources import Array, Source
 
-_SUFFIX = re.compile(
-    r"_(us|ms|ns|rpm|kgf|gf|lbf|n|nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|m_?s|cm_?s|mps|hz|pct|percent|rad|deg|m|cm|g|mg)$",
-    re.IGNORECASE,
-)
-_NO_COMMAND = re.compile(r"_(k?rpm|kgf|lbf|m?nm|rad_?s|deg_?s|dps|[cm]?m_?s|mps)$", re.IGNORECASE)
-"""Of names of speeds, forces and torques."""
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
@@ -35,14 +33,14 @@ SHOWN = 60
 
 class _Found(NamedTuple):
     """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign;
-    why: what else than its name says so."""
+    entry: its unit and what belongs to it, where nothing is left to guess; why: what else than its name says so."""
 
     channel: str
     source: Source
     name: str
     usual: str = ""
     sign: int = 1
-    stated: str = ""
+    entry: str = ""
     why: str = ""
 
     @property
@@ -81,8 +79,9 @@ def guess(sources: Sequence[Source]) -> str:
     for each in _parted(found.values()):
         del found[each.channel]
         left.append((each.source, each.name))
-    for each in [] if vehicle else _by_unit(left):
-        if each.channel not in found:
+    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
+    for each in [*unnamed, *(_by_pressure(left) if vehicle else _by_unit(left))]:
+        if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
     names = Counter(name for source in sources for name in source.names())
@@ -114,6 +113,24 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
     ]
 
 
+def _commands(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+    """Return commands of several thrusters that their units or values tell."""
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    return [
+        _Found(f"thruster_{number}/throttle.commanded", source, name, why=f" by its {told} alone: is it?")
+        for source, name, number, told in alike_commands(columns)
+    ]
+
+
+def _by_pressure(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+    """Return the depth as pressures tell it."""
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    return [
+        _Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
+        for source, name, entry in depths_of_pressures(columns)
+    ]
+
+
 def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
     """Return channels of a thruster that the unit of one column alone, stated or in its name, leaves no doubt about."""
     found: dict[str, list[_Found]] = {}
@@ -134,7 +151,9 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     table, name = found
     if not name:
         return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
-    unit, why = guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
+    tables = [source for source in sources if isinstance(source, CsvSource) and name in source.names()]
+    guesses = [guessed_time_unit(bare_name(name), each.unit(name), values_of(each, name)) for each in tables]
+    unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
         why = "; ".join(filter(None, (why, "its values rise: is it the time?")))
     return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
@@ -144,7 +163,7 @@ def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
     """Return the rules of names for a source."""
     if not (vehicle and isinstance(source, CsvSource)):
         return (*LOGS, *THRUSTER)
-    plain = set(_plain(source))
+    plain = set(plain_names(source))
     return (*LOGS, *(rule for rule in VEHICLE if set(rule.together) <= plain), *THRUSTER)
 
 
@@ -152,21 +171,12 @@ def _of_vehicle(source: Source) -> bool:
     """Tell whether a table has several thrusters, or a gyro."""
     if not isinstance(source, CsvSource):
         return False
-    plain, commands = _plain(source), [r.names for r in THRUSTER if r.channel.endswith(".commanded")]
-    several = {n for name in plain for n in _numbers(name, source, commands)}
+    found = {name: _propose(source, name, THRUSTER) for name in source.names()}
+    commands = {each.channel for each in found.values() if each and each.channel.endswith(".commanded")}
+    plain = plain_names(source)
     gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
-    return len(several) > 1 or any(re.fullmatch(names, name) for names in gyro for name in plain)
-
-
-def _numbers(name: str, source: Source, commands: Sequence[str]) -> list[int]:
-    """Return the number of a thruster whose command a column is called, from 0; none where it is no command."""
-    stem, number = _numbered(name, source)
-    inside = [int(m["one"]) - 1 for names in commands if (m := re.fullmatch(names, name)) and "one" in m.groupdict()]
-    return inside or [number for names in commands if re.fullmatch(names, stem)]
-
-
-def _plain(source: Source) -> list[str]:
-    return [_SUFFIX.sub("", bare_name(name)).lower() for name in source.names()]
+    unnamed = [] if commands else _commands([(source, name) for name, each in found.items() if each is None])
+    return len(commands) > 1 or bool(unnamed) or any(re.fullmatch(names, name) for names in gyro for name in plain)
 
 
 def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
@@ -175,44 +185,43 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
     if not table:
         topic, _, path = name.partition(".")
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
-            return _Found(name, source, name, stated=unit)
+            return _Found(name, source, name, entry=f"unit: {_quoted(unit)}")
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
         if kind in OF_TYPE:
             return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
-    bare = bare_name(name) if table else name.strip().replace(" ", "_")
-    tail = bare.rsplit(".", 1)[-1].rsplit("/", 1)[-1]
+    whole = (without_unit(name) if table else name.strip()).replace(" ", "_")
+    bare = bare_name(name) if table else whole
+    tail = re.split("[./]", whole)[-1]
     # a number alone has its name from its topic
-    of_topic = [bare.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
+    of_topic = [whole.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
     words = [word for word in tail.split("_") if len(word) > 1] if table else []
-    stem, number = _numbered(tail, source) if table else (tail, 0)
+    stem, number = numbered(bare, source.names()) if table else (tail, 0)
+    units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
+    last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
     # the whole name first; single words of it only where no rule knows that
-    for candidates, thruster in (
-        ((bare, tail, _SUFFIX.sub("", tail), *of_topic), 0),
-        ((stem, _SUFFIX.sub("", stem)), number),
-        (words, number),
+    for candidates in (
+        (whole, bare, tail, without_suffix(bare), without_suffix(tail), *of_topic),
+        (stem, last, without_suffix(stem), without_suffix(last)),
+        words,
     ):
         for rule in rules:
-            if table and rule.channel.endswith(".commanded") and _NO_COMMAND.search(bare):
-                continue
+            spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
             for candidate in candidates:
-                if match := re.fullmatch(rule.names, candidate, re.IGNORECASE):
-                    return _Found(_channel(rule, match, thruster), source, name, rule.unit, rule.sign)
+                match = re.fullmatch(rule.names, candidate, spelling)
+                channel = _channel(rule, match, number) if match else ""
+                if match and (not units or any(_may_be_in(channel, unit) for unit in units)):
+                    return _Found(channel, source, name, rule.unit, rule.sign)
     return None
 
 
-def _numbered(name: str, source: Source) -> tuple[str, int]:
-    """Return the name without the number of a thruster, and which one that is: they count from 0 or from 1.
+def _may_be_in(channel: str, unit: str) -> bool:
+    return fits(unit, _ours(channel), command=channel.endswith(".commanded"))
 
-    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm.
-    """
-    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})()", name) or re.fullmatch(r"(.*?[^\W\d_])_?(\d{1,2})(_.+)", name)
-    if match is None:
-        return name, 0
-    alike = re.compile(re.escape(match[1]) + r"_?(\d{1,2})" + re.escape(match[3]), re.IGNORECASE)
-    numbers = {int(m[1]) for other in source.names() if (m := alike.fullmatch(bare_name(other)))}
-    if match[3] and len(numbers) < 2:
-        return name, 0
-    return match[1] + match[3], max(int(match[2]) - (0 if 0 in numbers else 1), 0)
+
+def _ours(channel: str) -> str:
+    """Return the unit of a channel."""
+    topic, _, path = channel.partition(".")
+    return unit_in_map(str(topic_type(topic)), path, topic)
 
 
 def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
@@ -245,13 +254,14 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     file = f", file: {source.path.name}" if shared else ""
     if isinstance(source, CsvSource):
         file += _own_clock(source, name, clock)
-    if each.stated:
-        return f"{each.channel}: {{{place}: {_quoted(name)}, unit: {_quoted(each.stated)}{file}}}   #{notes}"
+    if each.entry:
+        notes = ";".join(filter(None, (notes, each.why)))
+        return f"{each.channel}: {{{place}: {_quoted(name)}, {each.entry}{file}}}   #{notes}"
     topic, _, path = each.channel.partition(".")
     command = path == "commanded"
     parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
     unit, why = guessed_unit(
-        unit_in_map(str(topic_type(topic)), path, topic), bare_name(name) if table else name, source.unit(name),
+        _ours(each.channel), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
         size=_size(parts) if path.startswith("linear_acceleration") else None,
     )  # fmt: skip

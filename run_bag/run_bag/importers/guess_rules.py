@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "Rule"]
+__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "WHICH_FLOW", "Rule"]
 
 
 class Rule(NamedTuple):
@@ -52,11 +52,11 @@ LOGS = (
 they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
 
 THRUSTER = (
-    Rule("thruster_{i}/state.n", r"(esc|motor|thruster|prop)_?k?rpm"),
+    Rule("thruster_{i}/state.n", r"(esc|motor|thruster|prop)_?(k?rpm|rps)"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
-    Rule("thruster_{i}/state.n", r"(n|k?rpm|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
+    Rule("thruster_{i}/state.n", r"(n|k?rpm|rps|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
     Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
     Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?"),
@@ -89,7 +89,8 @@ VEHICLE = (
     Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together=("u", "v", "w")),
-    Rule("rov/depth.depth", r"depth(_sensor)?"),
+    Rule("rov/depth.depth", r"depth(_sensor)?|z_?(ned|down)"),
+    Rule("rov/depth.depth", r"z_?(enu|up)", "", -1),
     Rule("rov/battery.current", _CURRENT, "", -1),
     Rule("rov/battery.voltage", _SUPPLY),
 )  # fmt: skip

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .advice import LARGE
 from .conversions import COMMANDS, CONVERSIONS, conversion, is_unit, spelled
 from .recording_map import ASKED
 from .sources import Array
@@ -31,8 +32,7 @@ class _Range(NamedTuple):
 
 
 _BY_SIZE: dict[str, tuple[_Range, ...]] = {
-    # no thruster of an ROV turns faster than 800 rad/s, 7600 rpm
-    "rad/s": (_Range(800.0, ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
+    "rad/s": (_Range(LARGE["n"], ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
     "N": (_Range(100.0, ("N", "kgf", "lbf")), _Range(np.inf, ("N", "gf", "mN"))),
     "N m": (_Range(50.0, ("N m", "N cm", "kgf cm")), _Range(np.inf, ("mN m", "N cm"))),
     "m/s": (_Range(10.0, ("m/s",)), _Range(np.inf, ("m/s", "cm/s", "mm/s"))),
@@ -96,7 +96,7 @@ def guessed_unit(
     ranges = (_OF_VEHICLE if vehicle else _BY_SIZE).get(ours, ())
     if stated:
         unit = spelled(stated)
-        if _fits(unit, ours, command):
+        if fits(unit, ours, command=command):
             odd = not vehicle and ours == "rad/s" and unit == ours and largest > ranges[0].most
             return Guessed(unit, f"{largest:.4g} rad/s is no thruster's: is it rpm?" if odd else "")
         if usual:
@@ -104,8 +104,8 @@ def guessed_unit(
         return _asked(_candidates(ours, ranges, largest), f"{stated!r} is not known as a unit of it")
     if usual:
         return Guessed(usual)
-    named = [unit for unit in named_units(name) if _fits(unit, ours, command)]
-    if named and (named[-1] != "us" or values is None or _pulses(values)):
+    named = [unit for unit in named_units(name) if fits(unit, ours, command=command)]
+    if named and (named[-1] != "us" or values is None or pulses(values)):
         return Guessed(named[-1], "unit by its name")
     if command:
         return _command(values, largest)
@@ -143,7 +143,8 @@ def _asked(units: tuple[str, ...], why: str) -> Guessed:
     return Guessed(ASKED, f"write the unit: {', '.join(units[:-1])} or {units[-1]}? {why}")
 
 
-def _fits(unit: str, ours: str, command: bool) -> bool:
+def fits(unit: str, ours: str, *, command: bool) -> bool:
+    """Tell whether a unit is one of a channel in `ours`; command: of a throttle, which need not be a voltage."""
     return conversion(unit, ours) is not None or (command and unit in COMMANDS)
 
 
@@ -184,14 +185,15 @@ def _by_gravity(size: Array) -> Guessed | None:
     return None
 
 
-def _pulses(values: Array) -> bool:
+def pulses(values: Array) -> bool:
+    """Tell whether all values are widths of servo pulses [us]."""
     return bool(np.nanmin(values) > 700.0 and np.nanmax(values) < 2300.0)
 
 
 def _command(values: Array | None, largest: float) -> Guessed:
     if values is None:
         return Guessed("V", "unit not stated")
-    if _pulses(values):
+    if pulses(values):
         return Guessed("us", "unit by its values")
     if largest <= 1.001:
         return Guessed("1", "unit by its values: -1 to 1")

@@ -108,6 +108,8 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
     """Return the one recording that an entry is in."""
     named = [s for s in sources if not entry.file or s.path.name == entry.file]
     found = [s for s in named if s.has(entry)]
+    if len(found) > 1:  # a whole name goes before one whose unit in brackets is left out
+        found = [s for s in found if entry.column in s.names()] or found
     if len(found) == 1:
         return found[0]
     what = f"{'field' if entry.is_field else 'column'} {entry.column!r}"

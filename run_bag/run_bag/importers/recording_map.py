@@ -158,7 +158,13 @@ def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
 
 
 def _refused(origin: str, problems: list[str]) -> RecordingError:
-    return RecordingError(f"{origin}: " + "; ".join(problems), path=origin, found=problems)
+    """Return the error about a map: a line for each sentence, with all channels of which it is true."""
+    channels: dict[str, list[str]] = {}
+    for problem in problems:
+        channel, colon, sentence = problem.partition(": ")
+        channels.setdefault(colon + sentence, []).append(channel)
+    lines = [f"{origin}: {', '.join(of)}{sentence}" for sentence, of in channels.items()]
+    return RecordingError("\n".join(lines), path=origin, found=problems)
 
 
 def _time(entry: Any, problems: list[str]) -> tuple[str | int | None, float]:

@@ -19,8 +19,10 @@ _GRAVITY_WITHIN = (0.7, 1.4)
 """The mean specific force of a vehicle that moves gently, over gravity."""
 _TILTED = np.deg2rad(30.0)
 """[rad] What attitude and accelerometer may differ by; an IMU that is mounted askew does not reach it."""
-_FASTEST, _SHALLOWEST, _VOLTS = 20.0, -0.5, 200.0
-"""[rad/s, m, V] Beyond these a vehicle's reading is of another unit or sign."""
+_FASTEST, _SPEED, _SHALLOWEST, _VOLTS = 20.0, 5.0, -0.5, 200.0
+"""[rad/s, m/s, m, V] Beyond these a vehicle's reading is of another unit or sign: thrusters drive none at 10 knots."""
+_WINDOW = 1.0
+"""[s] Whose median depths are compared: within it noise changes a depth faster than any vehicle."""
 
 
 def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
@@ -29,9 +31,13 @@ def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
     told: list[str] = []
     if "rov/imu" in found:
         told += _of_imu(found["rov/imu"])
+    same = "no vehicle's; is `unit` that of the recording?"
+    speed = f"m/s: {same} Failed readings need a mark in `nan`"
     limits = (
-        ("rov/imu.angular_velocity.", "xyz", _FASTEST, "rad/s: no vehicle's; is `unit` that of the recording?"),
-        ("rov/battery.voltage", ("",), _VOLTS, "V: no vehicle's; is `unit` that of the recording?"),
+        ("rov/imu.angular_velocity.", "xyz", _FASTEST, f"rad/s: {same}"),
+        ("rov/velocity.twist.twist.linear.", "xyz", _SPEED, speed),
+        ("rov/odometry.twist.twist.linear.", "xyz", _SPEED, speed),
+        ("rov/battery.voltage", ("",), _VOLTS, f"V: {same}"),
     )
     for name, parts, most, sentence in limits:
         topic, _, path = name.partition(".")
@@ -39,12 +45,7 @@ def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
         largest = max((float(np.max(np.abs(c))) for c in columns if c is not None), default=0.0)
         if largest > most:
             told.append(f"{name.rstrip('.')}: up to {largest:.4g} {sentence}")
-    depth = _measured(found["rov/depth"], "depth") if "rov/depth" in found else None
-    if depth is not None and np.median(depth) < _SHALLOWEST:
-        told.append(
-            f"rov/depth.depth: {np.median(depth):.3g} m as a rule: expected depths, positive down; say `sign: -1`"
-        )
-    return told
+    return [*told, *(_of_depth(found["rov/depth"]) if "rov/depth" in found else [])]
 
 
 def _measured(topic: Topic, path: str) -> Array | None:
@@ -53,6 +54,31 @@ def _measured(topic: Topic, path: str) -> Array | None:
     values = np.asarray(topic.fields[path], dtype=np.float64)
     values = values[np.isfinite(values)]
     return values if values.size else None
+
+
+def _of_depth(topic: Topic) -> list[str]:
+    depth = _measured(topic, "depth")
+    if depth is None:
+        return []
+    told, usual = [], float(np.median(depth))
+    if usual < _SHALLOWEST:
+        told.append(f"rov/depth.depth: {usual:.3g} m as a rule: expected depths, positive down; say `sign: -1`")
+    there = np.isfinite(np.asarray(topic.fields["depth"], dtype=np.float64))
+    fastest = _fastest(np.asarray(topic.stamps)[there] * 1e-9, depth)
+    if fastest > _SPEED:
+        told.append(
+            f"rov/depth.depth: changes by up to {fastest:.4g} m/s: no vehicle's; is `unit` that of the recording?"
+        )
+    return told
+
+
+def _fastest(time: Array, values: Array) -> float:
+    """Return how fast a signal changes at most [1/s], from the median of a window to that of the next."""
+    windows = np.floor((time - time[0]) / _WINDOW)
+    starts = np.flatnonzero(np.diff(windows, prepend=-1.0))
+    medians = [(np.median(time[part]), np.median(values[part])) for part in np.split(np.arange(time.size), starts[1:])]
+    steps = np.diff(np.array(medians), axis=0)
+    return float(np.max(np.abs(steps[:, 1] / steps[:, 0]), initial=0.0))
 
 
 def _vector(fields: Mapping[str, object], head: str, parts: Sequence[str]) -> Array | None:

@@ -1,0 +1,57 @@
+"""Which thruster and which unit the name of a table's column tells."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from .column_names import bare_name
+from .conversions import COMMANDS, spelled
+from .csv_source import CsvSource
+from .guessed_units import named_units
+
+__all__ = ["numbered", "plain_names", "told_units", "without_suffix"]
+
+_SUFFIX = re.compile(
+    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
+    r"[cm]?m|g|mg)$",
+    re.IGNORECASE,
+)
+
+
+def without_suffix(name: str) -> str:
+    """Return a name without the unit at its end: gyro_x_dps is gyro_x."""
+    return _SUFFIX.sub("", name)
+
+
+def plain_names(source: CsvSource) -> list[str]:
+    """Return the names of the columns without their units, in small letters."""
+    return [without_suffix(bare_name(name)).lower() for name in source.names()]
+
+
+def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:
+    """Return the name without the number of a thruster, and which one that is: they count from 0 or from 1.
+
+    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm.
+    """
+    match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})()", name) or re.fullmatch(r"(.*?[^\W\d_])_?(\d{1,2})(_.+)", name)
+    if match is None:
+        return name, 0
+    alike = re.compile(re.escape(match[1]) + r"_?(\d{1,2})" + re.escape(match[3]), re.IGNORECASE)
+    numbers = {int(m[1]) for other in names if (m := alike.fullmatch(bare_name(other)))}
+    if match[3] and len(numbers) < 2:
+        return name, 0
+    return match[1] + match[3], max(int(match[2]) - (0 if 0 in numbers else 1), 0)
+
+
+def told_units(source: CsvSource, name: str, bare: Sequence[str]) -> list[str]:
+    """Return the units that a column can be in alone: a command's, stated, or at the end of its name; none if unsaid.
+
+    A letter may be part of a name, as in dvl_v, and "ms" is meant as m/s, too.
+    """
+    if stated := source.unit(name):
+        return [spelled(stated)] if spelled(stated) in COMMANDS else []
+    ending = next((match[1].lower() for each in bare if (match := _SUFFIX.search(each))), "")
+    if len(ending) < 2 or ending.endswith("2"):
+        return []
+    return [*named_units(f"x_{ending}"), *(["m/s"] if ending == "ms" else [])]

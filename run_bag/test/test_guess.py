@@ -1,0 +1,151 @@
+"""What is proposed for the names, units and values of a vehicle's tables."""
+
+import re
+
+import numpy as np
+import pytest
+
+from run_bag import read_run
+from run_bag.importers.cli_recording import main
+
+TIME = 5.0 + 0.02 * np.arange(400)
+WAVE = np.sin(TIME)
+FORCE = {"ax": 0.5 * WAVE, "ay": 0.3 * WAVE, "az": -9.8 + 0 * WAVE}
+GYRO = {f"g{a}": 40.0 * np.sin(TIME + k) for k, a in enumerate("xyz")}
+
+
+def wide(path, columns):
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.6g", ",", header=",".join(columns), comments="")
+    return path
+
+
+def guessed(capsys, *files):
+    """Return the entries that are proposed, by channel, and all that is printed."""
+    assert main([*map(str, files), "--guess"]) == 0
+    text = capsys.readouterr().out
+    return dict(re.findall(r"^([^#:\s]+): (.*)", text, re.MULTILINE)), text
+
+
+def imported(tmp_path, text, *files):
+    (tmp_path / "map.yaml").write_text(text)
+    assert main([*map(str, files), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    return read_run(tmp_path / "run")
+
+
+def test_dotted_names_of_a_long_table_with_units_are_a_vehicle_s(tmp_path, capsys):
+    angles = {"roll": 10 * WAVE, "pitch": 5 * WAVE, "yaw": 170 * WAVE}
+    readings = [(f"thr{k}.cmd", "V", 2.0 * np.sin(TIME + k)) for k in range(3)] + [("depth", "m", 5.0 + WAVE)]
+    readings += [(f"imu.{name}", "deg/s", values) for name, values in GYRO.items()]
+    readings += [(f"imu.{name}", "m/s^2", values) for name, values in FORCE.items()]
+    readings += [(f"att.{name}", "deg", values) for name, values in angles.items()]
+    rows = [f"{t:.3f},{name},{v[k]:.6g},{unit}" for k, t in enumerate(TIME) for name, unit, v in readings]
+    (tmp_path / "x.csv").write_text("\n".join(["time,signal,value,unit", *rows]))
+    found, text = guessed(capsys, tmp_path / "x.csv")
+    assert "Not recognised" not in text and "'?'" not in text
+    for k in range(3):
+        assert f"thr{k}.cmd [V]" in found[f"thruster_{k}/throttle.commanded"]
+    assert "depth [m]" in found["rov/depth.depth"]
+    assert "imu.gz [deg/s]" in found["rov/imu.angular_velocity.z"]
+    assert "imu.ax [m/s^2]" in found["rov/imu.linear_acceleration.x"]
+    assert "att.roll [deg]" in found["rov/imu.orientation.roll"], "only a log's own ATT.Roll is an autopilot's"
+    run = imported(tmp_path, text, tmp_path / "x.csv")
+    np.testing.assert_allclose(run["rov/imu.angular_velocity.x"].values, np.radians(GYRO["gx"]), rtol=1e-4, atol=1e-6)
+
+
+def test_a_number_before_or_behind_the_dot_is_the_thruster_s(tmp_path, capsys):
+    columns = {f"thr{k}.n [rpm]": 900 * WAVE for k in (1, 2)} | {f"cmd.u{k}": 2 * WAVE for k in (1, 2)}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns}))
+    for k in (1, 2):
+        assert f"'thr{k}.n [rpm]'" in found[f"thruster_{k - 1}/state.n"]
+        assert f"cmd.u{k}" in found[f"thruster_{k - 1}/throttle.commanded"]
+
+
+PULSES = 1500 + np.round(200 * WAVE)
+
+
+@pytest.mark.parametrize(
+    ("names", "values", "entry", "why"),
+    [
+        ("M{}", PULSES, "unit: us, stop: 1500", "by its values alone: is it?"),
+        ("motor{}_us", PULSES, "unit: us, stop: 1500", "by its unit alone: is it?"),
+        ("thrust_pct_{}", np.round(57 * WAVE), "unit: '%', stop: 0", "by its unit alone: is it?"),
+        ("M{} [%]", 57 * WAVE, "unit: '%', stop: 0", "by its unit alone: is it?"),
+        ("thrust{} [%]", 57 * WAVE, "unit: '%', stop: 0", "by its unit alone: is it?"),
+    ],
+)
+@pytest.mark.parametrize("more", [GYRO, {"depth": 5 + WAVE}])
+def test_columns_that_differ_by_a_number_are_commands_by_their_unit_or_their_pulses(
+    tmp_path, capsys, names, values, entry, why, more
+):
+    commands = {names.format(k): values for k in (1, 2, 3)}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **commands, **more}))
+    for k in (1, 2, 3):
+        told = found[f"thruster_{k - 1}/throttle.commanded"]
+        assert names.format(k) in told and entry in told and why in told
+    assert "wrench" not in text and "Not recognised" not in text
+
+
+@pytest.mark.parametrize(
+    "columns",
+    [
+        {f"p{k}": 1500.5 + 200 * WAVE for k in (1, 2)},  # no timer's counts
+        {f"M{k}": PULSES - 300 * k for k in (1, 4)},  # one of them is far from any pulse
+        {f"{name}{k}": PULSES for name in ("M", "T") for k in (1, 2)},  # which of them?
+        {f"p{k}_mbar": PULSES for k in (1, 2)} | {f"pwm_{k}": PULSES for k in (1, 2)},  # the commands are known
+        {"M1": PULSES},
+    ],
+)
+def test_what_may_be_something_else_is_left_to_the_reader(tmp_path, capsys, columns):
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    assert all("pwm" in entry for channel, entry in found.items() if channel.endswith("commanded"))
+    assert "Not recognised" in text
+
+
+def test_a_name_that_ends_in_another_quantity_s_unit_is_no_such_channel(tmp_path, capsys):
+    columns = {"thrust_pct": 57 * WAVE, "battery_pct": 80 + WAVE, "esc_degC": 30 + WAVE, "acc_x_ms2": WAVE}
+    columns |= {"vel_x_ms": WAVE, "dvl_v": WAVE, "depth_cm": 500 + WAVE}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    assert set(found) > {"rov/velocity.twist.twist.linear.x", "rov/velocity.twist.twist.linear.y", "rov/depth.depth"}
+    assert all(f"# {name} " in text for name in ("thrust_pct", "battery_pct", "esc_degC"))
+
+
+def test_heights_turns_a_second_and_velocities_in_mm_s_are_known(tmp_path, capsys):
+    columns = {f"rps_{k}": 20 * WAVE for k in (1, 2)} | {f"pwm_{k}": PULSES for k in (1, 2)} | {"z_enu": -5 + WAVE}
+    columns |= {f"{name}_mm_s": 200 * WAVE for name in "uvw"}
+    file = wide(tmp_path / "x.csv", {"t_s": TIME, **columns})
+    _, text = guessed(capsys, file)
+    run = imported(tmp_path, text, file)
+    np.testing.assert_allclose(run["thruster_1/state.n"].values, 40 * np.pi * WAVE, rtol=1e-4)
+    np.testing.assert_allclose(run["rov/velocity.twist.twist.linear.z"].values, 0.2 * WAVE, rtol=1e-4)
+    np.testing.assert_allclose(run["rov/depth.depth"].values, 5 - WAVE, rtol=1e-4)
+    assert "Not recognised" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "pascals"),
+    [("pressure_mbar", 100), ("press_abs_hPa", 100), ("Pressure [bar]", 1e5), ("abs_pressure (Pa)", 1)],
+)
+def test_a_pressure_is_proposed_as_a_depth_in_fresh_water(tmp_path, capsys, name, pascals):
+    depth = 6.0 + WAVE
+    pressure = (101325.0 + 9806.65 * depth) / pascals
+    file = wide(tmp_path / "x.csv", {"t_s": TIME, name: pressure, **GYRO})
+    found, text = guessed(capsys, file)
+    assert "of fresh water, offset that of 1013 mbar at the surface: write yours" in found["rov/depth.depth"]
+    run = imported(tmp_path, text, file)
+    np.testing.assert_allclose(run["rov/depth.depth"].values, depth, atol=0.01)
+
+
+def test_a_pressure_is_no_depth_beside_one_or_without_a_unit(tmp_path, capsys):
+    columns = {"pressure_mbar": 1600 + WAVE, "depth": 6 + WAVE, **GYRO}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns}))
+    assert found["rov/depth.depth"].startswith("{column: depth,") and "# pressure_mbar" in text
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, "pressure": 1600 + WAVE, **GYRO}))
+    assert "rov/depth.depth" not in found and "# pressure " in text
+
+
+def test_a_slow_file_in_front_does_not_hide_the_unit_of_time_that_others_tell(tmp_path, capsys):
+    slow = wide(tmp_path / "battery.csv", {"t": TIME[::25], "volts": 16.0 + 0 * TIME[::25]})
+    found, _ = guessed(capsys, slow, wide(tmp_path / "imu.csv", {"t": TIME, **GYRO}))
+    assert found["time"].startswith("{column: t, unit: s}")
+    found, _ = guessed(capsys, slow, wide(tmp_path / "imu.csv", {"t": TIME[::25], "gx": WAVE[::25]}))
+    assert found["time"].startswith("{column: t, unit: '?'}")
