@@ -33,9 +33,13 @@ GROUPS: dict[str, tuple[str, ...]] = {
     "delta_u2": ("delta_u2",),
     "rotor": ("k_n",),
     "rate": ("k_n", "drive_gain"),
+    "k_2": ("k_2",),
+    "k_Q": ("k_Q",),
     "thrust": ("c_T1", "c_T2"),
     "c_T1": ("c_T1",),
     "c_T2": ("c_T2",),
+    "delta_T1": ("delta_T1",),
+    "delta_T2": ("delta_T2",),
     "flow_loss": ("c_nv_T",),
     "flow_drag": ("c_v_T",),
     "k_v": ("k_v",),
@@ -45,7 +49,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """Coefficients of a thruster that move together, as those that one published number sets do.
 
-Thrust is that on the vehicle where a table gives it; where a set has a number for each way, each moves by itself.
+Thrust is that on the vehicle where a table gives it; where a set has a number for each way, each moves by itself. Of
+k_Q and c_Q a rotor feels the product alone.
 """
 _LEAST_SHARE = 0.05
 """Of a coefficient that is left of it, however far a fit goes: none of them changes its sign."""

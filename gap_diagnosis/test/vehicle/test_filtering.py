@@ -61,7 +61,7 @@ TURNED = ("imu_misalignment", {"axis": "z"}, {"angle": -0.05})
 
 
 FLOW = ("flow_loss", "flow_drag")
-KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1")
+KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
 """Of the model, in the order of the sealed world's groups."""
 
 

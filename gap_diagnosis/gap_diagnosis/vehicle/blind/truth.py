@@ -14,7 +14,7 @@ from thruster_model.vehicle_set import VehicleSet
 __all__ = ["GROUPS", "Truth", "off", "truth_of"]
 
 Array = NDArray[np.float64]
-GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1")
+GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
 """Coefficients of a thruster that are off together."""
 _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
@@ -49,7 +49,7 @@ def _turned(x: Array, axis: Array, angle: float) -> Array:
 
 
 def off(draw: Draw, vehicle: VehicleSet) -> tuple[dict[str, float], Array]:
-    """Return the numbers of a case's vehicle, and factors (N, 10) of its thrusters' coefficients by `GROUPS`."""
+    """Return the numbers of a case's vehicle, and factors (N, 11) of its thrusters' coefficients by `GROUPS`."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(78,)))
     v = dict(vehicle.values)
     for name in sorted(vehicle.parameters):
@@ -58,7 +58,7 @@ def off(draw: Draw, vehicle: VehicleSet) -> tuple[dict[str, float], Array]:
         if name[:2] in ("A_", "L_", "Q_", "I_"):
             v[name] = max(v[name], 0.2 * vehicle.values[name])
     factors = []
-    for count in (8, len(GROUPS) - 8):  # in two parts: cases with one seed are as they were before the second was added
+    for count in (8, 2, len(GROUPS) - 10):  # in parts: what a seed had drawn stays as it was before one was added
         common = 1.0 + 0.05 * draw.deviations * rng.normal(size=count)
         factors.append(common * (1.0 + 0.02 * draw.deviations * rng.normal(size=(len(vehicle.layout), count))))
     return v, np.hstack(factors)
@@ -74,7 +74,7 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
         p, f = sets[i].coefficients, shares[i]
         row = dict(zip(("rx", "ry", "rz", "ex", "ey", "ez"), (*place.position, *place.axis), strict=True))
         row |= {"c_u1": p.c_u1 * f[8], "c_u2": p.c_u2 * f[0], "d_1": p.delta_u1 * f[9], "d_2": p.delta_u2 * f[1]}
-        row |= {"k_n": p.k_n * f[2], "k_q": p.k_Q * p.c_Q2, "c_T": p.c_T2 * f[3], "c_nv": p.c_nv_T * f[4]}
+        row |= {"k_n": p.k_n * f[2], "k_q": p.k_Q * p.c_Q2 * f[10], "c_T": p.c_T2 * f[3], "c_nv": p.c_nv_T * f[4]}
         row |= {"c_v": p.c_v_T * f[4], "k_v": p.k_v * f[5], "k_Uv": p.k_Uv * f[6], "k_w": p.k_w}
         row |= {"k_Tv": p.k_Tv * f[7], "hand": place.turn, "share": 1.0, "reverse": 1.0, "turning": 1.0}
         row |= {"hull_axis": -1.0, "cav_onset": 1e6, "fade_time": 30.0}
