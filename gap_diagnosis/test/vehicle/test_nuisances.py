@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.rules import TRIMMED
 from thruster_model.parameter_set import Parameter
+from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
 
 
@@ -48,3 +49,28 @@ def test_a_centre_of_mass_that_was_left_out_is_written_as_fitted() -> None:
     again = parse_vehicle_set(dump_vehicle_set(fitted_set(model, [fitted])), origin="own.yaml")
     assert again.values["x_G"] == pytest.approx(0.0013)
     assert again.deviation("x_G") == pytest.approx(0.0004)
+
+
+@pytest.mark.parametrize(
+    ("base", "changed", "numbers"),
+    [
+        ("bessa", {"k_2": 0.02}, ("k_2",)),
+        ("simplified", {"k_Q": 0.03}, ("k_Q", "delta_T1", "delta_T2")),
+    ],
+)
+def test_what_brakes_a_rotor_and_the_dead_zone_of_a_thrust_are_uncertain(
+    base: str, changed: dict[str, float], numbers: tuple[str, ...]
+) -> None:
+    given = load_parameter_set(base)
+    parameters = {
+        n: replace(p, standard_deviation=changed[n] * abs(p.value)) if n in changed else p
+        for n, p in given.parameters.items()
+    }
+    model = load_model("bluerov2")
+    model = replace(model, sets=(replace(given, parameters=parameters),) * model.thrusters)
+    found = nuisances(model, [])
+    assert all(("shared", n) in found and ("own", n, 3) in found for n in numbers)
+    assert {n: found["shared", n] for n in changed} == pytest.approx(changed)
+    built = model.built({("shared", n): 0.1 for n in numbers}).settings.thrusters[0]
+    believed = given.coefficients
+    assert all(getattr(built, n) == pytest.approx(1.1 * getattr(believed, n)) for n in numbers)
