@@ -55,7 +55,8 @@ def _bag_files(path: Path, *, others: bool) -> tuple[list[Path], dict[str, Any],
     files += [f for f in found if f not in files]
     if not files:
         here = ", ".join(sorted(p.name for p in path.iterdir())[:10]) or "nothing"
-        raise NotARunError(f"{path}: expected an .mcap file in it, found {here}", path=path, found=here)
+        hint = f"; for all runs in it: {path}/*" if any(path.glob("*/*.mcap")) else ""
+        raise NotARunError(f"{path}: expected an .mcap file in it, found {here}{hint}", path=path, found=here)
     return files, {**description, "absent": [f.name for f in listed if f not in files]}, warnings
 
 

@@ -187,6 +187,10 @@ def test_what_is_no_run_is_refused_with_a_sentence(tmp_path):
         (tmp_path / "none", "no such file or directory"),
         (folder, "expected an .mcap file in it, found nothing"),
     ]
+    runs = tmp_path / "runs"
+    (runs / "one").mkdir(parents=True)
+    (runs / "one" / "one.mcap").write_bytes(b"")
+    table.append((runs, f"found one; for all runs in it: {runs}/*"))
     (tmp_path / "text.mcap").write_text("hello, this is text")
     (tmp_path / "empty.mcap").write_bytes(b"")
     table += [

@@ -279,6 +279,10 @@ ROLL = "rov/imu.orientation.roll: {column: roll, unit: deg}\n"
         ("axes: {rov/depth: enu}\nrov/depth.depth: {column: depth, unit: m}", "axes: rov/depth: expected rep103"),
         ("axes: {rov/imu: rep103}\nrov/depth.depth: {column: depth, unit: m}", "expected topics rov/... of this map"),
         ("rov/depth.roll: {column: depth, unit: m}", "has no numeric field 'roll'"),
+        (
+            "rov/depth: {column: depth, unit: m}",
+            "rov/depth: expected a channel, rov/depth.<field>, or one of axes, csv,",
+        ),
     ],
 )
 def test_an_attitude_in_parts_or_unknown_axes_are_refused(tmp_path, capsys, text, sentence):

@@ -58,7 +58,7 @@ def edited(old, new):
         ("model: [", "expected YAML; found"),
         (edited("model: hl", "model: hx"), "found 'hx'"),
         (edited("name: ", "title: "), "key 'name': missing"),
-        (edited("  k_n:", "  k_m:"), "'k_n' is missing; model 'hl' needs 1/s"),
+        (edited("  k_n:", "  k_m:"), "'k_n' is missing; model 'hl' needs it: "),
         (edited("  k_n:", "  k_m:"), "model 'hl' has none such"),
         (edited("value: 13.66", "value: fast"), "key 'parameters.k_n.value': expected a number; found 'fast'"),
         (edited("value: 13.66", "value: -1.0"), "expected a number from 0 to 12000 1/s; found -1.0"),

@@ -73,7 +73,8 @@ class ParameterSet:
         model = MODELS[self.model_name]
         names = set(model.parameter_names)
         problems = [
-            f"key 'parameters': '{name}' is missing; model '{self.model_name}' needs {model.definition(name).unit}"
+            f"key 'parameters': '{name}' is missing; model '{self.model_name}' needs it: "
+            f"{model.definition(name).meaning} [{model.definition(name).unit}]"
             for name in model.parameter_names
             if name not in self.parameters
         ]

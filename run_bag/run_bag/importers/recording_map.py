@@ -242,7 +242,9 @@ def _entry(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | No
         return None
     definitions().require(kind)
     unit = unit_in_map(kind, path, topic)
-    if not dot or not unit:
+    if not dot:
+        problems.append(f"{name}: expected a channel, {name}.<field>, or one of {', '.join(sorted(TOP))}")
+    elif not unit:
         problems.append(f"{name}: {kind} has no numeric field {path!r}; it has {', '.join(UNITS.get(kind, {}))}")
     constant = "value" in entry
     known, needed = (CONSTANT_KEYS, {"value"}) if constant else (KEYS, {"unit"})
