@@ -401,15 +401,16 @@ def test_two_columns_of_one_unit_without_a_known_name_are_left_to_the_reader(tmp
     assert "wrench" not in capsys.readouterr().out
 
 
-def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys):
+@pytest.mark.parametrize(("first", "second"), [("t u", "t n"), ("cmd_ms", "enc_ms")])
+def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys, first, second):
     rows = [f"{20 * k},{u:g},{20 * k + 4},{60 * u:g}" for k, u in enumerate(SWEEP)]
     rows += [f"{20 * k},0,," for k in range(len(rows), len(rows) + 50)]  # the shorter columns end in empty cells
-    (tmp_path / "x.csv").write_text("\n".join(["t u,u_V,t n,omega (rad/s)", *rows]))
+    (tmp_path / "x.csv").write_text("\n".join([f"{first},u_V,{second},omega (rad/s)", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
-    assert "time: {column: t u, unit: ms}" in text and "Not recognised" not in text
+    assert f"time: {{column: {first}, unit: ms}}" in text and "Not recognised" not in text
     entry = next(line for line in text.splitlines() if line.startswith("thruster_0/state.n"))
-    assert "time_column: t n, time_unit: ms" in entry
+    assert f"time_column: {second}, time_unit: ms" in entry
     run = imported(tmp_path, tmp_path / "x.csv", text)
     assert run.time("thruster_0/state.n")[[0, -1]] == pytest.approx([0.004, 0.02 * SWEEP.size - 0.016])
 

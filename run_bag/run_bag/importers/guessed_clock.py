@@ -16,8 +16,8 @@ from .sources import Array, Source
 
 __all__ = ["clock_of", "is_time", "own_times", "time_of", "values_of"]
 
-_OWN_TIME = re.compile(r"(t|time|stamp)[ _.].+", re.IGNORECASE)
-"""The time of the columns that follow it."""
+_OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
+"""The time of the columns that follow it: t_cmd, cmd_ms."""
 
 
 def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
