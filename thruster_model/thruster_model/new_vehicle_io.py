@@ -16,8 +16,8 @@ _HEAD = (
     "`ros2 run rov_sim reference`.",
     "`standard_deviation` says how far a value may be off; a fit and a diagnosis take "
     f"{100 * UNSTATED_DEVIATION:g} % of the value where there is none: that number stands behind the unit. A 0 without "
-    "one counts as exact, but for x_G and y_G: where neither they nor x_B and y_B are stated, they are 0 to 1 % of the "
-    "vehicle's size.",
+    "one counts as exact, but for x_G and y_G: where neither they nor x_B and y_B are stated, they are 0 to within 1 % "
+    "of the vehicle's size.",
     "`model` is the thrusters' parameter set, a name or a file beside this one. A thruster with other numbers names "
     "its own set, of the same model.",
 )

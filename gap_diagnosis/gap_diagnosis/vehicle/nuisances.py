@@ -15,7 +15,6 @@ from gap_diagnosis.vehicle.unknowns import Key
 
 __all__ = ["nuisances"]
 
-_OWN_GROUPS = tuple(GROUPS)
 _GYRO, _FORCE = 0.002, 0.04
 """[rad/s, m/s^2] Deviations of an inertial sensor's biases from start to start: twice a middling data sheet's."""
 _POWER = {"nominal_voltage": 0.1, "idle_current": 1.0, "current_at_full": 0.5}
@@ -33,17 +32,15 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
         ("vehicle", name): deviation for name, deviation in deviations.items() if name not in _GIVEN and deviation > 0.0
     }
     stated = model.sets[0]
-    for group in model.groups():
+    groups = model.groups()
+    for group in groups:
         shares = [
             p.standard_deviation / abs(p.value)
             for name, p in stated.parameters.items()
             if name in (group, *GROUPS[group]) and p.standard_deviation is not None and p.value
         ]
         found["shared", group] = max(shares) if shares else SHARED
-    for group in _OWN_GROUPS:
-        if group in model.groups():
-            for i in range(model.thrusters):
-                found["own", group, i] = OWN
+    found |= {("own", group, i): OWN for group in groups for i in range(model.thrusters)}
     for k, log in enumerate(logs):
         if log.there["gyro"]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}

@@ -95,11 +95,18 @@ def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any]
             problems.append(f"{where}.unit': expected '{unit}'; found {entry['unit']!r}")
         value = _value(entry["value"], count, truth=key == "signed", each=key in _PLACE)
         if value is None:
-            expected = "true or false" if key == "signed" else "a number" if count == 1 else f"a number or {count}"
-            expected = f"{count} numbers" if key in _PLACE else expected
-            problems.append(f"{where}.value': expected {expected}; found {entry['value']!r}")
+            problems.append(f"{where}.value': expected {_expected(key, count)}; found {entry['value']!r}")
         values[str(key)] = value
     return values, problems
+
+
+def _expected(key: str, count: int) -> str:
+    """Return what the value of a key is, in words."""
+    if key == "signed":
+        return "true or false"
+    if key in _PLACE:
+        return f"{count} numbers"
+    return "a number" if count == 1 else f"a number or {count}"
 
 
 def _value(value: Any, count: int, *, truth: bool, each: bool) -> Any:
