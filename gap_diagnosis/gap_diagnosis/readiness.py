@@ -13,7 +13,7 @@ from gap_diagnosis.suspects import found_by, suspects
 from gap_diagnosis.unit_check import gains_and_likenesses
 from system_identification.fitting import fit
 from system_identification.noise import whitener
-from system_identification.rating import rated, tried
+from system_identification.rating import UNMOVED, rated, tried
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
@@ -86,9 +86,10 @@ def _effects(problem: Problem) -> list[Finding]:
     offered = suspects(signals)
     looks = rated(base, noise, tried(base, offered, lambda each: problem.tried(base.x, each)))
     shown = sorted(each.suspect.key for each in looks if each.visibility > RULES.visible)
-    hidden = sorted(each.suspect.key for each in looks if each.visibility <= RULES.visible)
+    hidden = sorted(each.suspect.key for each in looks if UNMOVED < each.visibility <= RULES.visible)
+    idle = sorted(each.suspect.key for each in looks if each.visibility <= UNMOVED)
     blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
-    logged = [name for name in found_by("log") if name not in blind]
+    logged = [name for name in found_by("log", "gates") if name not in blind]
     found = [
         Finding(
             kind="good" if shown else "note",
@@ -100,6 +101,9 @@ def _effects(problem: Problem) -> list[Finding]:
     if hidden:
         told = f"{', '.join(hidden)}: they hide behind the noise or behind re-tuned parameters in these recordings"
         found.append(Finding(kind="note", about="effects that would not show", sentence=told))
+    if idle:
+        told = f"{', '.join(idle)}: the model has no such part, or these recordings do not reach where they begin"
+        found.append(Finding(kind="note", about="effects that would change nothing", sentence=told))
     if blind:
         lacking = dict.fromkeys(s for n in blind for s in LIBRARY[n].channel.split() if s in SIGNALS)
         wanted = ", ".join(SIGNALS[s].title.lower() for s in lacking)

@@ -67,6 +67,13 @@ def test_effects_that_would_show_and_those_of_a_channel_that_is_not_there_are_na
     shown = kinds(ready, "good")["effects that would show"]
     assert all(name in shown for name in ("command_delay", "dead_zone_shift", "load_cell_resonance"))
     assert "supply_sag" in shown
+    assert "ventilation" in shown.partition(";")[2]
+
+
+def test_effects_of_what_a_model_does_not_have_change_nothing():
+    stated, recordings = campaign(runs=1, duration=12.0, channels=("n", "thrust"), model="simplified")
+    idle = kinds(readiness(recordings, stated), "note")["effects that would change nothing"]
+    assert "flow_lag" in idle and "ambient_current" in idle and "coulomb_friction" not in idle
 
 
 def test_a_sensor_that_is_missing_takes_its_effects_away():

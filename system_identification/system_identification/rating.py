@@ -14,9 +14,11 @@ from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 from system_identification.suspects import Suspect
 
-__all__ = ["DIVERGED", "Rated", "Trial", "rated", "standing_in", "tried"]
+__all__ = ["DIVERGED", "UNMOVED", "Rated", "Trial", "rated", "standing_in", "tried"]
 
 Array = NDArray[np.float64]
+UNMOVED = 1e-12
+"""Visibility of what changes nothing that is foreseen."""
 _SMALLEST = 0.02
 """Share of a size tried down to which smaller ones are rated by it."""
 _SAME = 0.05
@@ -43,7 +45,7 @@ class Rated:
         suspect: which one.
         sizes: over their ranges' widths.
         gain: cost that it takes off, to first order.
-        visibility: cost that the middle one of its sizes would take off.
+        visibility: cost that the middle one of its sizes would take off, `UNMOVED` where it changes nothing.
         change: of the predictions, (R,).
         order: of the sizes of the grid, the best first.
     """
@@ -89,7 +91,7 @@ def rated(anchor: Fitted, noise: Whitener, trials: Sequence[Trial]) -> list[Rate
         columns = noise.whiten(trial.changes.T.astype(np.float64))
         cross = jacobian.T @ columns
         power = np.sum(columns**2, axis=0) - np.sum(cross * np.linalg.solve(information, cross), axis=0)
-        power = np.maximum(power, 1e-12)
+        power = np.maximum(power, UNMOVED)
         slope = columns.T @ white - cross.T @ moved
         found.append(_at_its_best(trial, slope, power))
     return sorted(found, key=lambda each: -each.promise)
