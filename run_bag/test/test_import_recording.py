@@ -174,6 +174,16 @@ def test_a_hold_is_asked_for_where_it_makes_a_difference_to_a_diagnosis(tmp_path
     assert (f"nothing says what it does in the {period:g} s" in capsys.readouterr().err) is told
 
 
+def test_how_far_a_clock_may_be_off_is_in_the_run(tmp_path):
+    channels = (
+        "thruster_0/throttle.commanded: {column: 2, unit: V, clock_deviation: 0.02}\n"
+        "thruster_0/flow.axial: {column: 3, unit: m/s, clock_deviation: 0.1}\n"
+        "thruster_0/flow.ambient: {column: 3, unit: m/s, clock_deviation: 0.05}"
+    )
+    run = imported(tmp_path, table(tmp_path / "x.csv"), "time: {column: 1, unit: s}\n" + channels)
+    assert run.metadata["clock_deviation"] == {"throttle": 0.02, "flow": 0.1}
+
+
 def test_a_vehicle_s_thruster_needs_no_readings_of_its_own(tmp_path, capsys):
     channels = (
         "thruster_0/throttle.commanded: {column: 2, unit: mV, hold: previous}\nrov/depth.depth: {column: 3, unit: cm}"
@@ -582,6 +592,14 @@ def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
         (
             "thruster_0/state.n: {column: 2, unit: rpm, hold: next}",
             "hold: expected one of previous, linear, found 'next'",
+        ),
+        (
+            "thruster_0/state.n: {column: 2, unit: rpm, clock_deviation: 0.1}",
+            "clock_deviation: expected of topics throttle or flow alone",
+        ),
+        (
+            "thruster_0/flow.axial: {column: 2, unit: m/s, clock_deviation: 0}",
+            "clock_deviation: expected a positive number, found 0",
         ),
         ("thruster_0/state.n: {column: 2, unit: rpm, file: b.csv}", "expected file 'b.csv', found x.csv"),
         ("thruster_0/state.n: {column: 2, unit: rpm, time_unit: V}", "time_unit: expected a unit of time"),

@@ -93,6 +93,8 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
     }
     if holds:
         metadata["hold"] = holds
+    if clocks := told.clock_deviations():
+        metadata["clock_deviation"] = clocks
     write_run(out, made, metadata)
     lost = [w for s in sources for w in getattr(s, "warnings", ())]
     return made, [*lost, *warnings, *advice(made, holds)]
@@ -126,7 +128,7 @@ def _run(options: argparse.Namespace) -> int:
         return 0
     made, warnings = import_recording(options.files, options.map, options.out)
     for sentence in warnings:
-        print(f"warning: {sentence}", file=sys.stderr)
+        print(f"warning: {options.out}: {sentence}", file=sys.stderr)
     print(f"{options.out}:")
     constant = {(e.topic, e.path) for e in read_map(options.map).entries if isinstance(e, Constant)}
     print("\n".join(_told(topic, {path for name, path in constant if name == topic.name}) for topic in made))

@@ -8,7 +8,8 @@
 `column` is a name of the header line or a number from 1, `field` a topic.field of a bag or a MESSAGE.field of a log.
 value = sign * (scale * cell + offset), in `unit`, which is then brought to the channel's own; a throttle in µs, % or
 1 is (value - stop) / per_volt volts. Cells equal to one of `nan`, empty ones and `nan` in any case are not measured.
-`hold` says what a signal does between its samples; it goes into the run's metadata. An attitude is a quaternion
+`hold` says what a signal does between its samples, `clock_deviation` by how much the clock of throttle or flow may be
+off [s] (standard deviation); both go into the run's metadata. An attitude is a quaternion
 (`rov/imu.orientation.w`, x, y, z) or angles (`rov/imu.orientation.roll`, pitch, yaw).
 
     axes: {rov/imu: rep103}                                            # topics in REP 103's axes: ENU, FLU
@@ -37,8 +38,10 @@ TIME_KEYS = {"column", "unit"}
 CSV_KEYS = {"separator", "decimal"}
 KEYS = {
     "column", "field", "file", "unit", "time_column", "time_unit", "time_scale", "scale", "offset", "sign", "nan",
-    "hold", "stop", "per_volt",
+    "hold", "stop", "per_volt", "clock_deviation",
 }  # fmt: skip
+CLOCKS = ("throttle", "flow")
+"""Kinds of topics of which a run can state by how much their clock may be off."""
 CONSTANT_KEYS = {"value", "unit"}
 TOP = {"time", "csv", "axes"}
 SAME = Conversion(1.0)
@@ -56,6 +59,11 @@ class Entry:
     path: str
     unit: str
 
+    @property
+    def kind(self) -> str:
+        """Its topic without the thruster: "throttle"."""
+        return self.topic.rsplit("/", 1)[-1]
+
 
 @dataclass(frozen=True, kw_only=True)
 class Mapped(Entry):
@@ -68,6 +76,7 @@ class Mapped(Entry):
         time_scale: brings the time column to seconds; that of the map's `time` where the entry has none.
         nan: cells that mean "not measured".
         hold: what the signal does between its samples, "" where the map does not say.
+        clock_deviation: by how much its clock may be off [s], 0 where the map does not say.
     """
 
     column: str | int
@@ -81,6 +90,7 @@ class Mapped(Entry):
     given_unit: str = ""
     nan: frozenset[str] = field(default_factory=frozenset)
     hold: str = ""
+    clock_deviation: float = 0.0
 
     @property
     def how(self) -> str:
@@ -116,7 +126,12 @@ class RecordingMap:
 
     def holds(self) -> dict[str, str]:
         """Return what each kind of topic ("throttle") does between its samples, as far as the map says."""
-        return {e.topic.rsplit("/", 1)[-1]: e.hold for e in self.mapped if e.hold}
+        return {e.kind: e.hold for e in self.mapped if e.hold}
+
+    def clock_deviations(self) -> dict[str, float]:
+        """Return by how much the clocks of each kind of topic ("flow") may be off [s], as far as the map says."""
+        own = [e for e in self.mapped if e.clock_deviation]
+        return {kind: max(e.clock_deviation for e in own if e.kind == kind) for kind in {e.kind for e in own}}
 
 
 def read_map(path: Path) -> RecordingMap:
@@ -252,10 +267,10 @@ def _entry(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | No
     beside = " beside value" if constant else ""
     problems += [f"{name}: unknown key {k!r}{beside}; known are {', '.join(sorted(known))}" for k in unknown]
     problems += [f"{name}: key {k!r} is missing" for k in missing]
-    for key in ("scale", "offset", "time_scale", "value", "stop", "per_volt"):
+    for key in ("scale", "offset", "time_scale", "value", "stop", "per_volt", "clock_deviation"):
         if key in entry and not _is_number(entry[key]):
             problems.append(f"{name}: {key}: expected a number, found {entry[key]!r:.80}")
-        elif key in ("time_scale", "per_volt") and key in entry and entry[key] <= 0:
+        elif key in ("time_scale", "per_volt", "clock_deviation") and key in entry and entry[key] <= 0:
             problems.append(f"{name}: {key}: expected a positive number, found {entry[key]!r:.80}")
     if len(problems) > before:
         return None
@@ -280,6 +295,8 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         problems.append(f"{name}: sign: expected 1 or -1, found {entry['sign']!r:.80}")
     if "hold" in entry and entry["hold"] not in HOLDS:
         problems.append(f"{name}: hold: expected one of {', '.join(HOLDS)}, found {entry['hold']!r:.80}")
+    if "clock_deviation" in entry and own.kind not in CLOCKS:
+        problems.append(f"{name}: clock_deviation: expected of topics {' or '.join(CLOCKS)} alone")
     if not isinstance(entry.get("file", ""), str):
         problems.append(f"{name}: file: expected a file's name, found {entry['file']!r:.80}")
     if "time_unit" in entry and "time_scale" in entry:
@@ -298,7 +315,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         time_column=entry.get("time_column"), time_scale=time_scale,
         scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)),
         convert=convert, given_unit=spelled(str(entry["unit"] or own.unit)), nan=frozenset(str(m) for m in marks),
-        hold=entry.get("hold", ""),
+        hold=entry.get("hold", ""), clock_deviation=float(entry.get("clock_deviation", 0.0)),
     )  # fmt: skip
 
 
@@ -354,9 +371,8 @@ def _crossing(entries: list[Mapped | Constant]) -> list[str]:
         if key in first:
             problems.append(f"{e.channel}: expected each channel once, found it as {first[key]} too")
         first.setdefault(key, e.channel)
-        kind = e.topic.rsplit("/", 1)[-1]
-        if isinstance(e, Mapped) and e.hold and holds.setdefault(kind, e.hold) != e.hold:
-            problems.append(f"{e.channel}: hold: expected {holds[kind]} as for other topics {kind}, found {e.hold}")
+        if isinstance(e, Mapped) and e.hold and holds.setdefault(e.kind, e.hold) != e.hold:
+            problems.append(f"{e.channel}: hold: expected {holds[e.kind]} as for other topics {e.kind}, found {e.hold}")
     measured = {e.topic for e in entries if isinstance(e, Mapped)}
     alone = [e.channel for e in entries if e.topic not in measured]
     problems += [f"{c}: expected a column of the same topic beside the constant, found none" for c in alone]
