@@ -16,9 +16,9 @@ from gap_diagnosis.plausibility import checked, problem_of, unit_problems
 from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
-from gap_diagnosis.scatter import Scatter, found_in_logs
+from gap_diagnosis.scatter import Scatter, found_in_logs, unlike_stated
 from gap_diagnosis.stretches import stretches_of
-from gap_diagnosis.suspects import betrayed_by
+from gap_diagnosis.suspects import ROUNDED, betrayed_by
 from gap_diagnosis.verdict import Verdict, verdict_of
 from gap_diagnosis.where import BlockCheck, block_checks, block_shares, excess_by_regime, worst_regime
 from system_identification.budget import Budget, budget_of
@@ -144,11 +144,11 @@ def diagnose(
     if reasons:
         nothing = Verdict(verdict="not_enough_data", claims=(), chosen=None, probabilities={}, none=0.0, unknown=0.0)
         return Diagnosis(verdict=nothing, parameter_set=parameter_set, warnings=tuple(warnings), reasons=tuple(reasons))
-    in_logs = found_in_logs(usable)
+    in_logs, stated = found_in_logs(usable), parameter_set.effects.sizes
     known = {s.effect for s in in_logs if s.effect not in excluded}
     # What a converter cuts off depends on the reading: so do the residuals that are left.
     opaque = tuple({s.signal for s in in_logs if s.effect in known and LIBRARY[s.effect].trace in _OPAQUE})
-    known |= {other for effect in known for other in LIBRARY[effect].entails}
+    known |= {other for effect in known for other in LIBRARY[effect].entails} | ({ROUNDED} & set(stated))
     given = replace(problem, opaque=opaque)
 
     def investigated(problem: Problem, grew: Callable[[Hypothesis], None] = lambda _: None) -> Investigation:
@@ -163,7 +163,7 @@ def diagnose(
     if betrayed_by("stamps") not in excluded and _has_instants(reading.problem):
         found, seen = _beside_jitter(found, investigated)
         jitter = jitter or seen
-    in_logs += [jitter] if jitter is not None else []
+    in_logs = unlike_stated([*in_logs, *([jitter] if jitter is not None else [])], stated)
     scatters = [s for s in in_logs if s.effect not in excluded]
     foreign = [s for s in in_logs if s.effect in excluded]
     progress("verdict")

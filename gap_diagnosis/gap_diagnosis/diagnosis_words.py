@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap_diagnosis.diagnosis import Diagnosis
+from gap_diagnosis.prediction import Sizes
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
 
@@ -41,23 +42,26 @@ def in_words(diagnosis: Diagnosis) -> str:
         "cannot_tell": _cannot_tell_in_words(diagnosis),
         "unknown": _unknown_in_words(diagnosis),
         "not_enough_data": "Not enough data: " + "; ".join(diagnosis.reasons) + ".",
-        "effect": _claims_in_words(verdict.claims),
+        "effect": _claims_in_words(verdict.claims, diagnosis.parameter_set.effects.sizes),
     }[verdict.verdict]
     return " ".join(part for part in (said, _errors_in_words(diagnosis), _log_in_words(diagnosis)) if part)
 
 
-def _claims_in_words(claims: Sequence[Claim]) -> str:
+def _claims_in_words(claims: Sequence[Claim], stated: Sizes) -> str:
     if len(claims) == 1:
-        return f"The gap is explained by {_claim_in_words(claims[0])}."
-    listed = "; and by ".join(_claim_in_words(claim) for claim in claims)
+        return f"The gap is explained by {_claim_in_words(claims[0], stated)}."
+    listed = "; and by ".join(_claim_in_words(claim, stated) for claim in claims)
     return f"The gap is explained by {len(claims)} effects together: by {listed}."
 
 
-def _claim_in_words(claim: Claim) -> str:
-    units = {name: "" if size.unit == "1" else f" {size.unit}" for name, size in claim.sizes.items()}
-    sizes = ", ".join(
-        f"{name.replace('_', ' ')} {size.value:.3g} ± {size.std:.2g}{units[name]}" for name, size in claim.sizes.items()
-    )
+def _claim_in_words(claim: Claim, stated: Sizes) -> str:
+    told = []
+    for name, size in claim.sizes.items():
+        unit = "" if size.unit == "1" else f" {size.unit}"
+        own = stated.get(claim.effect, {}).get(name)
+        in_set = "" if own is None else f" (in the set: {own:.3g}{unit})"
+        told.append(f"{name.replace('_', ' ')} {size.value:.3g} ± {size.std:.2g}{unit}{in_set}")
+    sizes = ", ".join(told)
     name = f"{claim.effect}{' of ' + claim.channel if claim.channel else ''} ({LIBRARY[claim.effect].title})"
     text = f"{name}: {sizes}; probability {claim.group_probability:.2f}"
     if claim.alike:

@@ -24,6 +24,7 @@ __all__ = [
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 LONGEST_REPEAT = 25
+_DECIMALS, _WHOLE = 0.2, 0.05  # share of a step that a last decimal is at most, and how far from whole numbers of it
 _BY_CHANCE = 1e-4  # probability of so many repeats, below which they are the log's
 _ALIKE = 1e-3  # of the median difference: two that are closer are one, but for the decimals they were written with
 _ABOUT_ZERO, _INSIDE = 4.0, 1e-3  # standard deviations that noise about zero reaches; share of outliers in a hole
@@ -35,19 +36,36 @@ def lattice_step(values: Array, *, least_values: int = 4) -> float:
     """Return the step of the lattice on which all values lie; 0 where there is none or too few different values.
 
     The step is the smallest distance between different values; all others must be multiples of it to one part in a
-    thousand. Noisy readings of a fine converter lie on a fine lattice: whether that matters is for the caller.
+    thousand, or to the last decimal that they were written with. Noisy readings of a fine converter lie on a fine
+    lattice: whether that matters is for the caller.
     """
     distinct = np.unique(values[np.isfinite(values)])
     if distinct.size < least_values:
         return 0.0
     gaps = np.diff(distinct)
-    step = float(np.min(gaps[gaps > 1e-9 * max(np.ptp(distinct), 1e-300)], initial=np.inf))
+    gaps = gaps[gaps > 1e-9 * max(np.ptp(distinct), 1e-300)]
+    step = float(np.min(gaps, initial=np.inf))
     if not np.isfinite(step) or np.ptp(distinct) / step > 1e6 or distinct.size > 0.6 * np.sum(np.isfinite(values)):
         return 0.0
-    multiples = gaps / step
-    if np.max(np.abs(multiples - np.round(multiples))) > 1e-3 * np.max(multiples):
-        return 0.0
-    return float(step * np.sum(multiples) / np.sum(np.round(multiples)))
+    found = step
+    for _ in range(_ROUNDS):  # of many gaps the mean is known well, and with it how many steps the widest ones are
+        multiples = np.round(gaps / found)
+        found = float(np.sum(gaps) / np.sum(multiples))
+    off = np.abs(gaps - found * multiples)
+    exact = np.max(off) < 1e-3 * np.max(gaps)
+    return found if exact or np.max(off) < 1.01 * _last_decimal(gaps, found) else 0.0
+
+
+def _last_decimal(gaps: Array, step: float) -> float:
+    """Return the unit of the decimals with which values were written, by the distances between them; 0: none is seen.
+
+    Rounded, distances of one step are of two sizes, one such unit apart.
+    """
+    apart = np.diff(np.unique(gaps))
+    unit = float(np.min(apart[apart > 1e-6 * step], initial=np.inf))
+    count = gaps / unit
+    told = unit < _DECIMALS * step and np.max(np.abs(count - np.round(count))) < _WHOLE
+    return unit if told else 0.0
 
 
 def hole_around_zero(values: Array, *, least: int = 5) -> float:

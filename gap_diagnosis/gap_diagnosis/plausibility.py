@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.scatter import masks_of
+from gap_diagnosis.suspects import ROUNDED
 from gap_diagnosis.unit_check import unit_problems
 from thruster_model.identification.experiment import SIGNALS, Measurement
 from thruster_model.parameter_set import ParameterSet
@@ -101,12 +102,16 @@ def _clipped(values: Array, least_share: float = 0.03, least_run: int = 8) -> ND
 
 
 def problem_of(usable: Sequence[Recording], parameter_set: ParameterSet) -> tuple[Problem, list[str]]:
-    """Return checked recordings and a parameter set as a problem, and why nothing can be said of it (empty: it can)."""
+    """Return checked recordings and a parameter set as a problem, and why nothing can be said of it (empty: it can).
+
+    Readings that a set rounds are compared as they are before: rounded twice, they would be off by more than the steps
+    of one converter, and a finer step would always fit better.
+    """
     problem = Problem(
         recordings=tuple(usable),
         parameter_set=parameter_set,
         deviations=deviations_of(parameter_set),
-        fixed=parameter_set.effects.sizes,
+        fixed={name: sizes for name, sizes in parameter_set.effects.sizes.items() if name != ROUNDED},
         masks=masks_of(usable),
     )
     if not problem.series:

@@ -83,6 +83,7 @@ class LogRules:
         fewest: samples on slopes that must be there to judge these.
         lattice: step over the noise's deviation from which on a converter counts.
         hole: reading [rad/s] from which on a tachometer that reads zero below it counts as blind.
+        alike: share of a stated size within which a log shows what the set states.
         straight: evidence, nats, by which straight commands must fit better than held ones, as most devices hold them.
         rare: log odds against an effect that only scatters, before a log is seen.
         certain: log odds of what is seen rather than estimated, and the most that anything counts.
@@ -97,6 +98,7 @@ class LogRules:
     fewest: int = 30
     lattice: float = 1.0
     hole: float = 1.0
+    alike: float = 0.1
     straight: float = 3.0
     rare: float = 3.0
     certain: float = 50.0

@@ -17,7 +17,10 @@ from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import LOG_RULES
 from gap_diagnosis.suspects import betrayed_by
 
-__all__ = ["Scatter", "found_in_logs", "masks_of", "probability_at", "scattered_before_sorting", "share_deviation"]
+__all__ = [
+    "Scatter", "found_in_logs", "masks_of", "probability_at", "scattered_before_sorting", "share_deviation",
+    "unlike_stated",
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 
@@ -142,6 +145,16 @@ def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     if steps and min(steps) > 0.0 and max(steps) < 1.01 * min(steps):
         found.append(_lattice_found(recordings, float(np.median(steps))))
     return [each for each in found if each is not None]
+
+
+def unlike_stated(found: Sequence[Scatter], stated: Mapping[str, Mapping[str, float]]) -> list[Scatter]:
+    """Return what these sizes of a set's effects do not have: where a simulator does the same there is no gap."""
+
+    def alike(each: Scatter) -> bool:
+        size = stated.get(each.effect, {}).get(each.parameter, 0.0)
+        return abs(each.size - size) < max(LOG_RULES.alike * size, 3.0 * each.deviation * (size > 0.0))
+
+    return [each for each in found if not alike(each)]
 
 
 _VISIBLE = 0.93

@@ -19,6 +19,7 @@ from gap_diagnosis.rules import RULES, Rules
 from gap_diagnosis.scoreboard.ablation import judged_anew, rows_of
 from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.verdict import VERDICTS, verdict_of
+from thruster_model.effects.active import ActiveEffects
 from thruster_model.parameter_set_io import load_parameter_set
 
 
@@ -275,6 +276,18 @@ def test_predictions_are_held_out(coulomb):
     )
     outside = np.abs(problem.measured - coulomb.predictions["retuned"])
     assert np.nanmean(outside**2) > np.nanmean(inside**2)
+
+
+def test_a_converter_that_the_set_has_is_no_gap():
+    coarse = {"tach_quantization": {"step": 4.0}}
+    stated, recordings = campaign(coarse, spread=0.0, runs=2, duration=12.0, channels=("n", "thrust"))
+    found = diagnose(recordings, replace(stated, effects=ActiveEffects(sizes=coarse)))
+    assert found.verdict.verdict in ("no_gap", "parameters") and not found.verdict.claims
+
+
+def test_a_size_stands_beside_that_of_the_set(coulomb):
+    stated = replace(coulomb.parameter_set, effects=ActiveEffects(sizes={"coulomb_friction": {"deceleration": 12.0}}))
+    assert "(in the set: 12 " in in_words(replace(coulomb, parameter_set=stated))
 
 
 @pytest.mark.long

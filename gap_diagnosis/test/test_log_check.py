@@ -31,6 +31,15 @@ def test_the_step_of_a_coarse_converter_is_found(step):
     assert lattice_step(step * np.round(NOISY / step)) == pytest.approx(step, rel=1e-9)
 
 
+@pytest.mark.parametrize("decimal", [0.01, 0.1, 1.0])
+@pytest.mark.parametrize("step", [0.8, 1.0])
+def test_the_step_of_a_converter_is_found_in_readings_of_another_unit_with_few_decimals(step, decimal):
+    speed = 40.0 * np.sin(np.arange(4000) / 100.0) + 0.35 * RNG.standard_normal(4000)
+    rpm = np.round(np.round(speed / step) * step * 30.0 / np.pi / decimal) * decimal
+    assert lattice_step(rpm * np.pi / 30.0) == pytest.approx(step, rel=3e-3)
+    assert not repeated_samples(rpm * np.pi / 30.0).any()
+
+
 def test_readings_of_a_coarse_converter_are_no_repeats():
     assert not repeated_samples(5.0 * np.round(NOISY / 5.0)).any()
 

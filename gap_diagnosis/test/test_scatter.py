@@ -11,7 +11,7 @@ from scipy.signal import lfilter
 from gap_diagnosis.jitter import jitter_of
 from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.problem import Problem, deviations_of
-from gap_diagnosis.scatter import found_in_logs, masks_of, scattered_before_sorting
+from gap_diagnosis.scatter import found_in_logs, masks_of, scattered_before_sorting, unlike_stated
 from system_identification.fitting import fit
 from system_identification.noise import white_noise
 
@@ -131,3 +131,10 @@ def test_the_first_second_of_a_thruster_that_turns_already_says_nothing() -> Non
     masks, measured = masks_of([turning]), turning.experiment.measurements
     assert {signal for _, signal in masks} == set(measured)
     assert all(np.array_equal(mask, measured[signal].time < 1.0) for (_, signal), mask in masks.items())
+
+
+@pytest.mark.parametrize(("stated", "told"), [(None, 1), (8.0, 0), (8.5, 0), (4.0, 1)])
+def test_what_a_set_has_as_a_log_shows_it_is_not_told_of(stated, told):
+    _, recordings = campaign({"tach_quantization": {"step": 8.0}}, runs=1, duration=12.0, seed=4)
+    sizes = {} if stated is None else {"tach_quantization": {"step": stated}}
+    assert len(unlike_stated(found_in_logs(recordings), sizes)) == told

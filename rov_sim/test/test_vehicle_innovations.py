@@ -11,6 +11,7 @@ from rov_sim.vehicle.innovations import (
     CHANNELS,
     CORRECTED,
     PARTS,
+    followed_charge,
     innovations,
     past_width,
     states_of,
@@ -61,7 +62,7 @@ def ran(
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
         battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),
-        np.array([1.0, np.inf, 0.0, 0.0]) if charge is None else charge,
+        followed_charge(np.inf) if charge is None else charge,
         np.full(past_width(N), np.nan) if past is None else past, *out,
     )  # fmt: skip
     assert done == K
@@ -141,7 +142,7 @@ def test_a_battery_that_is_told_to_be_low_feeds_its_thrusters_less(settings: Veh
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
     weak = replace(settings, coefficients=settings.coefficients._replace(supply=0.9))
     _, expected = run(weak, throttles, level, none)
-    charge = np.array([1.0, 500.0, 0.0, 0.0])
+    charge = followed_charge(500.0)
     _, found = run(settings, throttles, level, none, voltages=np.full(K, 0.9 * NOMINAL), charge=charge)
     assert found[:, :13] == pytest.approx(expected[:, :13], rel=0.0, abs=1e-9)
     assert charge[0] == pytest.approx(0.9)
@@ -153,23 +154,39 @@ def test_a_charge_is_followed_slowly_and_what_falls_at_once_is_left(
     settings: VehicleSettings, throttles: Array
 ) -> None:
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
-    voltages = np.where(np.arange(K) < K // 2, NOMINAL, 0.9 * NOMINAL)
-    charge = np.array([1.0, 25.0, 0.0, 0.0])
+    voltages = np.where(np.arange(K) < K - 5, NOMINAL, 0.9 * NOMINAL)
+    charge = followed_charge(250.0)
     run(settings, throttles, level, none, voltages=voltages, charge=charge)
-    assert charge[0] == pytest.approx(0.9 + 0.1 * np.exp(-(K // 2) / 25.0), abs=1e-6)
+    assert 0.98 < charge[0] < 1.0
 
 
-def test_a_charge_is_followed_alike_in_one_piece_and_in_two(settings: VehicleSettings, throttles: Array) -> None:
+def test_a_battery_that_empties_evenly_is_not_followed_late(settings: VehicleSettings, throttles: Array) -> None:
     level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
-    told = np.where(np.arange(2 * K) % 30 == 0, NOMINAL * (1.0 - 5e-4 * np.arange(2 * K)), np.nan)  # over the seam
-    charge = np.array([1.0, 40.0, 0.0, 0.0])
+    charge = followed_charge(50.0)
+    told = 1.0 - 5e-4 * np.arange(2 * K)
+    for piece in (told[:K], told[K:]):
+        run(settings, throttles, level, none, voltages=NOMINAL * piece, charge=charge)
+    assert charge[0] == pytest.approx(told[-1] - 5e-4, abs=5e-5)  # a mean of the last 50 would be 0.02 late
+
+
+def test_a_charge_is_followed_alike_in_one_piece_and_in_two_and_as_matrices_have_it(
+    settings: VehicleSettings, throttles: Array
+) -> None:
+    level, none = np.tile([1.0, 0.0, 0.0, 0.0], (K, 1)), np.zeros((K, CORRECTED, CHANNELS))
+    told = np.where(np.arange(2 * K) % 30 == 0, NOMINAL * (1.0 - 1e-6 * np.arange(2 * K) ** 2), np.nan)  # over the seam
+    charge = followed_charge(40.0)
     for piece in (told[:K], told[K:]):
         run(settings, throttles, level, none, voltages=piece, charge=charge)
-    expected, last = 1.0, -1
-    for count, k in enumerate(np.flatnonzero(np.isfinite(told)), 1):
-        share = max(1.0 / count, 1.0 - np.exp(-(k - last) / 40.0))
-        expected, last = expected + share * (told[k] / NOMINAL - expected), k
-    assert charge[0] == pytest.approx(expected, abs=1e-12)
+    x, last, P = np.array([1.0, 0.0]), -1, np.diag(followed_charge(40.0)[[3, 5]])
+    for k, voltage in enumerate(told):
+        if np.isfinite(voltage):
+            m = k - last
+            F = np.array([[1.0, m], [0.0, 1.0]])
+            P = F @ P @ F.T + m / 40.0**4 * np.array([[m**3 / 3.0, m**2 / 2.0], [m**2 / 2.0, m]])
+            G = P[:, 0] / (P[0, 0] + 1.0)
+            x, P, last = x + G * (voltage / NOMINAL - x[0]), P - np.outer(G, P[0]), k
+        x = x + [x[1], 0.0]
+    assert charge[[0, 2]] == pytest.approx(x, abs=1e-9)
 
 
 def test_a_current_is_expected_alike_in_one_piece_and_instant_by_instant(

@@ -16,7 +16,15 @@ from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import CHANNELS, PARTS, innovations, past_width, states_of, states_width
+from rov_sim.vehicle.innovations import (
+    CHANNELS,
+    PARTS,
+    followed_charge,
+    innovations,
+    past_width,
+    states_of,
+    states_width,
+)
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
@@ -111,7 +119,7 @@ def filtered(
 
 def followed(log: VehicleLog) -> Array:
     """Return how a battery's charge is followed from a log's first reading of its voltage on, see `innovations`."""
-    return np.array([1.0, rules.CHARGE_TIME / log.period, 0.0, 0.0])
+    return followed_charge(rules.CHARGE_TIME / log.period)
 
 
 def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[no-untyped-def]
@@ -159,7 +167,7 @@ def foreseen(
         np.zeros((K, N)),
         1.0,
         None,
-        np.array([1.0, np.inf, 0.0, 0.0]),
+        followed_charge(np.inf),
     )
     # the blank attitude is none: its innovation is the way back
     attitude = np.array([rotation(tuple(turn)) for turn in -ran.body[:, :3]])

@@ -31,6 +31,7 @@ __all__ = [
     "LATE",
     "PARTS",
     "States",
+    "followed_charge",
     "innovations",
     "past_width",
     "states_of",
@@ -45,6 +46,9 @@ PARTS = 4
 """Of a period, at whose edges states are remembered: a rotor that starts bends within a period."""
 _KNOWN = BODY + 8
 """Numbers that sensors other than tachometers read: the body's state, its acceleration, relative supply and load."""
+_UNKNOWN_CHARGE, _CHANGE = 1e12, 3.0
+"""Of what is believed of a battery before it is read, over a reading's: variance of its level, deviation of its change
+in the time in which it is followed."""
 _NO_IMU = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 _NO_VELOCITY = (0.0, 0.0, 0.0)
 
@@ -78,6 +82,19 @@ def states_of(rows: NDArray[np.float64]) -> States:
     return States(*np.split(rows, [3, 7, 13, 19, 19 + N, 19 + 2 * N], axis=-1))
 
 
+def followed_charge(time: float) -> NDArray[np.float64]:
+    """Return how a battery is followed whose voltage at rest is the nominal one, as far as is known, (7,).
+
+    These are: its voltage at rest over the nominal one; the time in which it is followed; by how much it changes in a
+    period; variances of both and their covariance, of level, level and change, change, over a reading's; periods since
+    the last reading.
+
+    Args:
+        time: in which what it does is followed, in periods; infinite: never.
+    """
+    return np.array([1.0, time, 0.0, _UNKNOWN_CHARGE, 0.0, (_CHANGE / time) ** 2, 0.0])
+
+
 @compiled
 def innovations(  # type: ignore[no-untyped-def]
     sheet, commands, steps, step, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery, lateness,
@@ -97,9 +114,7 @@ def innovations(  # type: ignore[no-untyped-def]
             instant k, in periods; each is compared with what was expected then, or, where that is after the instant,
             with what it will be.
         gains: (K, 16, 13); speed_gains: (K, N).
-        charge: (4,), of the battery: its voltage at rest over the nominal one; the time in which it is followed, in
-            periods, infinite: never; readings of it so far, whose mean it is until then; periods since the last one.
-            Left as it is at the end, for what follows.
+        charge: (7,), see `followed_charge`. Left as it is at the end, for what follows.
         past: (`past_width`,), what was believed in the period before the first instant; NaN: nothing. Left as it is in
             the period before what follows.
         out: (K, 13), out_n: (K, N), out_b: (K, 2): innovations, NaN where nothing was measured.
@@ -203,12 +218,27 @@ def _tell_body(history, now, k, part, c, attitude, told, lateness, then, out):  
 
 @inlined
 def _follow_charge(charge, missing):  # type: ignore[no-untyped-def]
-    """Move a battery's charge, see `innovations`, towards one that lacks nothing; missing: share of the voltage."""
-    charge[3] += 1.0
-    if np.isfinite(missing) and charge[1] < np.inf:
-        charge[2] += 1.0
-        charge[0] += max(1.0 / charge[2], 1.0 - np.exp(-charge[3] / charge[1])) * missing
-        charge[3] = 0.0
+    """Move a battery's charge, see `followed_charge`, towards one that lacks nothing; missing: share of the voltage.
+
+    A Kalman filter of a level that changes at a rate which wanders: a battery that empties evenly is not followed late,
+    as it would be by a mean of its last readings.
+    """
+    time = charge[1]
+    charge[6] += 1.0
+    if np.isfinite(missing) and time < np.inf:
+        m = charge[6]
+        wanders = m / time**4
+        charge[3] += m * (2.0 * charge[4] + m * charge[5]) + wanders * m**3 / 3.0
+        charge[4] += m * charge[5] + wanders * m**2 / 2.0
+        charge[5] += wanders * m
+        of_both = charge[3] + 1.0
+        charge[0] += charge[3] / of_both * missing
+        charge[2] += charge[4] / of_both * missing
+        charge[5] -= charge[4] ** 2 / of_both
+        charge[4] /= of_both
+        charge[3] /= of_both
+        charge[6] = 0.0
+    charge[0] += charge[2]
 
 
 @inlined
