@@ -185,7 +185,7 @@ def test_a_charge_is_followed_alike_in_one_piece_and_in_two_and_as_matrices_have
             P = F @ P @ F.T + m / 40.0**4 * np.array([[m**3 / 3.0, m**2 / 2.0], [m**2 / 2.0, m]])
             G = P[:, 0] / (P[0, 0] + 1.0)
             x, P, last = x + G * (voltage / NOMINAL - x[0]), P - np.outer(G, P[0]), k
-        x = x + [x[1], 0.0]
+        x[0] += x[1]
     assert charge[[0, 2]] == pytest.approx(x, abs=1e-9)
 
 
