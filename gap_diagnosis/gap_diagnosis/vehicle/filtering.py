@@ -3,17 +3,17 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.gains import Gains, Noises, filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.gains import Gains, Motion, Noises, filter_gains, motion_of, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
 from gap_diagnosis.vehicle.instants import as_read, read_later, rows_late, shifted
 from gap_diagnosis.vehicle.log import VehicleLog, held
-from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.model import Built, Model
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import (
@@ -31,9 +31,9 @@ from thruster_model.compilation import compiled
 from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
-    "LOST", "Filtered", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
-    "foreseen_deviations", "initial_state", "log_determinant", "log_likelihood", "prepared_with", "rotor_decay",
-    "starting", "whitened",
+    "LOST", "Filtered", "Ground", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
+    "foreseen_deviations", "grounded", "initial_state", "log_determinant", "log_likelihood", "prepared_on",
+    "prepared_with", "rotor_decay", "starting", "whitened",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -76,6 +76,18 @@ class Prepared:
     base: Filtered
     late: int = 0
     weights: Array = field(default_factory=lambda: np.ones((0, 0)))
+
+
+class Ground(NamedTuple):
+    """One log at a point of the model: as given and with its commands shifted, its number, by how many parts of a
+    period its instants are early, what the model is there, and how the vehicle moves along states of a filter."""
+
+    given: VehicleLog
+    log: VehicleLog
+    run: int
+    late: int
+    built: Built
+    motion: Motion
 
 
 @lru_cache(maxsize=_LOGS)
@@ -296,11 +308,11 @@ def at_rest(model: Model, log: VehicleLog, noises: Noises) -> NDArray[np.bool_]:
     )
 
 
-def prepared_with(
-    model: Model, log: VehicleLog, run: int, noises: Noises, values: Mapping[Key, float],
+def grounded(
+    model: Model, log: VehicleLog, run: int, values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (), states: Array | None = None,
-) -> Prepared:  # fmt: skip
-    """Return a log with gains for these noises, made at this point of the model."""
+) -> Ground:  # fmt: skip
+    """Return a log with the slopes of this point of the model, along these states of a filter; None: at rest."""
     built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
     late = max(round(PARTS * built.sensors.imu_late / log.period), 0)
     given = log
@@ -310,14 +322,30 @@ def prepared_with(
     log = shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
     untold = log.count if states is None else _instant(log, rules.START)
-    gains = filter_gains(*starting(A, H, log, untold), noises, log.period, doubts, first=_counted(log, late))
+    slopes_there = starting(A, H, log, untold)
+    return Ground(given, log, run, late, built, motion_of(*slopes_there, log.period, doubts))
+
+
+def prepared_on(model: Model, ground: Ground, noises: Noises) -> Prepared:
+    """Return a log with gains for these noises, made at this point of the model."""
+    log, built = ground.log, ground.built
+    gains = filter_gains(ground.motion, noises, first=_counted(log, ground.late))
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
     base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log))
     return Prepared(
-        log=given, run=run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base, late=late
+        log=ground.given, run=ground.run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base,
+        late=ground.late,
     )  # fmt: skip
+
+
+def prepared_with(
+    model: Model, log: VehicleLog, run: int, noises: Noises, values: Mapping[Key, float],
+    effects: Sequence[ActiveVehicleEffect] = (), states: Array | None = None,
+) -> Prepared:  # fmt: skip
+    """Return a log with gains for these noises, made at this point of the model, see `grounded`."""
+    return prepared_on(model, grounded(model, log, run, values, effects, states), noises)
 
 
 def foreseen_deviations(
@@ -331,13 +359,12 @@ def foreseen_deviations(
     log = shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
     A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
-    A, H, there = starting(A, H, log, 0)
+    motion = motion_of(*starting(A, H, log, 0), log.period, doubts)
     out = np.empty((len(windows), 13))
     for row, (first, free, last) in enumerate(windows):
-        told = there.copy()
-        told[free:] = False
-        part = slice(first, last)
-        P = filter_gains(A[part], H[part], told[part], prepared.noises, log.period, doubts[part]).last
+        told = motion.there[first:last].copy()
+        told[free - first :] = False
+        P = filter_gains(motion.part(first, last)._replace(there=told), prepared.noises).last
         out[row] = np.sqrt(np.einsum("ij,jl,il->i", H[last], P, H[last]) + prepared.noises.channels**2)
     return out
 

@@ -8,7 +8,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, first_instant, log_likelihood, prepared_with, whitened
+from gap_diagnosis.vehicle.filtering import (
+    Prepared,
+    first_instant,
+    grounded,
+    log_likelihood,
+    prepared_on,
+    prepared_with,
+    whitened,
+)
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.model import Model
@@ -123,9 +131,11 @@ def _climbed(
     tell, rotors and the battery.
     """
 
+    states = [p.base.states if p.base.done else None for p in found]
+    grounds = side_by_side(lambda k: grounded(model, logs[k], k, values, effects, states[k]), range(len(logs)))
+
     def at(noises: Noises) -> tuple[float, list[Prepared]]:
-        states = [p.base.states if p.base.done else None for p in found]
-        tried = _all_prepared(model, logs, noises, values, effects, states)
+        tried = side_by_side(lambda ground: prepared_on(model, ground, noises), grounds)
         return sum(log_likelihood(p) for p in tried), tried
 
     begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)

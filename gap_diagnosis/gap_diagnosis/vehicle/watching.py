@@ -28,7 +28,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import Baseline
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
-from gap_diagnosis.vehicle.gains import filter_gains, rotor_gains, slopes
+from gap_diagnosis.vehicle.gains import filter_gains, motion_of, rotor_gains, slopes
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.inflow import inflow, thrusts_at
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -214,7 +214,7 @@ class Watch:
         thrusts = thrusts_at(own, first.body, np.where(np.isfinite(log.speeds), log.speeds, n))
         doubts = (K_t * np.hypot(water.doubts, rules.WATCH_THRUST * thrusts)[:, None] ** 2) @ K_t.T
         begun = max(round((rules.START - self.time) / log.period), 0)
-        gains = filter_gains(*starting(A, H, log, begun), noises, log.period, doubts, self._P)
+        gains = filter_gains(motion_of(*starting(A, H, log, begun), log.period, doubts), noises, self._P)
         self._P, self._flows = gains.last, water.last
         driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
         decay = rotor_decay(self._model, log.period)
