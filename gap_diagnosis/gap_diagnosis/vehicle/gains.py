@@ -141,7 +141,7 @@ def _riccati(F, H, Q, keep, pushed, R, P, first, gains, whitener, wrench_varianc
     With S = L L^T of the channels that tell and B = L^-1 H P: G = B^T L^-1 and P <- P - B^T B. Loops run along rows,
     which is eight times as fast as products of such small matrices.
     """
-    K, m, n = H.shape
+    K, m, n = H.shape[0], CHANNELS, CORRECTED
     P, total = P.copy(), 0.0
     told, told_of, FP, S, B, W, across = (
         np.empty((m, n)), np.empty((n, m)), np.empty((n, n)), np.empty((m, m)), np.empty((m, n)), np.empty((m, m)),
@@ -210,21 +210,34 @@ def _riccati(F, H, Q, keep, pushed, R, P, first, gains, whitener, wrench_varianc
             wanders = 9 <= a < 15
             for c in range(n):
                 across[c, a] = keep * (a == c) if wanders else F[k, a, c]
-                FP[a, c] = 0.0
-            for c in range(n):
-                if across[c, a] != 0.0:
-                    for d in range(n):
-                        FP[a, d] += across[c, a] * P[c, d]
+            for d in range(n):
+                FP[a, d] = keep * P[a, d] if wanders else 0.0
+            if not wanders:
+                for c in range(n):
+                    share = F[k, a, c]
+                    if share != 0.0:
+                        for d in range(n):
+                            FP[a, d] += share * P[c, d]
         for a in range(n):
-            for d in range(a, n):
+            for d in range(n):
                 P[a, d] = Q[a, d]
-                if 3 <= a and d < 9:
-                    P[a, d] += pushed[k, a - 3, d - 3]
+            if 9 <= a < 15:
+                for d in range(9, 15):
+                    P[a, d] += keep * FP[a, d]
+                continue
             for c in range(n):
-                for d in range(a, n):
-                    P[a, d] += FP[a, c] * across[c, d]
-            for d in range(a, n):
-                P[d, a] = P[a, d]
+                share = FP[a, c]
+                for d in range(n):
+                    P[a, d] += share * across[c, d]
+            if 3 <= a < 9:
+                for d in range(3, 9):
+                    P[a, d] += pushed[k, a - 3, d - 3]
+        for a in range(n):
+            for d in range(a):
+                if 9 <= a < 15 or not 9 <= d < 15:
+                    P[a, d] = P[d, a]
+                else:
+                    P[d, a] = P[a, d]
     return total, P
 
 
