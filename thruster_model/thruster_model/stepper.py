@@ -93,8 +93,10 @@ _INSTANT = 1e-9
 
 
 def substeps_of(dt: float, largest_step: float, e: Any) -> int:
-    """Return how many steps of the integration a period [s] takes, for a largest step [s] and for effects."""
-    return max(1, int(np.ceil(dt / float(step_limit(largest_step, e)) - 1e-9)))
+    """Return how many steps of the integration a period [s] takes, for a largest step [s] and for effects, whatever the
+    thruster does in it."""
+    limit = float(step_limit(largest_step, 0.0, np.inf, 0.0, np.inf, e))
+    return max(1, int(np.ceil(dt / limit - 1e-9)))
 
 
 def new_memory(dt: float, substeps: int, e: Any, u: float = 0.0, parts: int = 1) -> Memory:

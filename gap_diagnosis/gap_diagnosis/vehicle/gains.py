@@ -39,8 +39,8 @@ class Noises(NamedTuple):
 
 
 class Motion(NamedTuple):
-    """How errors grow and show: F (K, 16, 16) but for the wrench's own, H (K, 13, 16), which channels tell (K, 13), what
-    the flow's doubts add to their variances (K, 13) and to the motion's (K, 6, 6), and the period [s]."""
+    """How errors grow and show: F (K, 16, 16) but for the wrench's own, H (K, 13, 16), which channels tell (K, 13);
+    what doubts about flows add to their variances (K, 13) and to the motion's (K, 6, 6), the period [s]."""
 
     F: Array
     H: Array

@@ -42,7 +42,7 @@ def test_gains_whiteners_and_covariances_are_those_of_a_kalman_filter() -> None:
         assert found.gains[k][:, told] == pytest.approx(G, rel=1e-6, abs=1e-9)
         assert not found.gains[k][:, ~there[k]].any()
         W = found.whitener[k][np.ix_(told, told)]
-        assert W @ S @ W.T == pytest.approx(np.eye(told.size), abs=1e-8) and not np.triu(W, 1).any()
+        assert pytest.approx(np.eye(told.size), abs=1e-8) == W @ S @ W.T and not np.triu(W, 1).any()
         log_determinant += np.linalg.slogdet(S)[1] if k >= FIRST else 0.0
         P = (np.eye(CORRECTED) - G @ h) @ P
         assert found.wrench_variance[k] == pytest.approx(np.diag(P)[WRENCH], rel=1e-6)

@@ -41,7 +41,7 @@ from thruster_model.acting_throttle import followed
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.effects.chains import command_split
 from thruster_model.equations.dead_zone import ramp_limited
-from thruster_model.pipeline import heat_after, lag_time, ramp_limit
+from thruster_model.pipeline import heat_after, lag_time, ramp_limit, step_limit
 from thruster_model.stepper import RAMP_STEP
 from thruster_model.thruster_rows import thruster
 
@@ -130,6 +130,7 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: i
         if moving and not apart and longest < left - _SAME_INSTANT:
             piece = longest
         count = int(piece / finest - 1e-9) + 1 if moving else 1
+        count = max(count, int(piece / _integrable(sheet, piece, N, e) - 1e-9) + 1)
         for i in range(first, last):
             sheet[FIRST, i] = sheet[STATE, i]
             sheet[MIDDLE, i] = sheet[STATE, i]
@@ -141,6 +142,15 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: i
             _rk4(sheet, piece / count, gate, wrench, body, layout, p, e, known)
             known = False
         left = left - piece if piece < left - _SAME_INSTANT else 0.0
+
+
+@inlined
+def _integrable(sheet, dt, N, e):  # type: ignore[no-untyped-def]
+    """Return the longest step, at most `dt` [s], that integrates from the state, with the rates of row SLOPE."""
+    for i in range(N):
+        n, v = BODY + i, BODY + N + i
+        dt = step_limit(dt, sheet[STATE, n], sheet[SLOPE, n], sheet[STATE, v], sheet[SLOPE, v], thruster(e, i))
+    return dt
 
 
 @inlined

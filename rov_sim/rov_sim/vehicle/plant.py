@@ -8,7 +8,7 @@ truth = plant.advance(throttles[0], 0.04)
 
 import math
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,7 +20,7 @@ from rov_sim.vehicle.truth import VehicleState, VehicleTrajectory, VehicleTruth,
 from thruster_model.effects.chains import command_begin, command_memory
 from thruster_model.effects.stages import NO_EFFECTS
 from thruster_model.errors import VehicleError
-from thruster_model.pipeline import memory_length, step_limit
+from thruster_model.pipeline import memory_length
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = ["VehiclePlant", "VehicleSettings", "sheet_of", "simulate"]
@@ -39,7 +39,7 @@ class VehicleSettings:
         thrusters: N coefficients of one class.
         effects: N `EffectValues`, or N `NO_EFFECTS` (the default).
         initial: state at the first instant; at rest where none is given.
-        largest_step: upper bound of the integration step [s]; effects that act more abruptly take shorter ones.
+        largest_step: upper bound of the integration step [s]; shorter ones are taken where an effect is abrupt.
 
     Raises:
         VehicleError: what is wrong with any of them.
@@ -69,25 +69,22 @@ class VehicleSettings:
         """Number of thrusters."""
         return self.coefficients.thrusters
 
-    @cached_property
-    def step(self) -> float:
-        """Longest step that is taken [s]."""
-        return min(float(step_limit(self.largest_step, e)) for e in self.effects)
-
     def steps_in(self, period: float) -> int:
         """Return how many steps a period [s] takes."""
         if not (math.isfinite(period) and period > 0.0):
             raise VehicleError("vehicle", [f"period: expected a positive time; found {period} s"])
-        steps = max(1, math.ceil(period / self.step - 1e-9))
-        if self.remembers and abs(period / steps / self.step - 1.0) > 1e-6:
-            expected = f"expected a multiple of the step, {self.step:g} s, at which delays of commands are remembered"
+        steps = max(1, math.ceil(period / self.largest_step - 1e-9))
+        if self.remembers and abs(period / steps / self.largest_step - 1.0) > 1e-6:
+            expected = (
+                f"expected a multiple of the step, {self.largest_step:g} s, at which delays of commands are remembered"
+            )
             raise VehicleError("vehicle", [f"period: {expected}; found {period:g} s"])
         return steps
 
     @property
     def remembers(self) -> bool:
         """Whether effects of the command remember more than one step."""
-        return any(command_memory(self.step, e) > 1 for e in self.effects)
+        return any(command_memory(self.largest_step, e) > 1 for e in self.effects)
 
     def _state_problems(self) -> list[str]:
         problems = []
@@ -109,9 +106,9 @@ class VehicleSettings:
         rates["the body's drag"] = _settling(*(m.tobytes() for m in matrices))
         return [
             f"largest_step: expected at most {_FASTEST / rate:.3g} s, as {what} settles at {rate:.4g} 1/s; found "
-            f"{self.step:g} s"
+            f"{self.largest_step:g} s"
             for what, rate in rates.items()
-            if rate * self.step > _FASTEST
+            if rate * self.largest_step > _FASTEST
         ]
 
 
@@ -127,7 +124,7 @@ def sheet_of(settings: VehicleSettings) -> Array:
     N, state = settings.count, settings.initial
     assert state is not None
     plain = all(e is NO_EFFECTS for e in settings.effects)
-    memory = max(command_memory(settings.step, e) for e in settings.effects)
+    memory = max(command_memory(settings.largest_step, e) for e in settings.effects)
     sheet = empty_sheet(N, None if plain else memory)
     row = sheet[STATE]
     row[:3], row[3:7], row[7:BODY] = state.position, state.attitude, state.velocity
@@ -137,7 +134,7 @@ def sheet_of(settings: VehicleSettings) -> Array:
     row[BODY + 2 * N : BODY + 3 * N][stuck] = 0.0
     if not plain:
         for i, e in enumerate(settings.effects):
-            command_begin(sheet[MEMORY + i], float(state.thrusters[i, 2]), settings.step, e)
+            command_begin(sheet[MEMORY + i], float(state.thrusters[i, 2]), settings.largest_step, e)
     return sheet
 
 

@@ -56,7 +56,7 @@ STAGES: dict[str, tuple[str, ...]] = {
     "ambient": ("u_dot", "ambient", "past", "force", "p", "e"),
     "heat": ("heat", "u", "dt", "p", "e"),
     "memory": ("delay", "e"),
-    "step": ("step", "e"),
+    "step": ("step", "n", "n_dot", "v", "v_dot", "e"),
     "late": ("late", "step", "e"),
 }
 """Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
@@ -74,7 +74,8 @@ thrust_dynamics  thrust [N], once dn/dt is known
 axial, ambient   dv/dt, dU/dt [m/s^2]; past: the ambient flow `memory` seconds ago [m/s]; force: thrust [N]
 heat             heat of the motor after dt [s] at the acting throttle u [V]
 memory           how far back `past` lies [s]
-step             the longest step [s] that integrates
+step             the longest step [s] that integrates from n and v, at most the one given; n_dot, v_dot: how fast these
+                 change, infinite where anything may follow
 late             how long into each step [s] the command of the step before is still held
 """
 

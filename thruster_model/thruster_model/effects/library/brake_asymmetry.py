@@ -27,7 +27,7 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
 
 
 @equation
-def step(step, e):  # type: ignore[no-untyped-def]
+def step(step, n, n_dot, v, v_dot, e):  # type: ignore[no-untyped-def]
     """Return a step [s] that is short enough for the onset."""
     longest = LONGEST * np.maximum(e.brake_asymmetry_onset, LEAST_ONSET)
     return selected(e.brake_asymmetry_share != 0.0, np.minimum(step, longest), step)

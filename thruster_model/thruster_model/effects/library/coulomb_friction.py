@@ -11,6 +11,8 @@ from thruster_model.effects.effect import Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 STEEPNESS = 250.0
+SUDDEN = 2.0
+"""By how much faster a speed may change than it did at first, where a step begins."""
 LONGEST = 5e-3  # [s], half of what is stable: a rotor that stops in longer ones is 0.4 rad/s off
 
 
@@ -23,9 +25,12 @@ def rotor(n_dot, n, drive, p, e):  # type: ignore[no-untyped-def]
 
 
 @equation
-def step(step, e):  # type: ignore[no-untyped-def]
-    """Return a step [s] that is short enough for the steepness."""
-    return selected(e.coulomb_friction_deceleration != 0.0, np.minimum(step, LONGEST), step)
+def step(step, n, n_dot, v, v_dot, e):  # type: ignore[no-untyped-def]
+    """Return a step [s] that is short enough for the steepness, where the rotor may come near rest, or leave it."""
+    s = e.coulomb_friction_deceleration
+    moves = (n != 0.0) | (n_dot != 0.0)
+    near = moves & (np.abs(n) < s / STEEPNESS + SUDDEN * (np.abs(n_dot) + s) * step)
+    return selected((s != 0.0) & near, np.minimum(step, LONGEST), step)
 
 
 EFFECT = Effect(

@@ -9,6 +9,8 @@ from thruster_model.compilation import equation
 from thruster_model.effects.effect import AGAINST, WITH, Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
+SUDDEN = 2.0
+"""By how much faster rotor and flow may change than they did at first, where a step begins."""
 LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
 
 
@@ -21,9 +23,10 @@ def loads(loads, n, v, ambient, gate, p, e):  # type: ignore[no-untyped-def]
 
 
 @equation
-def step(step, e):  # type: ignore[no-untyped-def]
-    """Return a step [s] that is short enough for the jump."""
-    return selected(e.flow_reversal_loss_share != 0.0, np.minimum(step, LONGEST), step)
+def step(step, n, n_dot, v, v_dot, e):  # type: ignore[no-untyped-def]
+    """Return a step [s] that is short enough for the jump, where rotor or flow may turn."""
+    turns = (np.abs(n) < SUDDEN * np.abs(n_dot) * step) | (np.abs(v) < SUDDEN * np.abs(v_dot) * step)
+    return selected((e.flow_reversal_loss_share != 0.0) & turns, np.minimum(step, LONGEST), step)
 
 
 EFFECT = Effect(
