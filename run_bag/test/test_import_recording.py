@@ -500,6 +500,11 @@ def long_table(path, header, line, order=lambda row: row[0]):
     ("header", "line", "order"),
     [
         ("time,signal,unit,value", lambda t, n, unit, v: f"{t:.3f},{n},{unit},{v:.6g}", lambda row: row[0]),
+        (
+            "Zeit;Kanal;Wert;Einheit",
+            lambda t, n, unit, v: f"{t:.3f};{n};{v:.6g};{unit}".replace(".", ","),
+            lambda row: row[0],
+        ),
         ("name;value;t", lambda t, n, _, v: f'"{n}";{v:.6g};{t:.3f}'.replace(".", ","), lambda row: row[1]),
     ],
 )

@@ -138,8 +138,8 @@ def slopes(
 def _riccati(F, H, Q, keep, pushed, R, P, first, gains, whitener, wrench_variance):  # type: ignore[no-untyped-def]
     """Fill gains (K, 16, 13), whiteners (K, 13, 13) and P_ww (K, 6); return log |S| and P at the end.
 
-    With S = L L^T of the channels that tell and B = L^-1 H P: G = B^T L^-1 and P <- P - B^T B. Loops run along rows,
-    which is eight times as fast as products of such small matrices.
+    With S = L L^T of the channels that tell and B = L^-1 H P: G = B^T L^-1 and P <- P - B^T B. Loops along rows cost
+    less than products of matrices as small as these; the wrench's own rows of F are numbers.
     """
     K, m, n = H.shape[0], CHANNELS, CORRECTED
     P, total = P.copy(), 0.0
@@ -232,11 +232,11 @@ def _riccati(F, H, Q, keep, pushed, R, P, first, gains, whitener, wrench_varianc
             if 3 <= a < 9:
                 for d in range(3, 9):
                     P[a, d] += pushed[k, a - 3, d - 3]
-        for a in range(n):
+        for a in range(n):  # the wrench's rows from the others'
             for d in range(a):
-                if 9 <= a < 15 or not 9 <= d < 15:
+                if not 9 <= d < 15:
                     P[a, d] = P[d, a]
-                else:
+                elif not 9 <= a < 15:
                     P[d, a] = P[a, d]
     return total, P
 

@@ -17,8 +17,8 @@ MOST_NAMES = 256
 """Of a long table: a wide one has so many cells in each row."""
 _LOOK = 100  # rows
 _NAMES = re.compile(
-    r"_?(signal|name|channel|sensor|topic|variable|var|key|measurement|field|metric|parameter|tag|quantity|series|label)"
-    r"s?(_?name)?",
+    r"_?(signal|name|channel|sensor|topic|variable|var|key|measurement|field|metric|parameter|tag|quantity|series|label|"
+    r"kanal|messgr(ö|oe)(ß|ss)e|bezeichnung|canal|grandeur)s?(_?name)?",
     re.IGNORECASE,
 )
 """What the column of names is called: another one of words, a mode, stands beside one signal."""
