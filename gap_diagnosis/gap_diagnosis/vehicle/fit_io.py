@@ -21,7 +21,8 @@ __all__ = ["content_of", "fitted_set", "summary_of", "written"]
 
 
 def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
-    """Return the vehicle's set with the body's numbers and deviations as fitted; thrusters are as they were.
+    """Return the vehicle's set with the body's numbers and deviations, and the places of its thrusters, as fitted; the
+    thrusters' own sets are as they were.
 
     The source of a number says so where it moved farther than its stated deviation allows.
     """
@@ -34,7 +35,8 @@ def fitted_set(model: Model, numbers: Sequence[FittedNumber]) -> VehicleSet:
             vehicle = vehicle.with_values({name: value}, source=f"fitted to recordings{far}")
             fitted = replace(vehicle.parameters[name], standard_deviation=n.after)
             vehicle = replace(vehicle, parameters={**vehicle.parameters, name: fitted})
-    return replace(vehicle, name=f"{vehicle.name}, fitted")
+    layout = model.layout_with({n.key: n.moved for n in numbers if n.told})
+    return replace(vehicle, name=f"{vehicle.name}, fitted", layout=layout)
 
 
 def summary_of(fit: VehicleFit) -> str:

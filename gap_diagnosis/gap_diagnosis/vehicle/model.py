@@ -1,7 +1,7 @@
 """The vehicle's model at any point of the space of its unknowns, as tables for the filter's kernel."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import ceil
 from typing import Any, NamedTuple
@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
-from gap_diagnosis.vehicle.unknowns import Key, acts_in
+from gap_diagnosis.vehicle.unknowns import PLACING, Key, acts_in
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
+from rov_sim.vehicle.effects.library.thruster_misalignment import displaced, normals
 from rov_sim.vehicle.innovations import PARTS
 from rov_sim.vehicle.plant import VehicleSettings
 from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coefficients
@@ -20,6 +21,7 @@ from rov_sim.vehicle.settings import active_effects, full_thrust
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_coefficients import VehicleCoefficients
+from thruster_model.vehicle_layout import LayoutEntry
 from thruster_model.vehicle_parameters import definition_of
 from thruster_model.vehicle_set import VehicleSet
 
@@ -134,6 +136,14 @@ class Model:
         told = (name for name in GROUPS if self._fields[name] or name == "thrust")
         return tuple(name for name in told if name not in passed_over)
 
+    def layout_with(self, values: Mapping[Key, float]) -> tuple[LayoutEntry, ...]:
+        """Return the thrusters where and as these values have them."""
+        c, layout = _placed(self.vehicle.coefficients, values), list(self.vehicle.layout)
+        for i in {key[2] for key in values if key[0] == "own" and key[1] in PLACING}:
+            axis = c.K_t[:3, i] / np.linalg.norm(c.K_t[:3, i])
+            layout[i] = replace(layout[i], position=tuple(c.positions[:, i].tolist()), axis=tuple(axis.tolist()))
+        return tuple(layout)
+
     def built(
         self,
         values: Mapping[Key, float],
@@ -163,7 +173,7 @@ class Model:
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
                     tach[i, 1] = max(next(iter(effect.sizes.values())), 0.0)
-        body = body_with(self._coefficients(_changes(values, run)), active)
+        body = body_with(_placed(self._coefficients(_changes(values, run)), values), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
         if initial is not None and not body.turning.all():  # a rotor that has stopped stood still before
             thrusters_then = initial.thrusters.copy()
@@ -187,6 +197,16 @@ class Model:
             signed=int(signed), **power,
         )  # fmt: skip
         return Built(settings, sensors, tach)
+
+
+def _placed(c: VehicleCoefficients, values: Mapping[Key, float]) -> VehicleCoefficients:
+    """Return the coefficients with thrusters where and as these values have them."""
+    moved = np.array([[values.get(("own", name, i), 0.0) for i in range(c.thrusters)] for name in PLACING])
+    if not moved.any():
+        return c
+    along = normals(np.ascontiguousarray(c.K_t[:3]))
+    placed: VehicleCoefficients = displaced(c, moved[0], moved[1], moved[2] * along[0] + moved[3] * along[1])
+    return placed
 
 
 def _changes(values: Mapping[Key, float], run: int) -> tuple[tuple[str, float], ...]:

@@ -10,8 +10,8 @@ import numpy as np
 
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import GROUPS, Model
-from gap_diagnosis.vehicle.rules import OWN, SHARED, TIMING, TRIMMED
-from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.unknowns import PLACING, Key
 
 __all__ = ["nuisances"]
 
@@ -41,6 +41,9 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
         ]
         found["shared", group] = max(shares) if shares else SHARED
     found |= {("own", group, i): OWN for group in groups for i in range(model.thrusters)}
+    placed = float(PLACED * np.cbrt(vehicle.values["volume"]))
+    wide = {"rad": POINTED, "m": placed}
+    found |= {("own", name, i): wide[unit] for name, unit in PLACING.items() for i in range(model.thrusters)}
     for k, log in enumerate(logs):
         if log.there["gyro"]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}

@@ -4,6 +4,8 @@ Unknowns are named by keys:
     ("vehicle", name)            added to a parameter of the vehicle set, in its unit
     ("shared", group)            share by which a group of coefficients of all thrusters is larger
     ("own", group, i)            the same of one thruster, beside
+    ("own", angle or offset, i)  by which one thruster is turned about its normals [rad] or moved along them [m], see
+                                 `PLACING`
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
@@ -16,11 +18,15 @@ from typing import Any
 
 from thruster_model.vehicle_parameters import definition_of
 
-__all__ = ["OF_RUN", "Key", "acts_in", "unit_of", "words_of"]
+__all__ = ["OF_RUN", "PLACING", "Key", "acts_in", "unit_of", "words_of"]
 
 Key = tuple[Any, ...]
 OF_RUN = ("gyro", "force", "trim")
 """First parts of keys of unknowns that tell of single runs."""
+
+PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "second offset": "m"}
+"""How one thruster is turned about and moved along the first and second normal of its axis (see
+`thruster_misalignment`), with units; where along its axis it is changes no wrench."""
 
 
 def acts_in(key: Key, run: int) -> bool:
@@ -46,5 +52,7 @@ def words_of(key: Key) -> str:
 
 def unit_of(key: Key) -> str:
     """Return the unit that a number moves in."""
+    if key[0] == "own" and key[1] in PLACING:
+        return PLACING[key[1]]
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None
     return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")

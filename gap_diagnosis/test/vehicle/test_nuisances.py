@@ -10,7 +10,7 @@ from gap_diagnosis.vehicle.fit import FittedNumber
 from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.rules import TRIMMED
+from gap_diagnosis.vehicle.rules import PLACED, POINTED, TRIMMED
 from thruster_model.parameter_set import Parameter
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
@@ -74,3 +74,33 @@ def test_what_brakes_a_rotor_and_the_dead_zone_of_a_thrust_are_uncertain(
     built = model.built({("shared", n): 0.1 for n in numbers}).settings.thrusters[0]
     believed = given.coefficients
     assert all(getattr(built, n) == pytest.approx(1.1 * getattr(believed, n)) for n in numbers)
+
+
+def test_places_and_directions_of_thrusters_are_uncertain() -> None:
+    model = load_model("bluerov2_heavy")
+    free = nuisances(model, [])
+    placed = PLACED * np.cbrt(model.vehicle.values["volume"])
+    for i in range(model.thrusters):
+        assert free["own", "first angle", i] == free["own", "second angle", i] == POINTED
+        assert free["own", "first offset", i] == free["own", "second offset", i] == pytest.approx(placed)
+
+
+@pytest.mark.parametrize("thruster", [0, 5])
+def test_a_thruster_that_was_found_elsewhere_is_written_there(thruster: int) -> None:
+    model = load_model("bluerov2_heavy")
+    moved = {"first angle": 0.05, "second angle": -0.03, "first offset": 0.01, "second offset": -0.02}
+    numbers = [
+        FittedNumber(key=("own", name, thruster), moved=size, before=0.02, after=1e-3, together=None)
+        for name, size in moved.items()
+    ]
+    found = parse_vehicle_set(dump_vehicle_set(fitted_set(model, numbers)), origin="written")
+    expected = model.built({n.key: n.moved for n in numbers}).settings.coefficients
+    assert found.coefficients.K_t == pytest.approx(expected.K_t, abs=2e-6)
+    before, after = model.vehicle.layout, found.layout
+    kept = [a.position == b.position and a.axis == b.axis for a, b in zip(after, before, strict=True)]
+    assert kept == [i != thruster for i in range(model.thrusters)]
+    shift = np.subtract(after[thruster].position, before[thruster].position)
+    assert np.linalg.norm(shift) == pytest.approx(np.hypot(0.01, 0.02))
+    assert shift @ np.array(before[thruster].axis) == pytest.approx(0.0, abs=1e-9)
+    turned = np.arccos(np.dot(after[thruster].axis, before[thruster].axis))
+    assert turned == pytest.approx(np.hypot(0.05, 0.03), rel=1e-3)

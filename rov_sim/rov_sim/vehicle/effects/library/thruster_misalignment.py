@@ -4,33 +4,51 @@ Kinds: `first_normal` turns the axis e about the horizontal normal of e (about x
 `second_normal` about the normal of both, `position` moves the thruster by (x, y, z).
 """
 
+from functools import lru_cache
+
 import numpy as np
+from numpy.typing import NDArray
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from thruster_model.effects.effect import EffectParameter, Suspected
 
+Array = NDArray[np.float64]
+
+
+def normals(axes: Array) -> tuple[Array, Array]:
+    """Return the first and second normals (3, N) of thrusters' axes (3, N)."""
+    return _normals(axes.tobytes(), axes.shape[1])
+
+
+@lru_cache(maxsize=64)
+def _normals(data: bytes, count: int) -> tuple[Array, Array]:
+    axes = np.frombuffer(data).reshape(3, count)
+    across = np.cross(np.array([0.0, 0.0, 1.0]), axes.T).T
+    length = np.linalg.norm(across, axis=0)
+    first = np.where(length > 1e-6, across / np.maximum(length, 1e-6), np.array([[1.0], [0.0], [0.0]]))
+    return first, np.cross(axes.T, first.T).T
+
+
+def displaced(c, first, second, offset):  # type: ignore[no-untyped-def]
+    """Return the coefficients with thrusters turned by angles (N,) [rad] about their normals, the first one first, and
+    moved by offsets (3, N) [m]; wrench and inflow alike."""
+    e = c.K_t[:3]
+    for angle, about in zip((first, second), normals(np.ascontiguousarray(e)), strict=True):
+        e = e * np.cos(angle) + np.cross(about.T, e.T).T * np.sin(angle)
+    r = c.positions + offset
+    K = np.concatenate((e, np.cross(r.T, e.T).T))
+    return c._replace(K_t=K, K_t_reverse=K.copy(), inflow=K.copy(), positions=r)
+
 
 def body(c, active):  # type: ignore[no-untyped-def]
-    """Return the coefficients with thruster i turned or moved; wrench and inflow alike."""
-    i, K = active.thruster, c.K_t.copy()
-    e, r = K[:3, i].copy(), c.positions[:, i].copy()
-    if active.kind == "position":
-        s = np.array([active.size(a) for a in "xyz"])
-        if not np.any(s):
-            return c
-        r += s
-    else:
-        s = active.size("angle")
-        if s == 0.0:
-            return c
-        across = np.cross((0.0, 0.0, 1.0), e)
-        first = across / np.linalg.norm(across) if np.linalg.norm(across) > 1e-6 else np.array([1.0, 0.0, 0.0])
-        about = first if active.kind == "first_normal" else np.cross(e, first)
-        e = e * np.cos(s) + np.cross(about, e) * np.sin(s)
-    K[:, i] = np.concatenate((e, np.cross(r, e)))
-    positions = c.positions.copy()
-    positions[:, i] = r
-    return c._replace(K_t=K, K_t_reverse=K.copy(), inflow=K.copy(), positions=positions)
+    """Return the coefficients with thruster i turned or moved."""
+    kind = active.kind
+    sizes = [active.size(a) for a in "xyz"] if kind == "position" else [active.size("angle")]
+    if not np.any(sizes):
+        return c
+    own = np.arange(c.thrusters) == active.thruster
+    angles = [sizes[0] * own if kind == of else 0.0 * own for of in ("first_normal", "second_normal")]
+    return displaced(c, *angles, np.outer(sizes, own) if kind == "position" else np.zeros((3, c.thrusters)))
 
 
 EFFECT = VehicleEffect(
