@@ -97,8 +97,11 @@ def test_a_thruster_that_was_found_elsewhere_is_written_there(thruster: int) -> 
     expected = model.built({n.key: n.moved for n in numbers}).settings.coefficients
     assert found.coefficients.K_t == pytest.approx(expected.K_t, abs=2e-6)
     before, after = model.vehicle.layout, found.layout
-    kept = [a.position == b.position and a.axis == b.axis for a, b in zip(after, before, strict=True)]
-    assert kept == [i != thruster for i in range(model.thrusters)]
+    where = [
+        (*a.position, *a.axis) == pytest.approx((*b.position, *b.axis), abs=1e-6)
+        for a, b in zip(after, before, strict=True)
+    ]
+    assert where == [i != thruster for i in range(model.thrusters)]
     shift = np.subtract(after[thruster].position, before[thruster].position)
     assert np.linalg.norm(shift) == pytest.approx(np.hypot(0.01, 0.02))
     assert shift @ np.array(before[thruster].axis) == pytest.approx(0.0, abs=1e-9)
