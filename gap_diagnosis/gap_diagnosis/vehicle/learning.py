@@ -131,22 +131,25 @@ def _climbed(
     tell, rotors and the battery.
     """
 
-    states = [p.base.states if p.base.done else None for p in found]
-    grounds = side_by_side(lambda k: grounded(model, logs[k], k, values, effects, states[k]), range(len(logs)))
+    def on(found: list[Prepared]) -> Callable[[Noises], tuple[float, list[Prepared]]]:
+        """Return what gives log likelihood and logs for noises, linearised along the states of these logs."""
+        states = _along(found, logs)
+        grounds = side_by_side(lambda k: grounded(model, logs[k], k, values, effects, states[k]), range(len(logs)))
 
-    def at(noises: Noises) -> tuple[float, list[Prepared]]:
-        tried = side_by_side(lambda ground: prepared_on(model, ground, noises), grounds)
-        return sum(log_likelihood(p) for p in tried), tried
+        def at(noises: Noises) -> tuple[float, list[Prepared]]:
+            tried = side_by_side(lambda ground: prepared_on(model, ground, noises), grounds)
+            return sum(log_likelihood(p) for p in tried), tried
+
+        return at
 
     begun = learned_from(found)._replace(rotor=others.rotor, speed=others.speed, battery=others.battery)
-    score, found = at(begun)
-
+    score, found = on(found)(begun)
     blocks = _blocks(found)
     for sweep in range(_SWEEPS):
         before, moved = score, []
         for block in blocks:
             was = score
-            score, found = _likeliest(model, at, (score, found), block, _STEP ** (0.5**sweep))
+            score, found = _likeliest(model, on(found), (score, found), block, _STEP ** (0.5**sweep))
             moved += [block] if score > was or not sweep else []
         if score < before + rules.SETTLED:
             break
