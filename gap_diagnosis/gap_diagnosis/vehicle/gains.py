@@ -51,7 +51,9 @@ class Motion(NamedTuple):
 
     def part(self, first: int, last: int) -> "Motion":
         """Return the instants from the first to before the last."""
-        return Motion(*(each[first:last] for each in self[:-1]), self.period)
+        F, H, there, told, pushed, period = self
+        at = slice(first, last)
+        return Motion(F[at], H[at], there[at], told[at], pushed[at], period)
 
 
 class Gains(NamedTuple):
@@ -253,7 +255,7 @@ def motion_of(A: Array, H: Array, there: NDArray[np.bool_], period: float, doubt
     F = np.eye(CORRECTED) + step + 0.5 * step @ step
     told = np.einsum("kij,kjl,kil->ki", H[:, :, 9:15], doubts, H[:, :, 9:15])
     pushed = A[:, 3:9, 9:15] @ doubts @ A[:, 3:9, 9:15].transpose(0, 2, 1) * (2.0 * FLOW_TIME * period)
-    return Motion(*map(np.ascontiguousarray, (F, H, there, told, pushed)), period)
+    return Motion(F, np.ascontiguousarray(H), there, told, np.ascontiguousarray(pushed), period)
 
 
 def filter_gains(

@@ -47,8 +47,10 @@ def body(c, active):  # type: ignore[no-untyped-def]
     if not np.any(sizes):
         return c
     own = np.arange(c.thrusters) == active.thruster
-    angles = [sizes[0] * own if kind == of else 0.0 * own for of in ("first_normal", "second_normal")]
-    return displaced(c, *angles, np.outer(sizes, own) if kind == "position" else np.zeros((3, c.thrusters)))
+    if kind == "position":
+        return displaced(c, 0.0 * own, 0.0 * own, np.outer(sizes, own))
+    first, second = (sizes[0] * own * (kind == of) for of in ("first_normal", "second_normal"))
+    return displaced(c, first, second, np.zeros((3, c.thrusters)))
 
 
 EFFECT = VehicleEffect(
