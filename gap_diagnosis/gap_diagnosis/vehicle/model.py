@@ -140,8 +140,8 @@ class Model:
         """Return the thrusters where and as these values have them."""
         c, layout = _placed(self.vehicle.coefficients, values), list(self.vehicle.layout)
         for i in {key[2] for key in values if key[0] == "own" and key[1] in PLACING}:
-            axis = c.K_t[:3, i] / np.linalg.norm(c.K_t[:3, i])
-            layout[i] = replace(layout[i], position=tuple(c.positions[:, i].tolist()), axis=tuple(axis.tolist()))
+            place, axis = c.positions[:, i].tolist(), c.K_t[:3, i].tolist()
+            layout[i] = replace(layout[i], position=tuple(place), axis=tuple(axis))
         return tuple(layout)
 
     def built(

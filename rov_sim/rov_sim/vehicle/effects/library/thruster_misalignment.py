@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from thruster_model.effects.effect import EffectParameter, Suspected
+from thruster_model.equations.vehicle_inflow import thruster_configuration
 
 Array = NDArray[np.float64]
 
@@ -36,7 +37,7 @@ def displaced(c, first, second, offset):  # type: ignore[no-untyped-def]
     for angle, about in zip((first, second), normals(np.ascontiguousarray(e)), strict=True):
         e = e * np.cos(angle) + np.cross(about.T, e.T).T * np.sin(angle)
     r = c.positions + offset
-    K = np.concatenate((e, np.cross(r.T, e.T).T))
+    K = thruster_configuration(r.T, e.T)
     return c._replace(K_t=K, K_t_reverse=K.copy(), inflow=K.copy(), positions=r)
 
 
