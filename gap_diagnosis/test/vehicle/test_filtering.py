@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import off
+from gap_diagnosis.vehicle.blind.truth import off, placed
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import (
     at_rest,
@@ -26,6 +26,7 @@ from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.effects.library.thruster_misalignment import normals
 from rov_sim.vehicle.innovations import PARTS, states_of
 from run_bag import write_run
 
@@ -72,6 +73,16 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     for names, column in zip(KEYS, factors.T, strict=True):
         for name in (names,) if isinstance(names, str) else names:
             values |= {("own", name, i): float(f) - 1.0 for i, f in enumerate(column)}
+    positions, axes = placed(draw, model.vehicle)
+    first, second = (n.T for n in normals(np.array([e.axis for e in model.vehicle.layout]).T))
+    for i, e in enumerate(model.vehicle.layout):
+        moved, ahead = positions[i] - e.position, float(axes[i] @ e.axis)
+        values["own", "first angle", i] = -float(np.arcsin(second[i] @ axes[i]))
+        values["own", "second angle", i] = float(np.arctan2(first[i] @ axes[i], ahead))
+        values |= {
+            ("own", "first offset", i): float(first[i] @ moved),
+            ("own", "second offset", i): float(second[i] @ moved),
+        }
     return values
 
 

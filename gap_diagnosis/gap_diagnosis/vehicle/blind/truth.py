@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Truth", "off", "truth_of"]
+__all__ = ["GROUPS", "Truth", "off", "placed", "truth_of"]
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -64,15 +64,25 @@ def off(draw: Draw, vehicle: VehicleSet) -> tuple[dict[str, float], Array]:
     return v, np.hstack(factors)
 
 
+def placed(draw: Draw, vehicle: VehicleSet) -> tuple[Array, Array]:
+    """Return where the thrusters of a case are and which way they push, (N, 3) each."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(80,)))
+    drawn = np.array([(place.position, place.axis) for place in vehicle.layout])
+    size = vehicle.values["volume"] ** (1.0 / 3.0)
+    drawn += draw.deviations * np.array([0.02 * size, 0.015])[:, None] * rng.normal(size=drawn.shape)
+    return drawn[:, 0], drawn[:, 1] / np.linalg.norm(drawn[:, 1], axis=1, keepdims=True)
+
+
 def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:
     """Return the world of a case: believed numbers, off by what parameters deviate, with its effects."""
     v, shares = off(draw, vehicle)
     N = len(vehicle.layout)
+    positions, axes = placed(draw, vehicle)
     table = np.zeros((N, len(COLUMNS)))
     at = {name: k for k, name in enumerate(COLUMNS)}
     for i, place in enumerate(vehicle.layout):
         p, f = sets[i].coefficients, shares[i]
-        row = dict(zip(("rx", "ry", "rz", "ex", "ey", "ez"), (*place.position, *place.axis), strict=True))
+        row = dict(zip(("rx", "ry", "rz", "ex", "ey", "ez"), (*positions[i], *axes[i]), strict=True))
         row |= {"c_u1": p.c_u1 * f[8], "c_u2": p.c_u2 * f[0], "d_1": p.delta_u1 * f[9], "d_2": p.delta_u2 * f[1]}
         row |= {"k_n": p.k_n * f[2], "k_q": p.k_Q * p.c_Q2 * f[10], "c_T": p.c_T2 * f[3], "c_nv": p.c_nv_T * f[4]}
         row |= {"c_v": p.c_v_T * f[4], "k_v": p.k_v * f[5], "k_Uv": p.k_Uv * f[6], "k_w": p.k_w}
@@ -168,7 +178,7 @@ def _add(
         table[i, at["ex"] : at["ez"] + 1] = _turned(e, about, s)
     elif effect == "hull_interaction":
         e = table[i, at["ex"] : at["ez"] + 1]
-        table[i, at["hull_axis"]], table[i, at["hull_share"]] = int(np.argmax(np.abs(e))), s
+        table[i, at["hull_axis"]], table[i, at["hull_share"]] = int(np.argmax(np.round(np.abs(e), 1))), s
     elif effect == "thruster_interaction":
         w["interaction"][i, target["other"]] = s / w["full"][i]
     elif effect == "reaction_torque":
