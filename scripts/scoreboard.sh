@@ -7,7 +7,7 @@
 #        scripts/scoreboard.sh ablate quick           each rule of judgement changed in turn, on cases of a set
 #        scripts/scoreboard.sh vehicle DIR [BEFORE]   12 frozen cases of vehicles; against those of another folder
 #
-# More options, among them --processes and --docs: ros2 run gap_diagnosis scoreboard run --help
+# More options, among them --first, --count, --processes and --docs: ros2 run gap_diagnosis scoreboard run --help
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
 case "${1-}" in

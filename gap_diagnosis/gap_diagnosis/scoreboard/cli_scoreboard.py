@@ -46,6 +46,8 @@ def _parser() -> argparse.ArgumentParser:
     run.add_argument("set", choices=list(SETS), help="which cases")
     run.add_argument("folder", type=Path, metavar="DIR", help="for the answers; resumed if it is there")
     run.add_argument("--generators", nargs="+", default=list(GENERATORS), choices=list(GENERATORS), metavar="NAME")
+    run.add_argument("--first", type=int, default=0, metavar="N", help="begin with the N-th case, from 0; default: 0")
+    run.add_argument("--count", type=int, metavar="M", help="so many cases of the set; default: all that follow")
     run.add_argument("--processes", type=int, default=2, metavar="P", help="processes that diagnose; default: 2")
     run.add_argument("--docs", type=Path, metavar="FILE", help="Markdown file for the table")
     run.set_defaults(does=_run)
@@ -69,7 +71,11 @@ def _parser() -> argparse.ArgumentParser:
 def _run(given: argparse.Namespace, console: Console) -> int:
     if given.processes < 1:
         raise ValueError(f"--processes: expected 1 or more; found {given.processes}")
-    plans = planned(given.set, tuple(given.generators))
+    if given.first < 0 or (given.count is not None and given.count < 1):
+        raise ValueError(f"--first, --count: expected 0 or more, 1 or more; found {given.first}, {given.count}")
+    plans = planned(given.set, tuple(given.generators))[given.first :][: given.count]
+    if not plans:
+        raise ValueError(f"--first: expected a case of the set {given.set}; found {given.first}")
     with Progress(*_COLUMNS, console=console) as progress:
         task = progress.add_task("diagnosing", total=len(plans), completed=0)
         held = {answer.case for answer in read_answers(given.folder)}

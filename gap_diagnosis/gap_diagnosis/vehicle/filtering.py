@@ -25,6 +25,7 @@ from rov_sim.vehicle.innovations import (
     states_of,
     states_width,
 )
+from rov_sim.vehicle.kernel import COARSE, FINE
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.compilation import compiled
@@ -118,15 +119,33 @@ def filtered(
     values: Mapping[Key, float],
     effects: Sequence[ActiveVehicleEffect] = (),
     extra: Array | None = None,
+    *,
+    coarse: bool = False,
 ) -> Filtered:
-    """Return the innovations of one log at a point of the model; `extra`: wrenches (K, 6) beside."""
+    """Return the innovations of one log at a point of the model.
+
+    Args:
+        model, prepared: of the log.
+        values, effects: the point.
+        extra: wrenches (K, 6) beside.
+        coarse: with steps of half the cost, whose errors cancel in a difference of two coarse runs: for slopes.
+    """
     log = prepared.log
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
     later = built.sensors.imu_late / log.period - prepared.late / PARTS
     if abs(later) >= rules.REACH:  # gains were made for readings that are near their instants
         log = read_later(log, round(later))
     log = shifted(log, values, effects)
-    return _run(log, built, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log))
+    return _run(
+        log,
+        built,
+        prepared.gains.gains,
+        prepared.speed_gains,
+        prepared.noises.time,
+        extra,
+        followed(log),
+        coarse=coarse,
+    )
 
 
 def followed(log: VehicleLog) -> Array:
@@ -134,7 +153,7 @@ def followed(log: VehicleLog) -> Array:
     return followed_charge(rules.CHARGE_TIME / log.period)
 
 
-def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[no-untyped-def]
+def _run(log, built, gains, speed_gains, time, extra, charge, *, coarse=False):  # type: ignore[no-untyped-def]
     K, N = log.count, log.thrusters
     out = (
         np.full((K, 13), np.nan),
@@ -145,7 +164,8 @@ def _run(log, built, gains, speed_gains, time, extra, charge):  # type: ignore[n
     kernel: Any = innovations
     done = kernel(
         sheet_of(built.settings), np.ascontiguousarray(log.commands), *built.steps(log.period),
-        np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)), *built.settings.tables,
+        COARSE if coarse else FINE, np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)),
+        *built.settings.tables,
         built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
         gains, speed_gains, charge, np.full(past_width(N), np.nan), *out,
     )  # fmt: skip

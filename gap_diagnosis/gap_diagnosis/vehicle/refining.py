@@ -214,11 +214,13 @@ class Problem:
         found = self._innovations(k, x, effects)
         return np.full(self.screen.residual(k).size, LOST) if found is None else found
 
-    def _innovations(self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None) -> Array | None:
-        """Return whitened innovations of run k, flat; None: there is no such model."""
+    def _innovations(
+        self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None, *, coarse: bool = False
+    ) -> Array | None:
+        """Return whitened innovations of run k, flat; None: there is no such model; coarse: see `filtered`."""
         on = self.effects if effects is None else effects
         active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
-        found = self.screen.at(k, self._values(x), active)
+        found = self.screen.at(k, self._values(x), active, coarse=coarse)
         return None if found is None else np.nan_to_num(found).ravel()
 
     def scored(self, x: Array) -> tuple[list[Array], float]:
@@ -249,10 +251,12 @@ class Problem:
         out = []
         for k, each in enumerate(r):
             J = np.zeros((each.size, len(x)), dtype=np.float32, order="F")
+            here = self._innovations(k, x, coarse=True)
+            here = each if here is None else here
             if known:
                 J[:, :first] = known[k]
 
-            def fill(j: int, k: int = k, each: Array = each, J: NDArray[np.float32] = J) -> None:
+            def fill(j: int, k: int = k, here: Array = here, J: NDArray[np.float32] = J) -> None:
                 if j < len(keys) and not acts_in(keys[j], k):
                     return
                 for step in (steps[j], -steps[j]):
@@ -260,8 +264,11 @@ class Problem:
                     there[j] += step
                     there = self.held(there)
                     moved = there[j] - x[j]
-                    if abs(moved) > 0.5 * abs(step) and (found := self._innovations(k, there)) is not None:
-                        J[:, j] = (found - each) / moved
+                    if abs(moved) <= 0.5 * abs(step):
+                        continue
+                    found = self._innovations(k, there, coarse=True)
+                    if found is not None:
+                        J[:, j] = (found - here) / moved
                         break
 
             side_by_side(fill, range(first, len(x)))

@@ -52,29 +52,34 @@ class Screen:
     runs: Sequence[Prepared]
     values: Mapping[Key, float]
     effects: tuple[ActiveVehicleEffect, ...] = ()
-    _base: dict[int, Array] = field(default_factory=dict)
+    _base: dict[tuple[int, bool], Array] = field(default_factory=dict)
 
-    def residual(self, k: int) -> Array:
-        """Return whitened innovations of run k at the point, (K, M)."""
-        if k not in self._base:
-            self._base[k] = whitened(self.runs[k], filtered(self.model, self.runs[k], self.values, self.effects))
-        return self._base[k]
+    def residual(self, k: int, *, coarse: bool = False) -> Array:
+        """Return whitened innovations of run k at the point, (K, M); coarse: see `filtered`."""
+        if (k, coarse) not in self._base:
+            run = self.runs[k]
+            found = filtered(self.model, run, self.values, self.effects, coarse=coarse)
+            self._base[k, coarse] = whitened(run, found)
+        return self._base[k, coarse]
 
     def residuals(self) -> list[Array]:
         """Return those of all runs, flat."""
         return [self.residual(k).ravel() for k in range(len(self.runs))]
 
-    def at(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array | None:
-        """Return whitened innovations of run k elsewhere; None: there is no such model."""
+    def at(
+        self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], *, coarse: bool = False
+    ) -> Array | None:
+        """Return whitened innovations of run k elsewhere; None: there is no such model; coarse: see `filtered`."""
         try:
-            return whitened(self.runs[k], filtered(self.model, self.runs[k], values, effects))
+            return whitened(self.runs[k], filtered(self.model, self.runs[k], values, effects, coarse=coarse))
         except (VehicleError, ValueError):
             return None
 
     def _beside(self, k: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]) -> Array:
         """Return what is different elsewhere from the point; nothing where there is no such model."""
-        found = self.at(k, values, effects)
-        return np.zeros_like(self.residual(k)) if found is None else found - self.residual(k)
+        here = self.residual(k, coarse=True)
+        found = self.at(k, values, effects, coarse=True)
+        return np.zeros_like(here) if found is None else found - here
 
     def of_nuisance(self, key: Key, deviation: float) -> Column:
         """Return the column of a nuisance, over its deviation (it then has the deviation 1)."""
@@ -136,8 +141,8 @@ class Screen:
                 extra[:, _AXES.index(place)] = size
             else:
                 run = replace(run, log=_misread(run.log, place, size))
-            result = filtered(self.model, run, self.values, self.effects, extra)
-            return whitened(run, result) - self.residual(k)
+            result = filtered(self.model, run, self.values, self.effects, extra, coarse=True)
+            return whitened(run, result) - self.residual(k, coarse=True)
 
         return Column(name, 1.0, change)
 

@@ -36,6 +36,7 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
+from rov_sim.vehicle.kernel import FINE
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
@@ -110,7 +111,7 @@ class _Branch:
         carried = self._wrench * keep[:-1, None]
         kernel: Any = innovations
         done = kernel(
-            self._sheet, np.ascontiguousarray(log.commands), *self._steps, carried,
+            self._sheet, np.ascontiguousarray(log.commands), *self._steps, FINE, carried,
             float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
             log.lateness, gains, speed_gains, self._charge, self._past, *out,
         )  # fmt: skip

@@ -23,3 +23,20 @@ def test_a_case_is_recorded_diagnosed_and_kept_and_the_second_time_read(tmp_path
 def test_an_empty_folder_is_a_sentence(tmp_path, capsys):
     assert cli_scoreboard.main(["table", str(tmp_path)]) == 1
     assert "expected answers of `scoreboard run`; found none" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("asked", "said"),
+    [(["--first", "9000"], "expected a case of the set smoke; found 9000"), (["--count", "0"], "found 0, 0")],
+)
+def test_cases_that_are_not_there_are_a_sentence(asked, said, tmp_path, capsys):
+    assert cli_scoreboard.main(["run", "smoke", str(tmp_path / "board"), *asked]) == 1
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "board").exists()
+
+
+def test_a_part_of_a_set_is_run_by_itself(tmp_path, monkeypatch):
+    ran = []
+    monkeypatch.setattr(cli_scoreboard, "run_cases", lambda cases, *_: ran.extend(cases))
+    cli_scoreboard.main(["run", "quick", str(tmp_path), "--first", "3", "--count", "2"])
+    assert ran == plans.planned("quick", tuple(cli_scoreboard.GENERATORS))[3:5]

@@ -15,6 +15,7 @@ from gap_diagnosis.vehicle.blind.truth import off, placed
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import (
     at_rest,
+    filtered,
     log_determinant,
     log_likelihood,
     prepared_with,
@@ -211,3 +212,21 @@ def test_a_rotor_that_has_stopped_is_not_stirred_by_its_tachometers_noise(tmp_pa
     speeds = np.abs(states_of(found.base.states).speeds)
     assert np.abs(log.speeds[:, 3]).max() > 3.0
     assert speeds[:, 3].max() == 0.0 and speeds[:, 2].max() > 50.0
+
+
+def test_slopes_by_coarse_steps_are_those_by_fine_ones(tmp_path: Path) -> None:
+    draw = Draw(seed=1211, vehicle="bluerov2_heavy", kinds=("pulses",), duration=20.0)
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)
+    found = prepared_with(model, log, 0, first_noises(model, [log]), {})
+
+    def changed(coarse: bool, values: Any, *on: ActiveVehicleEffect) -> Any:
+        here, there = (filtered(model, found, v, o, coarse=coarse) for v, o in (({}, ()), (values, on)))
+        return whitened(found, there) - whitened(found, here)
+
+    friction = ActiveVehicleEffect(id="coulomb_friction", thruster=2, sizes={"deceleration": 60.0})
+    for point in (({("own", "rotor", 1): 0.05},), ({("vehicle", "z_B"): 0.005},), ({}, friction)):
+        fine, coarse = (changed(how, *point) for how in (False, True))
+        assert np.linalg.norm(fine) > 1.0
+        assert np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(fine)

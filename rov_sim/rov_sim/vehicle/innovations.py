@@ -97,14 +97,14 @@ def followed_charge(time: float) -> NDArray[np.float64]:
 
 @compiled
 def innovations(  # type: ignore[no-untyped-def]
-    sheet, commands, steps, step, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery, lateness,
-    gains, speed_gains, charge, past, out, out_n, out_b, states,
+    sheet, commands, steps, step, stages, extra, keep, body, layout, p, e, c, tach, attitude, told, speeds, battery,
+    lateness, gains, speed_gains, charge, past, out, out_n, out_b, states,
 ):  # fmt: skip
     """Run the filter over K periods; return how many were done, fewer than K where the state is no longer finite.
 
     Args:
-        sheet: with the state at the first instant; steps, step: of one of the `PARTS` of a period, as in
-            `kernel.advance`.
+        sheet: with the state at the first instant; steps, step: of one of the `PARTS` of a period, and stages of one,
+            as in `kernel.advance`.
         commands: (K, PARTS, N) throttles [V], that act in each part of a period.
         extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
         body, layout, p, e: `Tables`; c: `SensorCoefficients`.
@@ -183,7 +183,7 @@ def innovations(  # type: ignore[no-untyped-def]
                     states[k, j] = sheet[STATE, j]
                 for j in range(6):
                     states[k, 13 + j] = w[j]
-            advance(sheet, commands[k, piece], steps, step, gate, wrench, fed, layout, p, e, False, piece > 0)
+            advance(sheet, commands[k, piece], steps, step, gate, wrench, fed, layout, p, e, False, piece > 0, stages)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):

@@ -45,8 +45,10 @@ from thruster_model.pipeline import heat_after, lag_time, ramp_limit, step_limit
 from thruster_model.stepper import RAMP_STEP
 from thruster_model.thruster_rows import thruster
 
-__all__ = ["advance", "advance_period", "known_rates", "measured", "record_width", "run_vehicle"]
+__all__ = ["COARSE", "FINE", "advance", "advance_period", "known_rates", "measured", "record_width", "run_vehicle"]
 
+FINE, COARSE = 4, 2
+"""Stages of a step: the four of Runge and Kutta, the two of the midpoint rule."""
 _SAME_INSTANT = 1e-12  # s
 _LAG_STEP = 12.5e-3
 """[s] Of throttles that lag, where pieces end at the last one that is reached: they bend at the edges of dead zones
@@ -54,19 +56,21 @@ alone. What a gyro is expected to read in a minute with a lag of 0.15 s changes 
 
 
 @inlined
-def _rk4(sheet, dt, gate, wrench, body, layout, p, e, known):  # type: ignore[no-untyped-def]
-    """Advance the state by one RK4 step of `dt` [s], the acting throttles going by row MIDDLE to row END [V].
+def _runge_kutta(sheet, dt, gate, wrench, body, layout, p, e, known, stages):  # type: ignore[no-untyped-def]
+    """Advance the state by one step of `dt` [s], the acting throttles going by row MIDDLE to row END [V].
 
-    known: whether row SLOPE holds the rates of the state.
+    known: whether row SLOPE holds the rates of the state. stages: `FINE` or `COARSE`.
     """
     N = layout.shape[0]
     states, u = BODY + 2 * N, BODY + 2 * N
     for i in range(BODY + 4 * N):
         sheet[AT, i], sheet[GAINED, i] = sheet[STATE, i], 0.0
-    for stage in range(4):  # one place for the rates: a kernel with four copies of them compiles for minutes
+    for stage in range(stages):  # one place for the rates: a kernel with four copies of them compiles for minutes
         if stage > 0 or not known:
             rates(sheet, AT, gate, wrench, body, layout, p, e)
         weight = 2.0 if stage == 1 or stage == 2 else 1.0
+        if stages == COARSE:
+            weight = 6.0 * stage
         ahead = dt if stage == 2 else 0.5 * dt
         for i in range(states):
             sheet[GAINED, i] += weight * sheet[SLOPE, i]
@@ -102,10 +106,11 @@ def _stir(sheet, body, layout, p):  # type: ignore[no-untyped-def]
 
 
 @inlined
-def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: ignore[no-untyped-def]
+def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known, stages):  # type: ignore[no-untyped-def]
     """Advance the state by `dt` [s] towards the throttles of row REACHED, in pieces where they are reached.
 
-    apart: whether a piece ends where any of them is reached; else where the last one is. known: see `_rk4`.
+    apart: whether a piece ends where any of them is reached; else where the last one is. known, stages: see
+    `_runge_kutta`.
     """
     N = layout.shape[0]
     first, last = BODY + 2 * N, BODY + 3 * N
@@ -139,7 +144,7 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known):  # type: i
             if moving:
                 _throttles_after(sheet, MIDDLE, (k + 0.5) / count * piece, p, e, first, last)
                 _throttles_after(sheet, END, (k + 1) / count * piece, p, e, first, last)
-            _rk4(sheet, piece / count, gate, wrench, body, layout, p, e, known)
+            _runge_kutta(sheet, piece / count, gate, wrench, body, layout, p, e, known, stages)
             known = False
         left = left - piece if piece < left - _SAME_INSTANT else 0.0
 
@@ -169,14 +174,14 @@ def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-un
 
 @inlined
 def advance(  # type: ignore[no-untyped-def]
-    sheet, commands, steps, step, gate, wrench, body, layout, p, e, apart=True, known=False
+    sheet, commands, steps, step, gate, wrench, body, layout, p, e, apart=True, known=False, stages=FINE
 ):  # fmt: skip
     """Advance the state in place by `steps` steps of `step` [s] under throttle commands (N,) [V], held.
 
     Args:
         apart: whether steps are split at each throttle that is reached; else at the last one, which for six thrusters
             is half the work: the others' kinks, within pieces of `RAMP_STEP`, cost 1e-4 V s of a command.
-        known: whether row SLOPE holds the rates of the state.
+        known, stages: see `_runge_kutta`.
     """
     N = layout.shape[0]
     first = BODY + 2 * N
@@ -197,7 +202,7 @@ def advance(  # type: ignore[no-untyped-def]
                 sheet[REACHED, i] = sheet[BEFORE, i] if early else sheet[AFTER, i]
                 if early:
                     until = min(until, sheet[LATE, i])
-            _step(sheet, until - gone, gate, wrench, body, layout, p, e, apart, known)
+            _step(sheet, until - gone, gate, wrench, body, layout, p, e, apart, known, stages)
             gone, known = until, False
 
 
