@@ -111,14 +111,16 @@ class Model:
         return active_effects(self.vehicle, self.sets)
 
     @cached_property
-    def _coefficients(self) -> Callable[[tuple[tuple[str, float], ...]], VehicleCoefficients]:
-        """Coefficients of the vehicle with numbers changed by so much, (name, change) each."""
+    def _coefficients(self) -> Callable[[tuple[tuple[str, float], ...], tuple[float, ...]], VehicleCoefficients]:
+        """Coefficients of the vehicle with numbers changed by so much, (name, change) each, and thrusters displaced:
+        see `_displacements`.
+        """
         base = self.vehicle.values
 
-        def changed(changes: tuple[tuple[str, float], ...]) -> VehicleCoefficients:
+        def changed(changes: tuple[tuple[str, float], ...], moved: tuple[float, ...]) -> VehicleCoefficients:
             values = {n: admissible(n, base.get(n, 0.0) + v) for n, v in changes}
             vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
-            return vehicle.coefficients._replace(full_thrust=self._full)
+            return _placed(vehicle.coefficients._replace(full_thrust=self._full), moved)
 
         return lru_cache(maxsize=_VEHICLES)(changed)
 
@@ -138,7 +140,8 @@ class Model:
 
     def layout_with(self, values: Mapping[Key, float]) -> tuple[LayoutEntry, ...]:
         """Return the thrusters where and as these values have them."""
-        c, layout = _placed(self.vehicle.coefficients, values), list(self.vehicle.layout)
+        moved = _displacements(values, self.thrusters)
+        c, layout = _placed(self.vehicle.coefficients, moved), list(self.vehicle.layout)
         for i in {key[2] for key in values if key[0] == "own" and key[1] in PLACING}:
             place, axis = c.positions[:, i].tolist(), c.K_t[:3, i].tolist()
             layout[i] = replace(layout[i], position=tuple(place), axis=tuple(axis))
@@ -173,7 +176,7 @@ class Model:
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
                     tach[i, 1] = max(next(iter(effect.sizes.values())), 0.0)
-        body = body_with(_placed(self._coefficients(_changes(values, run)), values), active)
+        body = body_with(self._coefficients(_changes(values, run), _displacements(values, N)), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
         if initial is not None and not body.turning.all():  # a rotor that has stopped stood still before
             thrusters_then = initial.thrusters.copy()
@@ -199,13 +202,18 @@ class Model:
         return Built(settings, sensors, tach)
 
 
-def _placed(c: VehicleCoefficients, values: Mapping[Key, float]) -> VehicleCoefficients:
-    """Return the coefficients with thrusters where and as these values have them."""
-    moved = np.array([[values.get(("own", name, i), 0.0) for i in range(c.thrusters)] for name in PLACING])
-    if not moved.any():
+def _displacements(values: Mapping[Key, float], thrusters: int) -> tuple[float, ...]:
+    """Return by how much thrusters are turned and moved, those of one kind of `PLACING` after those of another."""
+    return tuple(values.get(("own", name, i), 0.0) for name in PLACING for i in range(thrusters))
+
+
+def _placed(c: VehicleCoefficients, moved: tuple[float, ...]) -> VehicleCoefficients:
+    """Return the coefficients with thrusters displaced, see `_displacements`."""
+    if not any(moved):
         return c
     along = normals(np.ascontiguousarray(c.K_t[:3]))
-    placed: VehicleCoefficients = displaced(c, moved[0], moved[1], moved[2] * along[0] + moved[3] * along[1])
+    first, second, along_first, along_second = np.reshape(moved, (len(PLACING), -1))
+    placed: VehicleCoefficients = displaced(c, first, second, along_first * along[0] + along_second * along[1])
     return placed
 
 

@@ -25,7 +25,7 @@ class Bilinear:
     def residual(self, k: int) -> Any:
         return NOISE
 
-    def at(self, k: int, values: Any, effects: Any) -> Any:
+    def at(self, k: int, values: Any, effects: Any, *, coarse: bool = False) -> Any:
         left = 1.0 + values[THRUST]
         for effect in effects:
             left *= 1.0 - effect.sizes["share"]
@@ -51,7 +51,7 @@ def test_the_evidence_is_that_of_where_the_fit_ends_wherever_it_began() -> None:
 
 def test_where_whole_steps_lead_away_damped_ones_lead_home() -> None:
     class Bent(Bilinear):
-        def at(self, k: int, values: Any, effects: Any) -> Any:
+        def at(self, k: int, values: Any, effects: Any, *, coarse: bool = False) -> Any:
             return NOISE + 20.0 * np.arctan(values[THRUST] / 0.02) * BASIS
 
     one = Problem(screen=Bent(), nuisances={THRUST: 0.02}, effects=())  # type: ignore[arg-type]
@@ -83,7 +83,7 @@ def test_a_limit_that_is_never_reached_stays_where_it_was_tried() -> None:
     )  # fmt: skip
 
     class Unreached(Bilinear):
-        def at(self, k: int, values: Any, effects: Any) -> Any:
+        def at(self, k: int, values: Any, effects: Any, *, coarse: bool = False) -> Any:
             return super().at(k, values, ())
 
     one = Problem(screen=Unreached(), nuisances={THRUST: 0.02}, effects=(limit,))  # type: ignore[arg-type]
@@ -126,7 +126,7 @@ def test_damped_steps_that_creep_towards_a_wall_end() -> None:
     asked = []
 
     class Walled(Bilinear):
-        def at(self, k: int, values: Any, effects: Any) -> Any:
+        def at(self, k: int, values: Any, effects: Any, *, coarse: bool = False) -> Any:
             x = values[THRUST] / 0.02
             asked.append(x)
             return NOISE + 20.0 * (10.0 - x) * BASIS + (1e3 * np.roll(BASIS, 1) if x > 1.0 else 0.0)
