@@ -79,8 +79,9 @@ def guess(sources: Sequence[Source]) -> str:
     for each in _parted(found.values()):
         del found[each.channel]
         left.append((each.source, each.name))
-    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
-    for each in [*unnamed, *(_by_pressure(left) if vehicle else _by_unit(left))]:
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(columns)
+    for each in [*unnamed, *(_by_pressure(columns) if vehicle else _by_unit(columns))]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
@@ -113,29 +114,27 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
     ]
 
 
-def _commands(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+def _commands(columns: Sequence[tuple[CsvSource, str]]) -> list[_Found]:
     """Return commands of several thrusters that their units or values tell."""
-    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
     return [
         _Found(f"thruster_{number}/throttle.commanded", source, name, why=f" by its {told} alone: is it?")
         for source, name, number, told in alike_commands(columns)
     ]
 
 
-def _by_pressure(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+def _by_pressure(columns: Sequence[tuple[CsvSource, str]]) -> list[_Found]:
     """Return the depth as pressures tell it."""
-    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
     return [
         _Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
         for source, name, entry in depths_of_pressures(columns)
     ]
 
 
-def _by_unit(left: Sequence[tuple[Source, str]]) -> list[_Found]:
+def _by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[_Found]:
     """Return channels of a thruster that the unit of one column alone, stated or in its name, leaves no doubt about."""
     found: dict[str, list[_Found]] = {}
-    for source, name in left:
-        unit = (source.unit(name) or ["", *named_units(name)][-1]) if isinstance(source, CsvSource) else ""
+    for source, name in columns:
+        unit = source.unit(name) or ["", *named_units(name)][-1]
         channel = next((c for ours, c in BY_UNIT.items() if unit and conversion(spelled(unit), ours) is not None), "")
         if channel and values_of(source, name) is not None:
             each = _Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
