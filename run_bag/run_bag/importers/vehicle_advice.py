@@ -57,14 +57,14 @@ def _measured(topic: Topic, path: str) -> Array | None:
 
 
 def _of_depth(topic: Topic) -> list[str]:
-    depth = _measured(topic, "depth")
-    if depth is None:
+    depth = np.asarray(topic.fields.get("depth", ()), dtype=np.float64)
+    there = np.isfinite(depth)
+    if not there.any():
         return []
-    told, usual = [], float(np.median(depth))
+    told, usual = [], float(np.median(depth[there]))
     if usual < _SHALLOWEST:
         told.append(f"rov/depth.depth: {usual:.3g} m as a rule: expected depths, positive down; say `sign: -1`")
-    there = np.isfinite(np.asarray(topic.fields["depth"], dtype=np.float64))
-    fastest = _fastest(np.asarray(topic.stamps)[there] * 1e-9, depth)
+    fastest = _fastest(np.asarray(topic.stamps)[there] * 1e-9, depth[there])
     if fastest > _SPEED:
         told.append(
             f"rov/depth.depth: changes by up to {fastest:.4g} m/s: no vehicle's; is `unit` that of the recording?"
