@@ -71,8 +71,8 @@ def open_source(path: Path, told: RecordingMap | None) -> Source:
     return CsvSource(path, told)
 
 
-def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[list[Topic], list[str]]:
-    """Import a recording; return its topics, and warnings.
+def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[list[Topic], list[str], RecordingMap]:
+    """Import a recording; return its topics, warnings, and its map.
 
     Raises:
         RunError: the target exists or cannot be written, the map or the recording is wrong.
@@ -97,7 +97,7 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
         metadata["clock_deviation"] = clocks
     write_run(out, made, metadata)
     lost = [w for s in sources for w in getattr(s, "warnings", ())]
-    return made, [*lost, *warnings, *advice(made, holds)]
+    return made, [*lost, *warnings, *advice(made, holds)], told
 
 
 def _parts(file: Path) -> list[Path]:
@@ -126,11 +126,11 @@ def _run(options: argparse.Namespace) -> int:
         if asked := text.count(f"unit: '{ASKED}'"):
             print(f"note: units to be written by you, where neither name nor values tell: {asked}", file=sys.stderr)
         return 0
-    made, warnings = import_recording(options.files, options.map, options.out)
+    made, warnings, told = import_recording(options.files, options.map, options.out)
     for sentence in warnings:
         print(f"warning: {options.out}: {sentence}", file=sys.stderr)
     print(f"{options.out}:")
-    constant = {(e.topic, e.path) for e in read_map(options.map).entries if isinstance(e, Constant)}
+    constant = {(e.topic, e.path) for e in told.entries if isinstance(e, Constant)}
     print("\n".join(_told(topic, {path for name, path in constant if name == topic.name}) for topic in made))
     return 0
 

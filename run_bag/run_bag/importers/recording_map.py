@@ -23,7 +23,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
-from safe_files.yaml_io import YamlLimits, yaml_mapping
+from safe_files.yaml_io import yaml_mapping
 
 from ..alignment import HOLDS
 from ..definitions import definitions
@@ -33,7 +33,6 @@ from ..units import UNITS
 from .axes import ANGLES, PARTS, REP103, unit_in_map
 from .conversions import COMMANDS, Conversion, accepted, conversion, spelled
 
-LIMITS = YamlLimits(size=1 << 20)
 TIME_KEYS = {"column", "unit"}
 CSV_KEYS = {"separator", "decimal"}
 KEYS = {
@@ -143,9 +142,9 @@ def read_map(path: Path) -> RecordingMap:
     return _checked(yaml_mapping(path, _refused), str(path))
 
 
-def parse_map(text: str, origin: str = "map") -> RecordingMap:
-    """Read and check the text of a map, which errors call `origin`; see `read_map`."""
-    return _checked(yaml_mapping(text, _refused, origin), origin)
+def parse_map(text: str) -> RecordingMap:
+    """Read and check the text of a map; see `read_map`."""
+    return _checked(yaml_mapping(text, _refused, "map"), "map")
 
 
 def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
