@@ -7,7 +7,7 @@ r(x) = r_0 + J (x - x_0) for independent numbers r of deviation 1, and x with de
 so that any set of columns is judged from A and b alone. A column is the change of r by a finite probe.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -40,8 +40,6 @@ class Gram:
         names: of the columns.
         deviations: of their sizes; 0: a switch.
         A: (n, n); b: (n,), of -r; rr: r^T r.
-        by_run: A, b, rr of each run.
-        kept: (rows, m) of each run, the first columns themselves.
         scatter: (n,), by how much more than expected the columns' scores vary from block to block, 1 or more.
     """
 
@@ -50,8 +48,6 @@ class Gram:
     A: Array
     b: Array
     rr: float
-    by_run: tuple[tuple[Array, Array, float], ...]
-    kept: tuple[NDArray[np.float32], ...] = ()
     scatter: Array = field(default_factory=lambda: np.ones(0))
 
     def index(self, name: object) -> int:
@@ -59,15 +55,13 @@ class Gram:
         return self.names.index(name)
 
 
-def gathered(
-    residuals: Sequence[Array], columns: Sequence[Column], keep: int = 0, base: int = 0, block: int = 0
-) -> Gram:
-    """Return the products for residuals r_0 of each run, flat, and columns; the first `keep` ones are kept whole.
+def gathered(residuals: Sequence[Array], columns: Sequence[Column], base: int = 0, block: int = 0) -> Gram:
+    """Return the products for residuals r_0 of each run, flat, and columns.
 
     base, block: with both, `scatter` is judged of the columns beyond the first `base`, by blocks of so many rows.
     """
     n = len(columns)
-    by_run, whole = [], []
+    A, b, rr, whole = np.zeros((n, n)), np.zeros(n), 0.0, []
     for k, r in enumerate(residuals):
         J = np.empty((r.size, n), dtype=np.float32, order="F")
 
@@ -78,22 +72,18 @@ def gathered(
         flat = r.ravel().astype(np.float32)
         J[~np.isfinite(J)] = 0.0
         whole.append((J, flat))
-        A, b = np.zeros((n, n)), np.zeros(n)
+        A_k, b_k = np.zeros((n, n)), np.zeros(n)
         for first in range(0, len(flat), _ROWS):  # products in double precision: sums of squares reach 1e10
             some = J[first : first + _ROWS].astype(np.float64)
-            A += some.T @ some
-            b -= some.T @ flat[first : first + _ROWS]
-        by_run.append((A, b, float(r.ravel() @ r.ravel())))
-    A = sum((a for a, _, _ in by_run), np.zeros((n, n)))
-    b = sum((b for _, b, _ in by_run), np.zeros(n))
+            A_k += some.T @ some
+            b_k -= some.T @ flat[first : first + _ROWS]
+        A, b, rr = A + A_k, b + b_k, rr + float(r.ravel() @ r.ravel())
     return Gram(
         names=tuple(c.name for c in columns),
         deviations=np.array([c.deviation for c in columns]),
         A=A,
         b=b,
-        rr=sum(rr for _, _, rr in by_run),
-        by_run=tuple(by_run),
-        kept=tuple(J[:, :keep].copy() for J, _ in whole),
+        rr=rr,
         scatter=_scatter(whole, A, b, base, block) if block else np.ones(n),
     )
 
@@ -132,22 +122,15 @@ def _scatter(whole: Sequence[tuple[Any, Any]], A: Array, b: Array, base: int, bl
     return out
 
 
-def solution(
-    gram: Gram, chosen: Sequence[int], on: Sequence[int] = (), centre: Mapping[int, float] | None = None
-) -> tuple[Array, Array]:
-    """Return the most likely sizes of the chosen columns and their covariance; `on`: switches that are on.
-
-    centre: prior means of columns, where they are not zero.
-    """
+def solution(gram: Gram, chosen: Sequence[int], on: Sequence[int] = ()) -> tuple[Array, Array]:
+    """Return the most likely sizes of the chosen columns and their covariance; `on`: switches that are on."""
     c = np.asarray(chosen, dtype=int)
     b = gram.b[c] - (gram.A[c][:, list(on)].sum(axis=1) if on else 0.0)
-    weight = 1.0 / gram.deviations[c] ** 2
-    mean = np.array([(centre or {}).get(int(j), 0.0) for j in c])
-    H = gram.A[np.ix_(c, c)] + np.diag(weight)
+    H = gram.A[np.ix_(c, c)] + np.diag(1.0 / gram.deviations[c] ** 2)
     factor = _factor(H)
     inverse = np.linalg.inv(factor)
     covariance = inverse.T @ inverse
-    return covariance @ (b + weight * mean), covariance
+    return covariance @ b, covariance
 
 
 def evidence(gram: Gram, chosen: Sequence[int], on: Sequence[int] = ()) -> float:
