@@ -12,7 +12,6 @@ A throttle that does not come in time is given up: the link then decides by the 
 
 import math
 from collections.abc import Callable
-from typing import Protocol
 
 from bench_driver.dialect import Measurement
 from bench_driver.driver_settings import DriverSettings
@@ -21,39 +20,12 @@ from bench_driver.link_records import LinkState, Sent
 from bench_driver.serial_port_io import SerialPort
 from bench_driver.serial_session_io import Port, SerialSession
 
-__all__ = ["LockstepPace", "Pace", "RealTimePace"]
+__all__ = ["LockstepPace", "RealTimePace"]
 
 Stamped = tuple[int, Measurement]
 OpenPort = Callable[[str, int], Port]
 _APART = 1000  # ns
 _TALKING = (LinkState.SETTLING, LinkState.READY, LinkState.SILENT)
-
-
-class Pace(Protocol):
-    """What the driver's node needs of a pace; stamps are nanoseconds of the node's clock."""
-
-    session: SerialSession
-
-    @property
-    def now(self) -> float:
-        """Return the link's time [s]."""
-        ...
-
-    def command(self, stamp: int, thruster: int, throttle: float) -> None:
-        """Take the throttle [V] asked of a thruster for the instant `stamp`."""
-        ...
-
-    def read(self) -> list[Stamped]:
-        """Return the measurements that have come, with their stamps."""
-        ...
-
-    def write(self) -> list[tuple[int, Sent | None]]:
-        """Write what is due; return what was sent and when, None where a period passed without anything sent."""
-        ...
-
-    def trouble(self) -> str:
-        """Return what else is the matter, or an empty string."""
-        ...
 
 
 class RealTimePace:

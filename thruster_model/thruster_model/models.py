@@ -32,7 +32,7 @@ from thruster_model.parameter_definitions import (
     table_nodes,
 )
 
-__all__ = ["MODELS", "THESIS_MODELS", "Model", "ParameterDefinition"]
+__all__ = ["MODELS", "Model", "ParameterDefinition"]
 
 _LOADS = ("speed", "thrust", "torque")
 _FLOWS = ("speed", "axial", "ambient", "thrust", "torque")
@@ -42,7 +42,6 @@ _VOLTAGE = {"k_1": ("k_n",), "k_3": ("c_u1", "c_u2")}
 _STATIC = {"g_1": ("c_u1",), "g_2": ("c_u2",)}
 TABLE_KNOTS = (-3.0, -2.5, -2.0, -1.5, -1.0, -0.75, 0.0, 0.75, 1.0, 1.5, 2.0, 2.5, 3.0)
 
-THESIS_MODELS = ("simplified", "hl", "hq")
 _ALL = (
     Model(
         name="simplified",

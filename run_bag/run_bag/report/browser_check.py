@@ -135,13 +135,6 @@ def screenshot(
         Path(png).write_bytes(base64.b64decode(shot["data"]))
 
 
-def print_pdf(path: str | Path, pdf: str | Path) -> None:
-    """Save a report as it is printed."""
-    with open_report(path, *LAPTOP) as driver:
-        printed = driver.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})
-        Path(pdf).write_bytes(base64.b64decode(printed["data"]))
-
-
 @contextmanager
 def open_report(path: str | Path, width: int, height: int, *, dark: bool = False) -> Iterator[Any]:
     """Open a report with all plots drawn and hand over selenium's driver, for checks of a single page."""

@@ -22,17 +22,16 @@ class Signal:
     symbol: str
     title: str
     unit: str
-    plant_output: str
 
 
 SIGNALS: dict[str, Signal] = {
     s.name: s
     for s in (
-        Signal(name="speed", symbol="n", title="Rotor speed", unit="rad/s", plant_output="n"),
-        Signal(name="axial", symbol="v", title="Axial flow", unit="m/s", plant_output="v"),
-        Signal(name="ambient", symbol="U", title="Ambient flow", unit="m/s", plant_output="ambient"),
-        Signal(name="thrust", symbol="T", title="Thrust", unit="N", plant_output="thrust"),
-        Signal(name="torque", symbol="Q", title="Torque", unit="N m", plant_output="torque"),
+        Signal(name="speed", symbol="n", title="Rotor speed", unit="rad/s"),
+        Signal(name="axial", symbol="v", title="Axial flow", unit="m/s"),
+        Signal(name="ambient", symbol="U", title="Ambient flow", unit="m/s"),
+        Signal(name="thrust", symbol="T", title="Thrust", unit="N"),
+        Signal(name="torque", symbol="Q", title="Torque", unit="N m"),
     )
 }
 CHANNELS = {

@@ -35,7 +35,7 @@ class FittedModel:
     Attributes:
         result: of the fit.
         reference: the parameter set to compare with: published, or the truth of a synthetic campaign.
-        fitted, referenced: errors on the runs of the fit.
+        fitted: errors on the runs of the fit.
         comparison: of the two, signal by signal and in total.
         held_out: errors on each run of a fit to the others, and their comparison; None where it was not asked for.
         validation: comparison on runs that no fit has seen; empty where there are none.
@@ -45,7 +45,6 @@ class FittedModel:
     result: FitResult
     reference: ParameterSet
     fitted: Evaluation
-    referenced: Evaluation
     comparison: tuple[Comparison, ...]
     held_out: tuple[Evaluation, tuple[Comparison, ...]] | None
     validation: tuple[Comparison, ...]
@@ -144,7 +143,6 @@ def _fit_one(
         result=result,
         reference=reference,
         fitted=fitted,
-        referenced=referenced,
         comparison=compare(fitted, referenced, block=_block(experiments)),
         held_out=held_out,
         validation=judged,

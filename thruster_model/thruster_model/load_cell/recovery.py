@@ -35,10 +35,8 @@ class Recovered:
         innovation: of force and moment in standard deviations (N, 2).
         cell_time: centres of the cells [s] (M,).
         cell_thrust, cell_deviation: means over them and their standard deviation [N] (M,).
-        cell_model_deviation: the part of it that the model itself states [N] (M,).
         cell_reading: mean reading of the force [N] (M,).
         cell_difference: thrust from the force alone less thrust from the moment alone [N] (M,).
-        cell_jumping: within 0.15 s after the throttle changed (M,).
     """
 
     time: Array
@@ -48,10 +46,8 @@ class Recovered:
     cell_time: Array
     cell_thrust: Array
     cell_deviation: Array
-    cell_model_deviation: Array
     cell_reading: Array
     cell_difference: Array
-    cell_jumping: NDArray[np.bool_]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,10 +98,8 @@ def recover(stretch: Stretch, resonance: Resonance, *, draws: int = _DRAWS, seed
         cell_time=_cells(stretch.time, width)[:count],
         cell_thrust=means,
         cell_deviation=np.sqrt(mean_variance + spread**2),
-        cell_model_deviation=np.sqrt(mean_variance),
         cell_reading=_cells(stretch.reading[:, 0], width)[:count],
         cell_difference=difference,
-        cell_jumping=jumping,
     )
 
 
