@@ -257,6 +257,7 @@ def test_an_instant_left_out_is_named() -> None:
         ("depth_noise: {value: 0.006", "depth_noise: {value: -0.006", "depth: noise, bias_deviation: expected 0"),
         ("imu:", "imu: [", "expected YAML; found"),
         ("nominal_voltage: {value: 16.0", "nominal_voltage: {value: 0.0", "battery: nominal_voltage: expected more"),
+        ("nominal_voltage: {value: 16.0", "nominal_voltage: {value: .nan", "expected more than 0 V, finite.*nan$"),
     ],
 )  # fmt: skip
 def test_wrong_settings_are_refused_in_sentences(before: str, after: str, sentence: str | None) -> None:

@@ -6,7 +6,7 @@ is available `delay` later and bears the instant as its stamp.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite
+from math import inf, isfinite
 from typing import NamedTuple
 
 __all__ = ["COLUMNS", "MOUNTED", "QUANTITIES", "Quantity", "Sensor", "VehicleSensors"]
@@ -143,9 +143,9 @@ class VehicleSensors:
             sensor = getattr(self, name)
             if {len(sensor.noise), len(sensor.bias), len(sensor.bias_deviation)} != {count}:
                 wrong.append(f"{name}: expected {count} values of noise, bias and bias_deviation")
-        if not self.nominal_voltage > 0.0:
-            wrong.append(f"battery: nominal_voltage: expected more than 0 V; found {self.nominal_voltage!r}")
-        for name in ("nominal_voltage", "current_at_full", "idle_current"):
+        if not 0.0 < self.nominal_voltage < inf:
+            wrong.append(f"battery: nominal_voltage: expected more than 0 V, finite; found {self.nominal_voltage!r}")
+        for name in ("current_at_full", "idle_current"):
             if not (isfinite(getattr(self, name)) and getattr(self, name) >= 0.0):
                 wrong.append(f"battery: {name}: expected a finite number, 0 or more; found {getattr(self, name)!r}")
         return wrong
