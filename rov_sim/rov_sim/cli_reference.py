@@ -9,7 +9,7 @@ from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag.command_line import user_arguments
 from thruster_model.effects.effect import EffectParameter
 from thruster_model.vehicle_coefficients import STIR
-from thruster_model.vehicle_parameters import DEFAULTS, definition_of
+from thruster_model.vehicle_parameters import DEFAULTS, defined
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
 
@@ -61,7 +61,7 @@ def reference() -> str:
         "A propeller's hand is `right` where it turns clockwise, seen along its axis, while it pushes along it; its "
         "torque acts on the vehicle where the effect `reaction_torque` is on.\n"
     )
-    water = ", ".join(f"{key} {value:g} {_unit(key)}" for key, value in DEFAULTS.items())
+    water = ", ".join(f"{key} {value:g} {defined(key).unit}" for key, value in DEFAULTS.items())
     equations = (
         "\n## Equations\n\n"
         f"Numbers in brackets are the thesis'. Where a set does not state them: {water}; all else that a set may leave "
@@ -89,10 +89,8 @@ def _vehicle(name: str, vehicle: VehicleSet) -> str:
     lines = [f"\n## `{name}`: {vehicle.name}\n", f"{vehicle.source}. Thrusters' set: `{vehicle.model}`.\n"]
     lines += [_row(heads), "|" + "---|" * len(heads)]
     for key, p in vehicle.parameters.items():
-        definition = definition_of(key)
-        assert definition is not None
         deviation = f"{vehicle.deviation(key):.3g}"
-        lines.append(_row([key, definition.meaning, f"{p.value:.6g}", deviation, p.unit, p.source]))
+        lines.append(_row([key, defined(key).meaning, f"{p.value:.6g}", deviation, p.unit, p.source]))
     heads = ["thruster", "position [m]", "axis", "hand"]
     lines += ["", _row(heads), "|" + "---|" * len(heads)]
     for thruster in vehicle.layout:
@@ -118,12 +116,6 @@ def _effect(effect: VehicleEffect) -> str:
 def _parameter(p: EffectParameter) -> str:
     sign = "±" if p.both_signs else ""
     return f"{p.name} [{p.unit}] {sign}{p.lower:g} to {p.upper:g}"
-
-
-def _unit(key: str) -> str:
-    definition = definition_of(key)
-    assert definition is not None
-    return definition.unit
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 import yaml
 
 from thruster_model.new_set_io import commented
-from thruster_model.vehicle_parameters import DEFAULTS, definition_of
+from thruster_model.vehicle_parameters import DEFAULTS, defined
 from thruster_model.vehicle_set import UNSTATED_DEVIATION, VehicleSet
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
@@ -51,8 +51,7 @@ def new_vehicle(base: str) -> str:
 
 
 def _parameter(name: str, entry: object, mark: str = "", more: str = "") -> str:
-    definition = definition_of(name)
-    assert definition is not None
+    definition = defined(name)
     return f"  # {definition.meaning} [{definition.unit}]{more}\n  {mark}{_dumped({name: entry})}"
 
 
@@ -64,9 +63,8 @@ def _taken(vehicle: VehicleSet, name: str) -> str:
 
 def _unstated(name: str, default: float) -> str:
     """Return a line to take the # off, for what holds where nothing is stated."""
-    definition = definition_of(name)
-    assert definition is not None
-    return _parameter(name, {"value": default, "unit": definition.unit, "source": "taken where none is stated"}, "# ")
+    entry = {"value": default, "unit": defined(name).unit, "source": "taken where none is stated"}
+    return _parameter(name, entry, "# ")
 
 
 def _dumped(entry: dict[str, object]) -> str:

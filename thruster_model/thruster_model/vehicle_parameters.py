@@ -12,7 +12,7 @@ import numpy as np
 
 from thruster_model.model import ParameterDefinition
 
-__all__ = ["AXES", "AXIS_NAMES", "REQUIRED", "definition_of", "matrix_of"]
+__all__ = ["AXES", "AXIS_NAMES", "REQUIRED", "defined", "definition_of", "matrix_of"]
 
 AXES = "uvwpqr"
 AXIS_NAMES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
@@ -60,6 +60,13 @@ def definition_of(name: str) -> ParameterDefinition | None:
         name=name, unit=unit, meaning=f"{_WORDS[kind]}, {AXIS_NAMES[row]}{between}",
         lower=0.0 if row == column else -1e6, upper=1e6, scale=1.0, role="given",
     )  # fmt: skip
+
+
+def defined(name: str) -> ParameterDefinition:
+    """Return what a parameter is that a set of a vehicle has."""
+    definition = definition_of(name)
+    assert definition is not None, name
+    return definition
 
 
 def matrix_of(kind: str, values: dict[str, float]) -> np.ndarray:
