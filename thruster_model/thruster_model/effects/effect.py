@@ -13,6 +13,7 @@ __all__ = [
     "ON_COMMAND",
     "ON_SENSOR",
     "STAGES",
+    "SUDDEN",
     "WITH",
     "Block",
     "Effect",
@@ -81,6 +82,8 @@ late             how long into each step [s] the command of the step before is s
 
 WITH, AGAINST = 2.0, -1.0
 """Gates that say whether the propeller works with the flow through it or against it; under others the states do."""
+SUDDEN = 2.0
+"""By how much faster rotor and flow may change than they did at first, where a `step` begins."""
 ON_COMMAND = ("memory", "u", "step", "e")
 """Arguments of `Effect.sample` on the command [V], once every `step` [s]; it returns what reaches the plant [V]."""
 ON_SENSOR = ("memory", "x", "outputs", "step", "e")

@@ -7,12 +7,10 @@ ms: a rotor driven by less than s stands still. One steepness for all sizes is s
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import Effect, EffectParameter, Suspected
+from thruster_model.effects.effect import SUDDEN, Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
 STEEPNESS = 250.0
-SUDDEN = 2.0
-"""By how much faster a speed may change than it did at first, where a step begins."""
 LONGEST = 5e-3  # [s], half of what is stable: a rotor that stops in longer ones is 0.4 rad/s off
 
 

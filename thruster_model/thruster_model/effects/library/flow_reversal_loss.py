@@ -6,11 +6,9 @@ The blades then meet the water far from the angle that they are made for, and st
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.effects.effect import AGAINST, WITH, Effect, EffectParameter, Suspected
+from thruster_model.effects.effect import AGAINST, SUDDEN, WITH, Effect, EffectParameter, Suspected
 from thruster_model.equations.selection import selected
 
-SUDDEN = 2.0
-"""By how much faster rotor and flow may change than they did at first, where a step begins."""
 LONGEST = 2.5e-3  # [s], over the instant at which thrust jumps
 
 
