@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, log_likelihood, whitened
+from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis
 from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -18,6 +18,7 @@ from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled, se
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
 from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.whitening import log_likelihood, whitened
 from rov_sim.vehicle.innovations import CHANNELS
 
 __all__ = ["Begun", "begun"]

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Motion, Noises, filter_gains, motion_of, rotor_gains, slopes
 from gap_diagnosis.vehicle.inflow import inflow
-from gap_diagnosis.vehicle.instants import as_read, read_later, rows_late, shifted
+from gap_diagnosis.vehicle.instants import as_read, counted, instant_at, read_later, shifted
 from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Built, Model
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import (
-    CHANNELS,
     PARTS,
     followed_charge,
     innovations,
@@ -28,18 +27,14 @@ from rov_sim.vehicle.innovations import (
 from rov_sim.vehicle.kernel import COARSE, FINE
 from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.truth import VehicleState
-from thruster_model.compilation import compiled
 from thruster_model.equations.rotation_vector import rotation
 
 __all__ = [
-    "LOST", "Filtered", "Ground", "Prepared", "at_rest", "filtered", "first_instant", "followed", "foreseen",
-    "foreseen_deviations", "grounded", "initial_state", "log_determinant", "log_likelihood", "prepared_on",
-    "prepared_with", "rotor_decay", "starting", "whitened",
+    "Filtered", "Ground", "Prepared", "at_rest", "filtered", "followed", "foreseen", "foreseen_deviations", "grounded",
+    "initial_state", "prepared_on", "prepared_with", "rotor_decay", "starting",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
-LOST = 50.0
-"""Deviations of a whitened reading beyond which a model is wrong, not more or less so."""
 _LOGS = 64
 """Recordings whose beginning is kept: a fit asks for the same ones ever again."""
 
@@ -212,68 +207,6 @@ def foreseen(
     return replace(blank, attitude=attitude, told=told, speeds=speeds, battery=battery), ran.states
 
 
-def _instant(log: VehicleLog, start: float) -> int:
-    """Return the instant of a time [s], within the first half."""
-    return min(round(start / log.period), log.count // 2)
-
-
-def first_instant(log: VehicleLog) -> int:
-    """Return the first instant that counts: later where no sensor tells the velocity at the start."""
-    return _instant(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
-
-
-def _counted(log: VehicleLog, late: int) -> NDArray[np.intp]:
-    """Return the instant from which on each of the 13 channels counts: the same readings of an IMU that is so many
-    parts of a period late."""
-    first = np.full(CHANNELS, first_instant(log))
-    first[:9] = np.maximum(first[:9] - rows_late(late), 0)
-    return first
-
-
-def whitened(prepared: Prepared, result: Filtered) -> Array:
-    """Return innovations as independent numbers of deviation 1 where all is right, (K, 13 + N + 2); 0: nothing told."""
-    K, N = result.rotor.shape
-    r, first = np.zeros((K, 13 + N + 2)), _counted(prepared.log, prepared.late)
-    first = np.concatenate((first, np.full(N + 2, first.max())))
-    _whitened(
-        result.body, result.rotor, result.battery, result.states, prepared.base.body, prepared.gains.whitener,
-        prepared.spread, prepared.noises.battery, first, prepared.weights, r,
-    )  # fmt: skip
-    return r
-
-
-@compiled
-def _whitened(body, rotor, battery, states, base, whitener, spread, deviations, first, weights, out):  # type: ignore[no-untyped-def]
-    """Fill rows of `out` that count; a filter that is lost foresees nothing.
-
-    A reading that is no longer there counts as one that is as far off as chance has it: without any it would be a gain.
-    """
-    N = rotor.shape[1]
-    for k in range(first.min(), out.shape[0]):
-        lost = False
-        for j in range(states.shape[1]):
-            lost = lost or not np.isfinite(states[k, j])
-        for i in range(out.shape[1]):
-            told = 0.0
-            if k < first[i]:
-                pass
-            elif lost:
-                told = LOST
-            elif i >= 13 + N:
-                told = battery[k, i - 13 - N] / deviations[i - 13 - N]
-            elif i >= 13:
-                told = rotor[k, i - 13] / spread[k, i - 13]
-            elif np.isfinite(base[k, i]) and np.isnan(body[k, i]):
-                told = 1.0
-            elif np.isfinite(base[k, i]):
-                for j in range(i + 1):  # the inverse of a factor is lower triangular
-                    if not np.isnan(body[k, j]):
-                        told += whitener[k, i, j] * body[k, j]
-            if not np.isnan(told):
-                weight = weights[k, i] if weights.size else 1.0
-                out[k, i] = weight * min(max(told, -LOST), LOST)
-
-
 def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]
     q = _filled(log.attitude)
     there = states_of(np.zeros((log.count, states_width(log.thrusters))) if states is None else np.nan_to_num(states))
@@ -341,7 +274,7 @@ def grounded(
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
     log = shifted(given, values, effects)
     A, H, doubts = _slopes_of(model, log, states, built)
-    untold = log.count if states is None else _instant(log, rules.START)
+    untold = log.count if states is None else instant_at(log, rules.START)
     slopes_there = starting(A, H, log, untold)
     return Ground(given, log, run, late, built, motion_of(*slopes_there, log.period, doubts))
 
@@ -349,7 +282,7 @@ def grounded(
 def prepared_on(model: Model, ground: Ground, noises: Noises) -> Prepared:
     """Return a log with gains for these noises, made at this point of the model."""
     log, built = ground.log, ground.built
-    gains = filter_gains(ground.motion, noises, first=_counted(log, ground.late))
+    gains = filter_gains(ground.motion, noises, first=counted(log, ground.late))
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
@@ -387,21 +320,3 @@ def foreseen_deviations(
         P = filter_gains(motion.part(first, last)._replace(there=told), prepared.noises).last
         out[row] = np.sqrt(np.einsum("ij,jl,il->i", H[last], P, H[last]) + prepared.noises.channels**2)
     return out
-
-
-def log_determinant(prepared: Prepared) -> float:
-    """Return log |S| of all innovations that count, those of body, rotors and battery."""
-    first, base = first_instant(prepared.log), prepared.base
-    rotors = np.log(prepared.spread[first:])[np.isfinite(base.rotor[first:])].sum()
-    battery = np.isfinite(base.battery[first:]).sum(axis=0) @ np.log(prepared.noises.battery)
-    return prepared.gains.log_determinant + 2.0 * float(rotors + battery)
-
-
-def log_likelihood(prepared: Prepared) -> float:
-    """Return that of the body's innovations at the point for which the gains were made; outliers count as the bound."""
-    if not prepared.base.done:
-        return -np.inf
-    body = np.einsum("kij,kj->ki", prepared.gains.whitener, np.nan_to_num(prepared.base.body))
-    body[~np.isfinite(prepared.base.body)] = 0.0
-    body[np.arange(len(body))[:, None] < _counted(prepared.log, prepared.late)] = 0.0
-    return -0.5 * float(np.sum(np.minimum(body**2, rules.MOST_DEVIATIONS**2))) - 0.5 * prepared.gains.log_determinant

@@ -1,4 +1,4 @@
-"""A recording with its instants moved: where commands act later, or an IMU has read earlier than it says."""
+"""Instants of a recording: moved, where commands act later or an IMU has read earlier than it says, and counted."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -7,12 +7,13 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import PARTS
+from rov_sim.vehicle.innovations import CHANNELS, PARTS
 
-__all__ = ["as_read", "read_later", "rows_late", "shifted"]
+__all__ = ["as_read", "counted", "first_instant", "instant_at", "read_later", "shifted"]
 
 Array = NDArray[np.float64]
 _LOGS = 64
@@ -50,7 +51,7 @@ def _instants_earlier(log: VehicleLog, parts: NDArray[np.intp]) -> VehicleLog:
     return replace(log, commands=commands, lateness=log.lateness - parts[:, None] / PARTS)
 
 
-def rows_late(parts: int) -> int:
+def _rows_late(parts: int) -> int:
     """Return by how many rows readings stand earlier of an IMU that is so many parts of a period late."""
     return (parts + PARTS // 2) // PARTS
 
@@ -62,7 +63,7 @@ def as_read(log: VehicleLog, parts: int) -> VehicleLog:
     A filter is at its best where a reading tells of the instant that it corrects, and most of what is known comes from
     an IMU. So its readings keep their instants, and commands and other sensors lie between them.
     """
-    rows = rows_late(parts)
+    rows = _rows_late(parts)
     return read_later(_instants_earlier(log, np.full(log.count, parts - PARTS * rows)), rows)
 
 
@@ -78,3 +79,21 @@ def read_later(log: VehicleLog, rows: int) -> VehicleLog:
     told[:, 3:9] = moved(told[:, 3:9])
     lateness[:, :2] = np.nan_to_num(moved(lateness[:, :2])) - rows
     return replace(log, attitude=moved(log.attitude), told=told, lateness=lateness)
+
+
+def instant_at(log: VehicleLog, start: float) -> int:
+    """Return the instant of a time [s], within the first half."""
+    return min(round(start / log.period), log.count // 2)
+
+
+def first_instant(log: VehicleLog) -> int:
+    """Return the first instant that counts: later where no sensor tells the velocity at the start."""
+    return instant_at(log, rules.START if log.there["velocity"] else rules.START_UNTOLD)
+
+
+def counted(log: VehicleLog, late: int) -> NDArray[np.intp]:
+    """Return the instant from which on each of the 13 channels counts: the same readings of an IMU that is so many
+    parts of a period late."""
+    first = np.full(CHANNELS, first_instant(log))
+    first[:9] = np.maximum(first[:9] - _rows_late(late), 0)
+    return first

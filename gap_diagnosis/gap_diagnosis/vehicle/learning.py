@@ -8,20 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import (
-    Prepared,
-    first_instant,
-    grounded,
-    log_likelihood,
-    prepared_on,
-    prepared_with,
-    whitened,
-)
+from gap_diagnosis.vehicle.filtering import Prepared, grounded, prepared_on, prepared_with
 from gap_diagnosis.vehicle.gains import Noises
+from gap_diagnosis.vehicle.instants import first_instant
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.whitening import log_likelihood, whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 

@@ -20,11 +20,11 @@ from scipy.optimize import minimize_scalar
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import Columns, descended, normal
-from gap_diagnosis.vehicle.filtering import LOST
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.unknowns import Key, acts_in
+from gap_diagnosis.vehicle.whitening import LOST
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
 __all__ = ["Fit", "Problem", "Refined"]

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
-from gap_diagnosis.vehicle.filtering import Prepared, filtered, whitened
+from gap_diagnosis.vehicle.filtering import Prepared, filtered
 from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.mounting import rotations
 from gap_diagnosis.vehicle.unknowns import Key, acts_in
+from gap_diagnosis.vehicle.whitening import whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.body_axes import pushed_by
 from rov_sim.vehicle.innovations import states_of

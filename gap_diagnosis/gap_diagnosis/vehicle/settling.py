@@ -5,13 +5,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import Prepared, log_determinant, log_likelihood
+from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.learning import learned_from, prepared, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood
 
 __all__ = ["likelihood", "log_evidence", "settled", "settled_with"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.filtering import log_likelihood, prepared_with
+from gap_diagnosis.vehicle.filtering import prepared_with
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.how_far import Errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, sized
@@ -18,6 +18,7 @@ from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown
 from gap_diagnosis.vehicle.unknowns import Key, unit_of, words_of
+from gap_diagnosis.vehicle.whitening import log_likelihood
 
 __all__ = ["Claim", "Verdict", "judged"]
 

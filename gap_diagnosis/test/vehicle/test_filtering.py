@@ -13,19 +13,13 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.truth import off, placed
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.filtering import (
-    at_rest,
-    filtered,
-    log_determinant,
-    log_likelihood,
-    prepared_with,
-    whitened,
-)
+from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
 from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, first_noises, learned_from, prepared
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.library.thruster_misalignment import normals
 from rov_sim.vehicle.innovations import PARTS, states_of
