@@ -9,22 +9,21 @@ class ThrusterModelError(Exception):
     """Base of all errors that this package raises for a user's input."""
 
 
-class ParameterSetError(ThrusterModelError):
+class _UnusableError(ThrusterModelError):
+    """Something of a source, such as a file, that cannot be used."""
+
+    def __init__(self, source: str, problems: Sequence[str]) -> None:
+        self.source = source
+        self.problems = tuple(problems)
+        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
+
+
+class ParameterSetError(_UnusableError):
     """A parameter set that cannot be used; `problems` holds one sentence for each thing that is wrong."""
 
-    def __init__(self, source: str, problems: Sequence[str]) -> None:
-        self.source = source
-        self.problems = tuple(problems)
-        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
 
-
-class ForceTableError(ThrusterModelError):
+class ForceTableError(_UnusableError):
     """A table of forces that cannot be used; `problems` holds one sentence for each thing that is wrong."""
-
-    def __init__(self, source: str, problems: Sequence[str]) -> None:
-        self.source = source
-        self.problems = tuple(problems)
-        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))
 
 
 class UnfitDataError(ThrusterModelError):
@@ -35,10 +34,5 @@ class UnfitDataError(ThrusterModelError):
         super().__init__("\n".join(self.problems))
 
 
-class VehicleError(ThrusterModelError):
+class VehicleError(_UnusableError):
     """A vehicle that cannot be used; `problems` holds one sentence for each thing that is wrong."""
-
-    def __init__(self, source: str, problems: Sequence[str]) -> None:
-        self.source = source
-        self.problems = tuple(problems)
-        super().__init__("\n".join(f"{source}: {problem}" for problem in self.problems))

@@ -15,6 +15,7 @@ from rov_sim.bench_study.controllers import controller, reads_load_cell
 from rov_sim.bench_study.plants import drawn_plant
 from rov_sim.closed_loop import CALM, LoopRun, ProcessNoise, Timing, simulate_loop
 from rov_sim.rig_sensors import Rig
+from rov_sim.study.statistics import rms
 from thruster_control.references import DURATION, REFERENCES
 from thruster_control.scores import overshoot, settling_time, tracking_scores
 from thruster_model.parameter_set import ParameterSet
@@ -107,15 +108,10 @@ def score(run: LoopRun, reference: str) -> dict[str, float]:
         "overshoot": overshoot(run.force[after], before, end) if is_step else np.nan,
         "settling": settling_time(run.time[after], run.force[after], before, end) if is_step else np.nan,
         "chatter": told.chatter,
-        "speed": _rms((run.true("speed") - run.of("n_d"))[late]),
+        "speed": rms((run.true("speed") - run.of("n_d"))[late]),
     }
     for name, output in (("n", "speed"), ("v", "axial"), ("U", "ambient")):
-        found[f"{name}_hat"] = _rms((run.of(name) - run.true(output))[late])
+        found[f"{name}_hat"] = rms((run.of(name) - run.true(output))[late])
     jumps = float(np.mean(np.diff(run.of("v")[late]) ** 2) - np.mean(np.diff(run.true("axial")[late]) ** 2))
     found["v_spread"] = max(jumps, 0.0) ** 0.5
     return {name: float(found[name]) for name in SCORES}
-
-
-def _rms(x: Array) -> float:
-    x = x[np.isfinite(x)]
-    return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")

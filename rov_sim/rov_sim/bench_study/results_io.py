@@ -1,6 +1,5 @@
 """The shards of a bench study: how one is computed, and finished ones read from their folder."""
 
-from math import isfinite
 from pathlib import Path
 
 from rov_sim.bench_study.controllers import EXTRA, THESIS
@@ -8,7 +7,7 @@ from rov_sim.bench_study.experiment import KINDS, SCORES, Experiment, run_experi
 from rov_sim.bench_study.plan_io import conditions_of
 from rov_sim.study.results import Results
 from rov_sim.study.results_io import finished_shards, read_results
-from rov_sim.study.store_io import Scores, Shard, Store
+from rov_sim.study.store_io import Scores, Shard, Store, scores_of
 
 __all__ = ["UNITS", "read_study", "run_shard"]
 
@@ -21,12 +20,8 @@ UNITS = {
 def run_shard(plan: str, shard: Shard) -> Scores:
     """Return the scores of a shard; a pure function of its arguments."""
     given = conditions_of(plan)
-    found: Scores = {name: [] for name in SCORES}
-    for seed in range(shard.first, shard.last):
-        experiment = Experiment(shard.strategy, shard.reference, seed)
-        for name, value in score(run_experiment(experiment, given), shard.reference).items():
-            found[name].append(value if isfinite(value) else None)
-    return found
+    experiments = (Experiment(shard.strategy, shard.reference, seed) for seed in range(shard.first, shard.last))
+    return scores_of(SCORES, (score(run_experiment(each, given), shard.reference) for each in experiments))
 
 
 def read_study(folder: Path) -> tuple[str, Results]:

@@ -1,4 +1,4 @@
-"""Intervals over seeds and rank correlation with its uncertainty. Random generators are arguments."""
+"""Root mean squares, intervals over seeds, rank correlation with its uncertainty. Random generators are arguments."""
 
 from itertools import permutations
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import rankdata
 
-__all__ = ["Interval", "RankCorrelation", "mean_interval", "rank_correlation", "ratio_interval"]
+__all__ = ["Interval", "RankCorrelation", "mean_interval", "rank_correlation", "ratio_interval", "rms"]
 
 Array = NDArray[np.float64]
 _DRAWS = 2000
@@ -31,6 +31,12 @@ class RankCorrelation(NamedTuple):
     high: float
     p_value: float
     pairs: int
+
+
+def rms(values: Array) -> float:
+    """Return the root mean square of what is there; NaN where nothing is."""
+    there = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(there**2))) if there.size else float("nan")
 
 
 def mean_interval(values: ArrayLike, rng: np.random.Generator) -> Interval:

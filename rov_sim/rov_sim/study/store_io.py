@@ -5,13 +5,14 @@ DIR/shards/S.json  scores of one strategy on one reference (a set point, or a ca
 """
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from math import isfinite
 from pathlib import Path
 from typing import NamedTuple
 
 from safe_files.whole_files_io import write_whole
 
-__all__ = ["BLOCK", "Scores", "Shard", "Store", "shards_of"]
+__all__ = ["BLOCK", "Scores", "Shard", "Store", "scores_of", "shards_of"]
 
 BLOCK = 25
 """Seeds in a shard."""
@@ -38,6 +39,12 @@ def shards_of(strategies: Iterable[str], references: Iterable[str], seeds: int) 
     blocks = [(first, min(first + BLOCK, seeds)) for first in range(0, seeds, BLOCK)]
     references = tuple(references)
     return [Shard(s, r, *block) for s in strategies for r in references for block in blocks]
+
+
+def scores_of(names: Iterable[str], runs: Iterable[Mapping[str, float]]) -> Scores:
+    """Return the scores of runs, seed by seed, each under its name."""
+    found = list(runs)
+    return {name: [run[name] if isfinite(run[name]) else None for run in found] for name in names}
 
 
 class Store:

@@ -3,11 +3,10 @@
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import product
-from math import isfinite
 from pathlib import Path
 
 from rov_sim.study.results import Results, merged
-from rov_sim.study.store_io import Scores, Shard, Store, shards_of
+from rov_sim.study.store_io import Scores, Shard, Store, scores_of, shards_of
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle_study.conditions import Sets
 from rov_sim.vehicle_study.experiment import run_experiment
@@ -68,13 +67,9 @@ def results_of(plan: Plan, store: Store, seeds: int) -> Results:
 def run_shard(text: str, shard: Shard) -> Scores:
     """Return the scores of a shard; a pure function of its arguments."""
     plan, cases, sets, scripts = _prepared(text)
-    given = cases[shard.reference].assumptions
-    found: Scores = {name: [] for name in SCORES}
-    for seed in range(shard.first, shard.last):
-        run = run_experiment(shard.strategy, given, sets, scripts[given.script], seed, plan.seed)
-        for name, value in score(run).items():
-            found[name].append(value if isfinite(value) else None)
-    return found
+    given, seeds = cases[shard.reference].assumptions, range(shard.first, shard.last)
+    runs = (run_experiment(shard.strategy, given, sets, scripts[given.script], seed, plan.seed) for seed in seeds)
+    return scores_of(SCORES, map(score, runs))
 
 
 @lru_cache(maxsize=4)

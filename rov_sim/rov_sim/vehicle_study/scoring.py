@@ -5,6 +5,7 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 
+from rov_sim.study.statistics import rms
 from rov_sim.vehicle.loop import VehicleLoopRun
 from rov_sim.vehicle.scores import flow_score, vehicle_scores
 from thruster_control.inner_loop import Status as LoopStatus
@@ -42,18 +43,12 @@ def score(run: VehicleLoopRun) -> dict[str, float]:
     found = {name: s[name].normalised for name in ("surge", "pitch_rate", "pitch")}
     found |= {name: s[name].rmse for name in ("sway", "heave", "roll", "yaw")}
     return found | {
-        "thrust": _rms(r.thrust - r.T_d),
-        "n_hat": _rms(run.of("n") - r.n),
+        "thrust": rms(r.thrust - r.T_d),
+        "n_hat": rms(run.of("n") - r.n),
         "v_hat": v.normalised,
         "v_hat_rms": v.rmse,
         "v_largest": v.largest,
-        "U_hat": _rms(run.of("U") - r.ambient),
+        "U_hat": rms(run.of("U") - r.ambient),
         "limited": float(np.mean(run.of("loop_status") == LoopStatus.LIMITED)),
         "lost": float(restarted or astray or bool(np.any(r.status[:, 2] & _NAVIGATION_RESTARTED))),
     }
-
-
-def _rms(x: Array) -> float:
-    """Return the root mean square of what is there; NaN where nothing is."""
-    x = x[np.isfinite(x)]
-    return float(np.sqrt(np.mean(x**2))) if x.size else float("nan")
