@@ -145,9 +145,8 @@ class Problem:
     @cached_property
     def _farthest(self) -> Array:
         """Deviations within which each nuisance is held, shape (nuisances,)."""
-        conventional = [_LATEST if slot.recording is None else _LATEST_OF_RUN for slot in self.situations]
-        is_one = [slot.kind == "convention" for slot in self.situations]
-        return np.concatenate((np.full(len(self.names), FARTHEST), np.where(is_one, conventional, FARTHEST)))
+        latest = [_LATEST if slot.recording is None else _LATEST_OF_RUN for slot in self.situations]
+        return np.where(self._conventional, [*[FARTHEST] * len(self.names), *latest], FARTHEST)
 
     @property
     def nuisances(self) -> int:
