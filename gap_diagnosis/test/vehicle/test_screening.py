@@ -16,7 +16,7 @@ def test_where_there_is_less_of_a_feature_there_is_less_of_its_wrench(monkeypatc
     fast = np.array([0.6, -0.2, 0.4])
     runs: Any = [SimpleNamespace(log=SimpleNamespace(count=3), feature=share * fast) for share in (1.0, 0.25)]
     monkeypatch.setattr(screening, "features", lambda run, name: run.feature)
-    monkeypatch.setattr(screening, "filtered", lambda model, run, values, effects, extra=0.0: extra)
+    monkeypatch.setattr(screening, "filtered", lambda model, run, values, effects, extra=0.0, coarse=False: extra)
     monkeypatch.setattr(screening, "whitened", lambda run, result: np.asarray(result))
     model: Any = None
     column = Screen(model=model, runs=runs, values={}).of_nameless(("nameless", "pitch", "u|u|"))
