@@ -1,7 +1,7 @@
 """Record a synthetic identification campaign of a thruster bench.
 
-Its sensors are those of the rig, with noise and drift: the tachometer reads 1.1 rad/s too much, also at rest, and the
-load cell rings at 7 Hz (force) and 8.5 Hz (moment), which a diagnosis finds beside what is switched on.
+Its sensors are those of the rig, with noise and drift. The tachometer reads 1.1 rad/s too much, also at rest, and the
+load cell rings at 7 Hz (force) and 8.5 Hz (moment). A diagnosis finds both beside the effects that are switched on.
 """
 
 import argparse

@@ -29,7 +29,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
     parser.add_argument(
         "--threshold", type=float, default=rules.WATCH_THRESHOLD,
-        help="log likelihood ratio at which it speaks; watch_rate tells what that costs (default %(default)s)",
+        help="log likelihood ratio that is an alarm; watch_rate tells how many are false (default %(default)s)",
     )  # fmt: skip
     given = parser.parse_args(user_arguments(arguments))
     try:

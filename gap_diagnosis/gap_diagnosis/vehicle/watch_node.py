@@ -1,9 +1,9 @@
 """The vehicle's health on line: sequential tests on innovations, in /diagnostics; rov/thruster_failure on request.
 
-subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/odometry, rov/depth, rov/velocity, rov/battery; what is
-            not there is done without, and a throttle that falls silent counts as zero, as for a driver
+subscribes  thruster_i/throttle, thruster_i/state, rov/imu, rov/odometry, rov/depth, rov/velocity, rov/battery.
+            Sensors that are missing are left out. A throttle without new messages counts as zero, as for a driver.
 publishes   /diagnostics; rov/thruster_failure on request; ~/watched, stamped with each instant up to which all
-            throttles are known: what a lockstep waits for, so that an alarm does not depend on how fast time passes
+            throttles are known. A lockstep waits for it, so that an alarm does not depend on how fast time passes.
 """
 
 import sys
@@ -50,7 +50,7 @@ PARAMETERS = (
         unit="1",
         lower=1.0,
         upper=1e6,
-        description="log likelihood ratio at which it speaks; watch_rate tells it for a rate of false alarms",
+        description="log likelihood ratio that is an alarm; watch_rate finds it for a rate of false alarms",
     ),
     Parameter(name="report_failures", default=False, description="whether rov/thruster_failure is published"),
 )
