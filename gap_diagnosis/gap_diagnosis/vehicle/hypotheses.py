@@ -45,6 +45,7 @@ class Hypothesis:
         grid: sizes to fit from where the neutral one is infinite; it is then screened at its probe alone.
         read_by: sensor without which it cannot be shown, or "".
         watched: sizes of its first parameter that a watch follows.
+        tolerance: deviation of its only parameter where nothing is wrong, or 0.
     """
 
     effect: str
@@ -64,6 +65,7 @@ class Hypothesis:
     grid: tuple[float, ...] = ()
     read_by: str = ""
     watched: tuple[float, ...] = ()
+    tolerance: float = 0.0
 
     @property
     def place(self) -> tuple[Any, ...]:
@@ -174,5 +176,6 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
         grid=suspected.grid,
         read_by={"imu": "accelerometer"}.get(sensor, sensor) if sensor else suspected.read_by,
         watched=suspected.watched,
+        tolerance=suspected.tolerance,
         **place,
     )

@@ -11,7 +11,13 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
 from gap_diagnosis.vehicle.unknowns import PLACING, Key, acts_in
-from rov_sim.vehicle.effects.active import ActiveVehicleEffect, body_with, sensing_with, thruster_effects
+from rov_sim.vehicle.effects.active import (
+    VEHICLE_LIBRARY,
+    ActiveVehicleEffect,
+    body_with,
+    sensing_with,
+    thruster_effects,
+)
 from rov_sim.vehicle.effects.library.thruster_misalignment import displaced, normals
 from rov_sim.vehicle.innovations import PARTS
 from rov_sim.vehicle.plant import VehicleSettings
@@ -124,6 +130,17 @@ class Model:
 
         return lru_cache(maxsize=_VEHICLES)(changed)
 
+    @cached_property
+    def _sensing(self) -> Callable[[tuple[tuple[Key, float], ...]], SensorCoefficients]:
+        """Coefficients of the sensors with what is off of them, key and size each."""
+        exact = sensor_coefficients(self.sensors, self.vehicle.values["gravity"])
+
+        def off(sizes: tuple[tuple[Key, float], ...]) -> SensorCoefficients:
+            found: SensorCoefficients = sensing_with(exact, [_of_sensor(key, size) for key, size in sizes])
+            return found
+
+        return lru_cache(maxsize=_VEHICLES)(off)
+
     @property
     def thrusters(self) -> int:
         """Number of thrusters."""
@@ -188,7 +205,8 @@ class Model:
             coefficients=body, thrusters=tuple(thrusters), effects=own or (), initial=initial,
             largest_step=part / ceil(part / STEP - 1e-9),
         )  # fmt: skip
-        c = sensing_with(sensor_coefficients(self.sensors, self.vehicle.values["gravity"]), active)
+        off = tuple((key, size) for key, size in values.items() if key[0] == "sensor" and size)
+        c = sensing_with(self._sensing(off), active)
         gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))
         force = tuple(b + values.get(("force", run, a), 0.0) for a, b in enumerate(c.force_bias))
         power = {
@@ -200,6 +218,14 @@ class Model:
             signed=int(signed), **power,
         )  # fmt: skip
         return Built(settings, sensors, tach)
+
+
+def _of_sensor(key: Key, size: float) -> ActiveVehicleEffect:
+    """Return by what a sensor is off as an effect, within its range."""
+    _, effect, sensor, axis = key
+    of = VEHICLE_LIBRARY[effect].parameters[0]
+    sizes = {of.name: min(max(size, of.lower), of.upper)}
+    return ActiveVehicleEffect(id=effect, sizes=sizes, sensor=sensor, axis=axis)
 
 
 def _displacements(values: Mapping[Key, float], thrusters: int) -> tuple[float, ...]:

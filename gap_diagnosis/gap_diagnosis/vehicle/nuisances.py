@@ -1,4 +1,5 @@
-"""What is uncertain without being a gap: parameters within their deviations, biases of each run's start.
+"""What is uncertain without being a gap: parameters within their deviations, sensors as they are calibrated and
+mounted, biases of each run's start.
 
 What all thrusters share deviates by `SHARED`, what each has of its own by `OWN`: a hierarchy, so that a loss of one
 thruster and a wrong common coefficient do not compete.
@@ -8,7 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.hypotheses import hypotheses
+from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import GROUPS, Model
 from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, TIMING, TRIMMED
 from gap_diagnosis.vehicle.unknowns import PLACING, Key
@@ -53,6 +55,8 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
         against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
         found["trim", "volume", k] = float(against * TRIMMED * vehicle.values["volume"])
         found |= {("trim", f"{a}_G", k): float(against * trimmed) for a in "xyz"}
+    tried = hypotheses(model, told_in(logs))
+    found |= {("sensor", h.effect, h.sensor, h.axis): h.tolerance for h in tried if h.tolerance}
     found |= {("late", "commands"): TIMING, ("late", "imu"): TIMING}
     if any(log.there["battery"] for log in logs):
         found |= {("power", name): share for name, share in _POWER.items()}

@@ -10,12 +10,14 @@ Unknowns are named by keys:
     ("force", run, axis)         bias of the accelerometer [m/s^2]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
     ("late", what)               by which commands act, or the IMU is read, later than stamps say or before them [s]
+    ("sensor", id, sensor, axis) size of an effect of the library that sensors have to a degree, see `Suspected`
     ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
     ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
 """
 
 from typing import Any
 
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
 __all__ = ["OF_RUN", "PLACING", "Key", "acts_in", "unit_of", "words_of"]
@@ -45,6 +47,9 @@ def words_of(key: Key) -> str:
         return f"{key[1]} of all thrusters"
     if kind == "trim":
         return f"{key[1]} of recording {key[2] + 1} against those before it"
+    if kind == "sensor":
+        where = ", ".join(part for part in (key[3], key[2]) if part)
+        return f"{VEHICLE_LIBRARY[key[1]].title}{f' ({where})' if where else ''}"
     if kind == "late":
         return "commands act late" if key[1] == "commands" else "the IMU is late"
     return " ".join(map(str, key[1:]))
@@ -54,5 +59,7 @@ def unit_of(key: Key) -> str:
     """Return the unit that a number moves in."""
     if key[0] == "own" and key[1] in PLACING:
         return PLACING[key[1]]
+    if key[0] == "sensor":
+        return VEHICLE_LIBRARY[key[1]].parameters[0].unit
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None
     return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")

@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import off, placed
+from gap_diagnosis.vehicle.blind.truth import installed, off, placed
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -55,7 +55,16 @@ CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] *
 """Deviations of the sealed world's sensors."""
 TURNED = ("imu_misalignment", {"axis": "z"}, {"angle": -0.05})
 
-
+SENSORS = {
+    "gyro_scale": ("gyro_scale", None),
+    "imu_turn": ("imu_misalignment", None),
+    "imu_place": ("sensor_lever_arm", "imu"),
+    "velocity_scale": ("velocity_scale", None),
+    "velocity_turn": ("velocity_misalignment", None),
+    "velocity_place": ("sensor_lever_arm", "velocity"),
+    "depth_scale": ("depth_scale", None),
+}
+"""Effect and sensor by which the model has what the sealed world's sensors are off."""
 FLOW = ("flow_loss", "flow_drag")
 KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
 """Of the model, in the order of the sealed world's groups."""
@@ -78,6 +87,10 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
             ("own", "first offset", i): float(first[i] @ moved),
             ("own", "second offset", i): float(second[i] @ moved),
         }
+    for name, sizes in installed(draw)._asdict().items():
+        for axis, size in zip("xyz", np.atleast_1d(sizes), strict=False):
+            effect, sensor = SENSORS[name]
+            values["sensor", effect, sensor, None if effect == "depth_scale" else axis] = float(size)
     return values
 
 

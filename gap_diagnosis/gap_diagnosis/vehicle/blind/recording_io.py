@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
-from gap_diagnosis.vehicle.blind.truth import Truth, truth_of
+from gap_diagnosis.vehicle.blind.truth import Truth, installed, truth_of
 from gap_diagnosis.vehicle.blind.world import STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
@@ -141,7 +141,7 @@ def _topics(
     """Return what a logger writes: each sensor at its rate, off by its noise and by what is wrong with it."""
     K, N = sent.shape
     wrong: dict[str, Any] = truth.sensors
-    factor = draw.noise
+    off, factor = installed(draw), draw.noise
     t0 = NANO
 
     def stamps(at: NDArray[Any]) -> NDArray[np.int64]:
@@ -160,15 +160,15 @@ def _topics(
         at = np.maximum(told_at - round(wrong["imu_delay"][1] / STEP), 1)
     R = out[:, 3:12].reshape(-1, 3, 3)
     v, w = out[:, 12:15], out[:, 15:18]
-    R_s = np.eye(3)
+    R_s = Rotation.from_rotvec(off.imu_turn).as_matrix()
     if "imu_misalignment" in wrong:
-        R_s = _axis_turn(*wrong["imu_misalignment"])
-    r = np.asarray(s.imu.position)
+        R_s = R_s @ _axis_turn(*wrong["imu_misalignment"])
+    r = np.asarray(s.imu.position) + off.imu_place
     moving = np.einsum("kij,kj->ki", R, v + np.cross(w, r))
     acceleration = (moving[at + 1] - moving[at - 1]) / (2.0 * STEP)
     force = np.einsum("kji,kj->ki", R[at], acceleration - np.array([0.0, 0.0, 9.81])) @ R_s
     bias = rng.normal(size=3) * 0.001, rng.normal(size=3) * 0.02
-    rate = w[at] @ R_s
+    rate = w[at] @ R_s * (1.0 + off.gyro_scale)
     if "gyro_scale" in wrong:
         rate = rate * (1.0 + wrong["gyro_scale"][1])
     if "imu_bias" in wrong:
@@ -188,13 +188,14 @@ def _topics(
     topics.append(_vehicle("rov/imu", stamps(told_at), fields))
     at = reading("depth")
     place = np.einsum("kij,j->ki", R[at], np.asarray(s.depth.position))
-    depth = out[at, 2] + place[:, 2] + rng.normal(size=at.size) * 0.006 * factor
+    depth = (1.0 + off.depth_scale) * (out[at, 2] + place[:, 2]) + rng.normal(size=at.size) * 0.006 * factor
     topics.append(_vehicle("rov/depth", stamps(at), {"depth": depth}))
     if "velocity" not in draw.missing:
         at = reading("velocity")
         late = round(wrong["velocity_delay"][1] / STEP) if "velocity_delay" in wrong else 0
         then = np.maximum(at - late, 0)
-        told = v[then] + np.cross(w[then], np.asarray(s.velocity.position))
+        told = v[then] + np.cross(w[then], np.asarray(s.velocity.position) + off.velocity_place)
+        told = told @ Rotation.from_rotvec(off.velocity_turn).as_matrix() * (1.0 + off.velocity_scale)
         if "velocity_misalignment" in wrong:
             told = told @ _axis_turn(*wrong["velocity_misalignment"])
         if "velocity_scale" in wrong:

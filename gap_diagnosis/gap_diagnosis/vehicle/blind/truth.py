@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Truth", "off", "placed", "truth_of"]
+__all__ = ["GROUPS", "Installed", "Truth", "installed", "off", "placed", "truth_of"]
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -37,6 +37,18 @@ class Truth(NamedTuple):
     wiring: Array
     sign: Array
     sensors: dict[str, Any]
+
+
+class Installed(NamedTuple):
+    """By what healthy sensors are off, (3,) each but the last: scales, turns about their axes [rad], places [m]."""
+
+    gyro_scale: Array
+    imu_turn: Array
+    imu_place: Array
+    velocity_scale: Array
+    velocity_turn: Array
+    velocity_place: Array
+    depth_scale: float
 
 
 def _cross_matrix(a: Array) -> Array:
@@ -71,6 +83,15 @@ def placed(draw: Draw, vehicle: VehicleSet) -> tuple[Array, Array]:
     size = vehicle.values["volume"] ** (1.0 / 3.0)
     drawn += draw.deviations * np.array([0.02 * size, 0.015])[:, None] * rng.normal(size=drawn.shape)
     return drawn[:, 0], drawn[:, 1] / np.linalg.norm(drawn[:, 1], axis=1, keepdims=True)
+
+
+def installed(draw: Draw) -> Installed:
+    """Return by what the sensors of a case are off as they are calibrated and mounted."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(81,)))
+    deviations = draw.deviations * np.array([0.005, 0.0075, 0.01, 0.01, 0.0075, 0.01])
+    scale, turn, place, of_velocity, turn_of_it, place_of_it = deviations[:, None] * rng.normal(size=(6, 3))
+    depth = 0.005 * draw.deviations * float(rng.normal())
+    return Installed(scale, turn, place, of_velocity, turn_of_it, place_of_it, depth)
 
 
 def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:

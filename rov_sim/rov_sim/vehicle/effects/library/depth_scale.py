@@ -18,5 +18,5 @@ EFFECT = VehicleEffect(
         EffectParameter(name="share", unit="1", meaning="by which depths are too large", lower=-0.3, upper=0.3),
     ),
     sensing=sensing,
-    suspected=(Suspected(sizes={"share": (0.05, 0.01)}, read_by="depth"),),
+    suspected=(Suspected(sizes={"share": (0.05, 0.01)}, read_by="depth", tolerance=0.005),),
 )

@@ -21,5 +21,8 @@ EFFECT = VehicleEffect(
     may_take=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
-    suspected=(Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": (*AXES, None)}, read_by="gyro"),),
+    suspected=(
+        Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": AXES}, read_by="gyro", tolerance=0.005),
+        Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": (None,)}, read_by="gyro"),
+    ),
 )

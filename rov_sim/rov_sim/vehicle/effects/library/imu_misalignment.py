@@ -21,5 +21,5 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
-    suspected=(Suspected(sizes={"angle": (0.1, 0.01)}),),
+    suspected=(Suspected(sizes={"angle": (0.1, 0.01)}, tolerance=0.0075),),
 )

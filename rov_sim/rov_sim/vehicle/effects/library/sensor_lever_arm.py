@@ -20,5 +20,5 @@ EFFECT = VehicleEffect(
     needs=("sensor", "axis"),
     choices={"axis": AXES, "sensor": ("imu", "velocity", "depth")},
     sensing=sensing,
-    suspected=(Suspected(sizes={"offset": (0.2, 0.03)}),),
+    suspected=(Suspected(sizes={"offset": (0.2, 0.03)}, tolerance=0.01),),
 )

@@ -20,5 +20,5 @@ EFFECT = VehicleEffect(
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
-    suspected=(Suspected(sizes={"angle": (0.1, 0.01)}, read_by="velocity"),),
+    suspected=(Suspected(sizes={"angle": (0.1, 0.01)}, read_by="velocity", tolerance=0.0075),),
 )

@@ -22,7 +22,7 @@ EFFECT = VehicleEffect(
     choices={"axis": AXES},
     sensing=sensing,
     suspected=(
-        Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": AXES}, read_by="velocity"),
+        Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": AXES}, read_by="velocity", tolerance=0.01),
         Suspected(sizes={"share": (0.1, 0.02)}, only={"axis": (None,)}, read_by="velocity", watched=(0.3, -0.3)),
     ),
 )
