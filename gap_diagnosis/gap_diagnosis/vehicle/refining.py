@@ -174,10 +174,15 @@ class Problem:
         return np.concatenate((np.ones(len(self.nuisances)), own))
 
     def held(self, x: Array) -> Array:
-        """Return a point whose sizes are within their ranges, and whose stamps are as late as loops and buses are."""
+        """Return a point whose sizes are within their ranges, and whose stamps are as late as loops and buses are.
+
+        What a sensor is off is all the effect's where that is on: else it would be known no better than a healthy one.
+        """
         m, x = len(self.nuisances), x.copy()
         late = [j for j, key in enumerate(self.nuisances) if key[0] == "late"]
         x[late] = np.clip(x[late], -rules.LATEST, rules.LATEST)
+        on = {("sensor", h.effect, h.sensor, h.axis) for h in self.effects}
+        x[[j for j, key in enumerate(self.nuisances) if key in on]] = 0.0
         lower = [v for h in self.effects for v in h.lower]
         upper = [v for h in self.effects for v in h.upper]
         scale = np.array(self._scale)

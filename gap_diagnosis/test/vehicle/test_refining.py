@@ -1,5 +1,6 @@
 """Fits of nuisances and effects together, on innovations whose answer is known without a vehicle."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -134,3 +135,15 @@ def test_damped_steps_that_creep_towards_a_wall_end() -> None:
     one = Problem(screen=Walled(), nuisances={THRUST: 0.02}, effects=())  # type: ignore[arg-type]
     assert 0.5 < one.most_likely(np.array([0.5]), [])[0][0] < 0.7
     assert len(asked) < 20
+
+
+def test_what_a_sensor_is_off_is_all_the_effects_where_that_is_on() -> None:
+    key = ("sensor", "imu_misalignment", None, "y")
+    askew = Hypothesis(
+        effect="imu_misalignment", axis="y", parameters=("angle",), scale=(0.1,), probe=(0.01,), lower=(-0.3,),
+        upper=(0.3,),
+    )  # fmt: skip
+    beside = replace(askew, axis="z")
+    for effects, left in (((), 2.0), ((beside,), 2.0), ((askew,), 0.0)):
+        problem = Problem(screen=Bilinear(), nuisances={key: 0.0075}, effects=effects)  # type: ignore[arg-type]
+        assert problem.held(np.array([2.0, *(0.5 for _ in effects)]))[0] == left
