@@ -11,19 +11,27 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import CHANNELS, PARTS
+from rov_sim.vehicle.innovations import CHANNELS, LATE, PARTS
 
-__all__ = ["as_read", "counted", "first_instant", "instant_at", "read_later", "shifted"]
+__all__ = ["CLOCKS", "as_read", "counted", "first_instant", "instant_at", "read_later", "shifted"]
 
 Array = NDArray[np.float64]
 _LOGS = 64
 """Moved recordings that are kept: a fit asks for the same ones ever again."""
+CLOCKS = {
+    "attitude": [LATE.index("attitude")],
+    "velocity": [LATE.index("velocity")],
+    "tachometer": slice(len(LATE), None),
+}
+"""Sensors beside the IMU whose stamps may be late by themselves, with their columns of `VehicleLog.lateness`."""
 
 
 def shifted(
     log: VehicleLog, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect] = ()
 ) -> VehicleLog:  # fmt: skip
-    """Return a log whose commands act later by what values and effects of the log say."""
+    """Return a log whose commands act, and whose sensors read, as late as values and effects of the log say."""
+    own = tuple(values.get(("late", sensor), 0.0) for sensor in CLOCKS)
+    log = _older(log, own) if any(own) else log
     late, rate = values.get(("late", "commands"), 0.0), 0.0
     for effect in effects:
         if effect.id == "log_alignment":
@@ -31,6 +39,15 @@ def shifted(
         elif effect.id == "clock_drift":
             rate += effect.sizes["rate"]
     return _acting(log, late, rate) if late or rate else log
+
+
+@lru_cache(maxsize=_LOGS)
+def _older(log: VehicleLog, late: tuple[float, ...]) -> VehicleLog:
+    """Return a log whose sensors have read so long [s] before their stamps, those of `CLOCKS`."""
+    lateness = log.lateness.copy()
+    for of, time in zip(CLOCKS.values(), late, strict=True):
+        lateness[:, of] += time / log.period
+    return replace(log, lateness=lateness)
 
 
 @lru_cache(maxsize=_LOGS)

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap_diagnosis.vehicle.hypotheses import hypotheses
+from gap_diagnosis.vehicle.instants import CLOCKS
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import GROUPS, Model
 from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, TIMING, TRIMMED
@@ -55,9 +56,10 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
         against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
         found["trim", "volume", k] = float(against * TRIMMED * vehicle.values["volume"])
         found |= {("trim", f"{a}_G", k): float(against * trimmed) for a in "xyz"}
-    tried = hypotheses(model, told_in(logs))
+    there = told_in(logs)
+    tried = hypotheses(model, there)
     found |= {("sensor", h.effect, h.sensor, h.axis): h.tolerance for h in tried if h.tolerance}
-    found |= {("late", "commands"): TIMING, ("late", "imu"): TIMING}
-    if any(log.there["battery"] for log in logs):
+    found |= {("late", what): TIMING for what in ("commands", "imu", *(clock for clock in CLOCKS if there[clock]))}
+    if there["battery"]:
         found |= {("power", name): share for name, share in _POWER.items()}
     return found

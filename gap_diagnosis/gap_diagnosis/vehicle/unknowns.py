@@ -9,7 +9,7 @@ Unknowns are named by keys:
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
-    ("late", what)               by which commands act, or the IMU is read, later than stamps say or before them [s]
+    ("late", what)               by which commands act later than their stamps say, or a sensor has read before them [s]
     ("sensor", id, sensor, axis) size of an effect of the library that sensors have to a degree, see `Suspected`
     ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
     ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
@@ -29,6 +29,7 @@ OF_RUN = ("gyro", "force", "trim")
 PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "second offset": "m"}
 """How one thruster is turned about and moved along the first and second normal of its axis (see
 `thruster_misalignment`), with units; where along its axis it is changes no wrench."""
+_NAMED = {"imu": "IMU", "velocity": "velocity log"}
 
 
 def acts_in(key: Key, run: int) -> bool:
@@ -51,7 +52,7 @@ def words_of(key: Key) -> str:
         where = ", ".join(part for part in (key[3], key[2]) if part)
         return f"{VEHICLE_LIBRARY[key[1]].title}{f' ({where})' if where else ''}"
     if kind == "late":
-        return "commands act late" if key[1] == "commands" else "the IMU is late"
+        return "commands act late" if key[1] == "commands" else f"the {_NAMED.get(key[1], key[1])} is late"
     return " ".join(map(str, key[1:]))
 
 

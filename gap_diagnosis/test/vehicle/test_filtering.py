@@ -87,7 +87,11 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
             ("own", "first offset", i): float(first[i] @ moved),
             ("own", "second offset", i): float(second[i] @ moved),
         }
-    for name, sizes in installed(draw)._asdict().items():
+    sensors = installed(draw)
+    values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
+    for name, sizes in sensors._asdict().items():
+        if name not in SENSORS:
+            continue
         for axis, size in zip("xyz", np.atleast_1d(sizes), strict=False):
             effect, sensor = SENSORS[name]
             values["sensor", effect, sensor, None if effect == "depth_scale" else axis] = float(size)

@@ -144,8 +144,8 @@ def _topics(
     off, factor = installed(draw), draw.noise
     t0 = NANO
 
-    def stamps(at: NDArray[Any]) -> NDArray[np.int64]:
-        return t0 + np.round(at * STEP * 1e9).astype(np.int64)
+    def stamps(at: NDArray[Any], late: float = 0.0) -> NDArray[np.int64]:
+        return t0 + np.round((at * STEP + late) * 1e9).astype(np.int64)
 
     unsent, at_command = np.full(K, np.nan), draw.period * np.arange(K)
     topics = [Topic.of_thruster(i, "throttle", at_command, {"commanded": sent[:, i], "sent": unsent}) for i in range(N)]
@@ -202,13 +202,14 @@ def _topics(
             told = told * (1.0 + wrong["velocity_scale"][1])
         told = told + rng.normal(size=told.shape) * 0.008 * factor
         fields = {f"twist.twist.linear.{a}": told[:, k] for k, a in enumerate("xyz")}
-        topics.append(_vehicle("rov/velocity", stamps(at), fields))
+        topics.append(_vehicle("rov/velocity", stamps(at, off.velocity_late), fields))
     if "tachometer" not in draw.missing:
         at = reading("tachometer")
         for i in range(N):
             told = n[at, i] + rng.normal(size=at.size) * 1.2 * factor
             told = np.round(told / RPM) * RPM if draw.whole else told
-            topics.append(Topic.of_thruster(i, "state", at * STEP, {"n": told, "sign_source": np.ones(at.size, int)}))
+            fields = {"n": told, "sign_source": np.ones(at.size, int)}
+            topics.append(Topic.of_thruster(i, "state", at * STEP + off.tachometer_late, fields))
     if "battery" not in draw.missing:
         at = reading("battery")
         voltage = 16.0 * supply[at, 0] + rng.normal(size=at.size) * 0.02 * factor

@@ -40,7 +40,8 @@ class Truth(NamedTuple):
 
 
 class Installed(NamedTuple):
-    """By what healthy sensors are off, (3,) each but the last: scales, turns about their axes [rad], places [m]."""
+    """By what healthy sensors are off: scales, turns about their axes [rad] and places [m], (3,) each but the depth's;
+    how late stamps are [s]."""
 
     gyro_scale: Array
     imu_turn: Array
@@ -49,6 +50,8 @@ class Installed(NamedTuple):
     velocity_turn: Array
     velocity_place: Array
     depth_scale: float
+    velocity_late: float
+    tachometer_late: float
 
 
 def _cross_matrix(a: Array) -> Array:
@@ -90,8 +93,8 @@ def installed(draw: Draw) -> Installed:
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(81,)))
     deviations = draw.deviations * np.array([0.005, 0.0075, 0.01, 0.01, 0.0075, 0.01])
     scale, turn, place, of_velocity, turn_of_it, place_of_it = deviations[:, None] * rng.normal(size=(6, 3))
-    depth = 0.005 * draw.deviations * float(rng.normal())
-    return Installed(scale, turn, place, of_velocity, turn_of_it, place_of_it, depth)
+    depth, late, rotors_late = draw.deviations * np.array([0.005, 0.003, 0.003]) * rng.normal(size=3)
+    return Installed(scale, turn, place, of_velocity, turn_of_it, place_of_it, depth, late, rotors_late)
 
 
 def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:
