@@ -128,7 +128,7 @@ def test_heights_turns_a_second_and_velocities_in_mm_s_are_known(tmp_path, capsy
 def test_a_pressure_is_proposed_as_a_depth_in_fresh_water(tmp_path, capsys, name, pascals):
     depth = 6.0 + WAVE
     pressure = (101325.0 + 9806.65 * depth) / pascals
-    file = wide(tmp_path / "x.csv", {"t_s": TIME, name: pressure, **GYRO})
+    file = wide(tmp_path / "x.csv", {"t_s": TIME, name: pressure, **{f"{k}_dps": rate for k, rate in GYRO.items()}})
     found, text = guessed(capsys, file)
     assert "of fresh water, offset that of 1013 mbar at the surface: write yours" in found["rov/depth.depth"]
     run = imported(tmp_path, text, file)
@@ -149,3 +149,110 @@ def test_a_slow_file_in_front_does_not_hide_the_unit_of_time_that_others_tell(tm
     assert found["time"].startswith("{column: t, unit: s}")
     found, _ = guessed(capsys, slow, wide(tmp_path / "imu.csv", {"t": TIME[::25], "gx": WAVE[::25]}))
     assert found["time"].startswith("{column: t, unit: '?'}")
+
+
+@pytest.mark.parametrize("name", ["t_pwm_cmd", "t_pwm", "t pwm"])
+@pytest.mark.parametrize(("scale", "unit"), [(1.0, "s"), (1e3, "ms"), (1e6, "us")])
+def test_the_unit_of_a_time_is_not_that_of_what_it_times(tmp_path, capsys, name, scale, unit):
+    columns = {name: scale * TIME, "pwm_cmd": PULSES, "t_tacho": scale * (TIME + 0.007), "tacho": 900 * WAVE}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", columns))
+    assert found["time"].startswith(f"{{column: {name}, unit: {unit}}}   # unit by its values")
+    assert f"time_column: t_tacho, time_unit: {unit}" in found["thruster_0/state.n"]
+    assert "unit: us, stop: 1500" in found["thruster_0/throttle.commanded"]
+
+
+def test_a_slow_time_has_the_unit_of_the_times_beside_it(tmp_path, capsys):
+    slow = np.where(np.arange(TIME.size) % 50, np.nan, TIME + 0.01)  # one reading in a second: s or ms?
+    columns = {"t_pwm": TIME, "pwm_1": PULSES, "t_bat": slow, "battery_V": 15.0 + 0 * slow}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", columns | {"pwm_2": PULSES}))
+    assert "time_column: t_bat, time_unit: s" in found["rov/battery.voltage"]
+    alone = {"t_pwm": TIME[::50], "pwm_1": PULSES[::50], "pwm_2": PULSES[::50]}
+    assert "unit: '?'" in guessed(capsys, wide(tmp_path / "y.csv", alone))[0]["time"]
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("adv", "flow.ambient"), ("Strömung", "flow.ambient"), ("Stroemung", "flow.ambient"), ("Drehzahl", "state.n"),
+        ("Kraft", "load.wrench.force.x"), ("Schub", "load.wrench.force.x"), ("Moment", "load.wrench.torque.x"),
+        ("Drehmoment", "load.wrench.torque.x"), ("SollWert", "throttle.commanded"), ("setpoint", "throttle.commanded"),
+        ("Spannung", "state.supply_voltage"), ("Strom", "state.current"), ("bat/u", "state.supply_voltage"),
+        ("Batterie U [V]", "state.supply_voltage"), ("bat/i", "state.current"), ("VOLT", "state.supply_voltage"),
+        ("rotor", "state.n"), ("drive", "throttle.commanded"),
+    ],
+)  # fmt: skip
+def test_names_of_laboratories_are_known(tmp_path, capsys, name, channel):
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 12.0 + WAVE}))
+    assert f"thruster_0/{channel}" in found
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Soll_Drehzahl",
+        "rpm_setpoint",
+        "target_thrust",
+        "thrust_ref",
+        "altitude",
+        "rev",
+        "adv_snr",
+        "rotor_temp",
+        "drive_id",
+    ],
+)
+def test_what_is_wanted_is_not_measured_and_what_may_be_something_else_has_no_channel(tmp_path, capsys, name):
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 12.0 + WAVE, **GYRO}))
+    assert f"# {name} " in text, found
+
+
+def test_names_of_vehicles_logs_are_known_by_their_last_part_too(tmp_path, capsys):
+    columns = {f"drive.{k}": 60 * WAVE for k in (0, 1)} | {f"thr{k}/rev": 14 * WAVE for k in (0, 1)}
+    columns |= {f"ahrs.rate_{a}": 30 * WAVE for a in "xyz"}
+    columns |= {f"ins/f{a[-1]}_mps2": force for a, force in FORCE.items()}
+    columns |= {f"ahrs.{angle}": 12 * WAVE for angle in ("roll", "pitch", "yaw")} | {"keller.DPTH": 4 + WAVE}
+    columns |= {f"twist_linear_{a}": 0.3 * WAVE for a in "xyz"} | {"bat/u": 21.0 + 0 * TIME, "bat/i": 3.0 + 0 * TIME}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns}))
+    for channel, name in {
+        "thruster_1/throttle.commanded": "drive.1", "thruster_1/state.n": "thr1/rev",
+        "rov/imu.angular_velocity.z": "ahrs.rate_z", "rov/imu.orientation.yaw": "ahrs.yaw",
+        "rov/depth.depth": "keller.DPTH", "rov/velocity.twist.twist.linear.y": "twist_linear_y",
+        "rov/battery.voltage": "bat/u", "rov/battery.current": "bat/i",
+    }.items():  # fmt: skip
+        assert found[channel].startswith(f"{{column: {name},"), channel
+    assert "sign: -1" in found["rov/battery.current"] and "unit: A" in found["rov/battery.current"]
+    assert found["rov/imu.linear_acceleration.z"].startswith("{column: ins/fz_mps2, unit: m/s^2}")
+    assert "Not recognised" not in text
+    forces = {f"f{a[-1]}_mps2": force for a, force in FORCE.items()}
+    found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **forces, **GYRO}))
+    assert found["rov/imu.linear_acceleration.z"].startswith("{column: fz_mps2, unit: m/s^2}   # -9.8 to -9.8")
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "units"),
+    [
+        ("tacho", 8900 * WAVE, "rpm, deg/s or mrad/s"),
+        ("gx", 816 * WAVE, "deg/s or mrad/s"),
+        ("depth", 300 + 40 * WAVE, "m, cm, ft or dm"),
+        ("depth", 3700 + 200 * WAVE, "cm, mm or dm"),
+        ("battery", 16000 + WAVE, "mV or cV"),
+        ("dvl_vx", 130 * WAVE, "cm/s or mm/s"),
+        ("roll", 20 * WAVE, ""),
+        ("gx", 5000 * WAVE, "mrad/s"),  # or a converter's counts
+        ("az", 16384 + WAVE, "mm/s^2"),
+    ],
+)
+def test_a_unit_is_told_by_values_only_where_one_alone_is_possible(tmp_path, capsys, name, values, units):
+    columns = {"t": TIME, **{f"cmd{k}": 2 * WAVE for k in (1, 2)}, name: values}
+    if name == "roll":
+        columns |= {"pitch": values, "yaw": 170 * WAVE}
+    _, text = guessed(capsys, wide(tmp_path / "x.csv", columns))
+    (line,) = (line for line in text.splitlines() if f"column: {name}," in line)
+    assert ("unit: '?'}" in line and f"write the unit: {units}?" in line) if units else "unit: deg}" in line
+
+
+@pytest.mark.parametrize(("gravity", "unit"), [(1000.0, "mg"), (981.0, "cm/s^2"), (990.0, "'?'"), (9810.0, "mm/s^2")])
+def test_gravity_tells_mg_from_cm_s2_where_it_is_near_one_of_them(tmp_path, capsys, gravity, unit):
+    force = {name: values * gravity / 9.8 for name, values in {**FORCE, "ax": 0 * WAVE, "ay": 0 * WAVE}.items()}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **force, **GYRO}))
+    assert f"unit: {unit}}}" in found["rov/imu.linear_acceleration.z"]
+    assert ("write the unit: mg or cm/s^2? |a| is 990 as a rule" in text) == (unit == "'?'")

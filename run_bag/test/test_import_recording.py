@@ -261,20 +261,19 @@ def test_a_guessed_map_is_read_back_and_imports(tmp_path, capsys, kind):
 
 def test_words_within_names_and_units_in_brackets_suggest_too(tmp_path, capsys):
     (tmp_path / "x.csv").write_text(
-        "Zeit [ms];Drehzahl rpm;ESC pwm_us;motor current;Schub (kgf)\n0;900;1500;1;0,5\n1;900;1500;1;0,5\n"
+        "Zeit [ms];Welle rpm;ESC pwm_us;motor current;Zug (kgf)\n0;900;1500;1;0,5\n1;900;1500;1;0,5\n"
     )
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
     assert "time: {column: 'Zeit [ms]', unit: ms}" in text
-    assert "thruster_0/state.n: {column: Drehzahl rpm, unit: rpm}" in text
+    assert "thruster_0/state.n: {column: Welle rpm, unit: rpm}" in text
     assert (
         "thruster_0/throttle.commanded: {column: ESC pwm_us, unit: us, stop: 1500, per_volt: 80, hold: previous}"
         in text
     )
     assert "thruster_0/state.current: {column: motor current, unit: A}" in text
     assert (
-        "load.wrench.force.x: {column: 'Schub (kgf)', unit: kgf}   # 0.5 to 0.5 kgf, 2 samples; by its unit alone"
-        in text
+        "load.wrench.force.x: {column: 'Zug (kgf)', unit: kgf}   # 0.5 to 0.5 kgf, 2 samples; by its unit alone" in text
     )
 
 
@@ -301,8 +300,8 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
         ("n [rpm]", slow, "rpm"), ("n (rpm)", slow, "rpm"), ("n [U/min]", slow, "rpm"),
         ("n [1/min]", slow, "'1/min'"),
         ("Speed (rev/min)", slow, "rev/min"), ("n [rad/s]", slow, "rad/s"), ("speed_rad_s", slow, "rad/s"),
-        ("n", slow, asked), ("speed", slow, asked), ("n [furlong]", slow, asked), ("n", fast, "rpm"),
-        ("speed", fast, "rpm"),
+        ("n", slow, asked), ("speed", slow, asked), ("n [furlong]", slow, asked), ("n", fast, asked),
+        ("speed", 3 * fast, asked),
         # forces, torques and milli-units
         ("thrust", 30 * SWEEP, asked), ("thrust_N", 30 * SWEEP, "N"), ("thrust_kgf", SWEEP, "kgf"),
         ("thrust_kg", SWEEP, "kgf"),
@@ -310,11 +309,12 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
         ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"),
         ("Torque [N.m]", SWEEP, "N m"), ("torque [N mm]", fast, "N mm"), ("Thrust [g]", fast, "g"),
         ("n [rad s^-1]", slow, "rad/s"), ("n [rad·s⁻¹]", slow, "rad/s"), ("n [min⁻¹]", slow, "rpm"),
-        ("battery", 16000 + slow, "mV"), ("voltage_mV", fast, "mV"), ("voltage", 16 + SWEEP, "V"),
-        ("current", fast, "mA"),
+        ("battery", 16000 + slow, asked), ("battery", 48000 + slow, "mV"),
+        ("VOLT", 1600 + SWEEP, "cV"), ("voltage_mV", fast, "mV"), ("voltage", 16 + SWEEP, "V"),
+        ("current", fast, asked), ("current", 20 * fast, "mA"),
         ("current_ma", SWEEP, "mA"), ("current", 3 + SWEEP, "A"), ("flow", SWEEP, "m/s"),
         ("flow_cm_s", SWEEP, "cm/s"),
-        ("flow", slow, asked),
+        ("flow", slow, asked), ("flow", 9 * SWEEP, asked), ("flow", 20 * SWEEP, "cm/s"),
         # commands
         ("pwm", 1500 + slow, "us"), ("cmd", 1500 + slow, "us"), ("pwm", 128 + 100 * SWEEP, asked),
         ("throttle", SWEEP, "'1'"),
@@ -395,7 +395,7 @@ def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
 
 def test_columns_whose_names_no_rule_knows_are_guessed_by_their_units(tmp_path, capsys):
     rows = [f"{10 * (k - k % 2)},{u:g},{300 * u:g},{4 * u:g}" for k, u in enumerate(SWEEP)]  # two rows have one stamp
-    (tmp_path / "x.csv").write_text("\n".join(["Zeit (ms),Stellwert (%),Drehzahl (rpm),Kraft (N)", *rows]))
+    (tmp_path / "x.csv").write_text("\n".join(["Zeit (ms),Stellung (%),Welle (rpm),Zug (N)", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     text = capsys.readouterr().out
     assert "time: {column: 'Zeit (ms)', unit: ms}" in text and "Not recognised" not in text
@@ -406,7 +406,7 @@ def test_columns_whose_names_no_rule_knows_are_guessed_by_their_units(tmp_path, 
 
 def test_two_columns_of_one_unit_without_a_known_name_are_left_to_the_reader(tmp_path, capsys):
     rows = [f"{0.01 * k},{u:g},{u:g}" for k, u in enumerate(SWEEP)]
-    (tmp_path / "x.csv").write_text("\n".join(["t,Kraft (N),Zug (N)", *rows]))
+    (tmp_path / "x.csv").write_text("\n".join(["t,Druck (N),Zug (N)", *rows]))
     assert main([str(tmp_path / "x.csv"), "--guess"]) == 0
     assert "wrench" not in capsys.readouterr().out
 

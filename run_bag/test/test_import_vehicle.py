@@ -108,7 +108,7 @@ def test_what_a_gyro_s_unit_may_be_is_asked_and_gravity_tells_an_accelerometer_s
     units |= {f"acc_{a}": FORCE[:, k] for k, a in enumerate("xyz")}
     text = guessed(capsys, write_table(tmp_path / "a.csv", {"t": TIME, **units}))
     assert text.count("unit: '?'") == 3
-    assert "write the unit: rad/s or deg/s?" in text
+    assert "write the unit: rad/s, rpm, rps or deg/s?" in text
     assert text.count("unit: m/s^2") == 3  # small along x and y, gravity along z
 
 
@@ -190,7 +190,7 @@ def test_an_acceleration_without_gravity_is_asked_about(tmp_path, capsys):
     table = dive(1, 1)
     table |= {f"acc_{a}": np.sin((k + 1.0) * table["t"]) for k, a in enumerate("xyz")}
     text = guessed(capsys, write_table(tmp_path / "a.csv", table))
-    assert text.count("write the unit: g or m/s^2? nothing says which") == 3
+    assert text.count("write the unit: m/s^2 or g? no other sensor says which") == 3
 
 
 def bag(path):

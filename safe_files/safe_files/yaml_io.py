@@ -37,6 +37,8 @@ _CORE = re.compile(
     r"|(?P<float>[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?)"
     r"|(?P<inf>[-+]?\.(?:inf|Inf|INF))|(?P<nan>\.(?:nan|NaN|NAN))"
 )
+_UNQUOTED = re.compile(r"but got '[^<]|character '[%@`]' that cannot start|mapping values are not allowed")
+"""What the parser says of text without quotes that has a sign of YAML's own in it."""
 _DIGITS = 400
 
 
@@ -120,6 +122,8 @@ class _Builder:
             mark = getattr(error, "problem_mark", None)
             why = str(getattr(error, "problem", None) or error)
             told = f"expected YAML; found what is none: {' '.join(why.split())[:200]}"
+            if _UNQUOTED.search(told):
+                told += "; text with brackets, braces, commas, colons or % goes in quotes: 'U1 [V]'"
             raise self.wrong(told, None if mark is None else mark.line + 1) from error
         except (ValueError, RecursionError, AttributeError, AssertionError, TypeError, IndexError) as error:
             # what the parser itself trips over in broken text: a directive of another version, half an escape

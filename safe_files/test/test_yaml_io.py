@@ -48,6 +48,13 @@ BOMB = "a: &a [x, x]\n" + "".join(f"{b}: &{b} [*{a}, *{a}]\n" for a, b in zip("a
         ("a: " + "1" * 400, "expected a whole number below 2^63, found 1111"),
         ("a: " + "1" * 5000, "expected a number of at most 400 digits, found 5000"),
         ("a: 1e999", "expected a number that a computer has, found 1e999"),
+        (
+            "x: 1\na: {column: U1 [V], unit: V}",
+            "line 2: expected YAML; found what is none: expected ',' or '}', but got '['",
+        ),
+        ("a: {column: U1 [V], unit: V}", "; text with brackets, braces, commas, colons or % goes in quotes: 'U1 [V]'"),
+        ("a: {column: imu: x, unit: V}", "goes in quotes: 'U1 [V]'"),
+        ("a: {column: %, unit: V}", "goes in quotes: 'U1 [V]'"),
         ("a: [1, 2", "line 1: expected YAML; found what is none"),
         ("a:\tb", "expected YAML; found what is none"),
         ('a: "\\', "expected YAML; found what is none"),

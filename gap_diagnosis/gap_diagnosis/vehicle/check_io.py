@@ -82,6 +82,8 @@ def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:
         steps = np.diff(time)
         rate = f", one every {np.median(steps):.3g} s, longest gap {np.max(steps):.2g} s" if steps.size else ""
         yield Finding(kind="good", run=run.name, about=sensor, sentence=f"{time.size} readings{rate}")
+    for sensor, source in log.took:
+        yield Finding(kind="good", run=run.name, about=sensor, sentence=source)
     missing = [sensor for sensor, there in log.there.items() if not there]
     if missing:
         yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(missing))

@@ -38,6 +38,7 @@ class VehicleLog:
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
         start: of the recording's clock [ns].
         notes: what the reader decided, one sentence each.
+        took: sensor and where its readings are from, of those that several topics may have.
         oddities: what the logs of the sensors show by themselves.
     """
 
@@ -55,6 +56,7 @@ class VehicleLog:
     signed: bool = True
     start: int = 0
     notes: tuple[str, ...] = ()
+    took: tuple[tuple[str, str], ...] = ()
     oddities: tuple[Oddity, ...] = ()
 
     @property

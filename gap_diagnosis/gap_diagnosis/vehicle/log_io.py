@@ -94,7 +94,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     if extra:
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
     odd: list[Oddity] | None = [] if grid is None else None
-    attitude, rates = _attitude(run, notes, odd), _rates(run, notes, odd)
+    took: list[tuple[str, str]] = []
+    attitude, rates = _attitude(run, took, odd), _rates(run, notes, odd)
     if rates is None and attitude is None:
         raise RunError(f"{run.name}: expected rov/imu or rov/odometry with attitude or rates; found {', '.join(run)}")
     force = _sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd)
@@ -138,7 +139,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     return VehicleLog(
         name=run.name, period=period, commands=np.stack(commands, axis=2), attitude=quaternions, told=told,
         speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
-        battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), oddities=tuple(odd or ()),
+        battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), took=tuple(took),
+        oddities=tuple(odd or ()),
     )  # fmt: skip
 
 
@@ -209,13 +211,13 @@ def _sensor(
     return time, values
 
 
-def _attitude(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
+def _attitude(run: Run, took: list[tuple[str, str]], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
     attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None and _turned(attitude[1]):
         return attitude
     attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None:
-        notes.append("attitude: that of rov/odometry, as rov/imu has none")
+        took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
     return attitude
 
 

@@ -94,6 +94,26 @@ def test_rotor_speeds_in_another_unit_and_another_battery_are_asked_about(tmp_pa
     assert notes["battery"].startswith("reads 0.7") and "the nominal voltage" in notes["battery"]
 
 
+def test_an_attitude_of_the_odometry_alone_is_nothing_in_the_way(tmp_path: Path) -> None:
+    def elsewhere(topic: Topic) -> Topic:
+        if topic.name != "rov/imu":
+            return topic
+        fields = {p: v for p, v in topic.fields.items() if not p.startswith("orientation")}
+        return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields=fields)
+
+    (topics,) = recorded(
+        Draw(seed=3, vehicle="ngs", kinds=("pulses",), duration=20.0), MODEL.vehicle, MODEL.sets, MODEL.sensors
+    )
+    imu = next(topic for topic in topics if topic.name == "rov/imu")
+    turned = {f"pose.pose.orientation.{part}": imu.fields[f"orientation.{part}"] for part in "wxyz"}
+    odometry = Topic(name="rov/odometry", type="nav_msgs/msg/Odometry", stamps=imu.stamps, fields=turned)
+    (tmp_path / "runs").mkdir()
+    run = write_run(tmp_path / "runs" / "dive", [*map(elsewhere, topics), odometry])
+    found = check_vehicle([run], MODEL)
+    taken = [each.kind for each in found if each.sentence == "that of rov/odometry, as rov/imu has none"]
+    assert taken == ["good"] and not any("attitude" in each.sentence for each in found if each.kind == "note")
+
+
 def test_thrusters_that_are_commanded_alike_are_named(tmp_path: Path) -> None:
     first: dict[str, Any] = {}
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from ..units import unit_of
 
-__all__ = ["ANGLES", "PARTS", "REP103", "attitude_of", "in_our_axes", "quaternion", "unit_in_map"]
+__all__ = ["ANGLES", "PARTS", "REP103", "attitude_of", "down_in_body", "in_our_axes", "quaternion", "unit_in_map"]
 
 Array = NDArray[np.float64]
 ANGLES, PARTS = ("roll", "pitch", "yaw"), ("w", "x", "y", "z")
@@ -45,6 +45,12 @@ def quaternion(roll: Array, pitch: Array, yaw: Array) -> tuple[Array, Array, Arr
         c1 * s2 * c3 + s1 * c2 * s3,
         c1 * c2 * s3 - s1 * s2 * c3,
     )
+
+
+def down_in_body(attitude: Array) -> Array:
+    """Return the earth's down in body axes (N, 3) of attitudes w, x, y, z (N, 4) of any length but zero."""
+    w, x, y, z = (attitude / np.linalg.norm(attitude, axis=1, keepdims=True)).T
+    return np.column_stack((2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)))
 
 
 def in_our_axes(fields: Mapping[str, Array], *, rep103: bool) -> dict[str, Array]:

@@ -36,10 +36,10 @@ def _linear(**factors: float) -> dict[str, Conversion]:
 _TURN = 2.0 * math.pi
 _DEGREE = math.pi / 180.0
 CONVERSIONS: dict[str, dict[str, Conversion]] = {
-    "rad/s": _linear(rpm=_TURN / 60, rps=_TURN, Hz=_TURN, dps=_DEGREE)
+    "rad/s": _linear(rpm=_TURN / 60, rps=_TURN, Hz=_TURN)
+    | {"deg/s": Conversion(_DEGREE), "dps": Conversion(_DEGREE), "mrad/s": Conversion(1e-3)}
     | {"rev/min": Conversion(_TURN / 60), "1/min": Conversion(_TURN / 60), "rev/s": Conversion(_TURN)}
-    | {"1/s": Conversion(_TURN), "deg/s": Conversion(_DEGREE), "mrad/s": Conversion(1e-3)}
-    | {"krpm": Conversion(_TURN / 0.06)},
+    | {"1/s": Conversion(_TURN), "krpm": Conversion(_TURN / 0.06)},
     "rad": _linear(deg=_DEGREE, mrad=1e-3, cdeg=_DEGREE / 100),
     "V": _linear(mV=1e-3, cV=1e-2),
     "A": _linear(mA=1e-3, cA=1e-2),

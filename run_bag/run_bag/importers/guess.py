@@ -18,11 +18,12 @@ from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
 from .guessed_axes import axes_lines
-from .guessed_clock import clock_of, is_time, own_times, time_of, values_of
+from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time, values_of
 from .guessed_commands import alike_commands
 from .guessed_depth import WHICH_WATER, depths_of_pressures
-from .guessed_names import numbered, plain_names, told_units, without_suffix
-from .guessed_units import fits, guessed_time_unit, guessed_unit, named_units
+from .guessed_names import beside, numbered, told_units, told_words, without_suffix
+from .guessed_turning import gyro_by_attitude
+from .guessed_units import fits, guessed_unit, named_units
 from .recording_map import ASKED
 from .sources import Array, Source
 
@@ -49,8 +50,9 @@ class _Found(NamedTuple):
 
     @property
     def group(self) -> str:
-        """The field of whose parts one is, of a vehicle's sensor: their unit is one."""
-        return self.channel.rpartition(".")[0] if self.topic.startswith("rov/") else self.channel
+        """The vector or attitude of which it is a part: their unit is one."""
+        head, _, part = self.channel.rpartition(".")
+        return head if self.topic.startswith("rov/") and part in (*PARTS, *ANGLES) else self.channel
 
 
 def guess(sources: Sequence[Source]) -> str:
@@ -86,10 +88,15 @@ def guess(sources: Sequence[Source]) -> str:
             found[each.channel] = each
             left.remove((each.source, each.name))
     names = Counter(name for source in sources for name in source.names())
+    groups: dict[str, list[_Found]] = {}
+    for each in found.values():
+        groups.setdefault(each.group, []).append(each)
+    force = _rows(groups.get("rov/imu.linear_acceleration", []))
     entries = [
-        _line(each, [f for f in found.values() if f.group == each.group], clock, shared=names[each.name] > 1)
+        _line(each, groups[each.group], clock, shared=names[each.name] > 1, force=list(force.values()))
         for each in found.values()
     ]
+    entries = gyro_by_attitude(sources, told, entries)
     head = ["# A proposal: read it, correct it, and import with --map.", *told]
     lines = [*head, *_axes(found.values(), sources, [*told, *entries]), *entries]
     lines += ["# Not recognised:"] if left else []
@@ -151,7 +158,7 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     if not name:
         return "", ["time: {column: 1, unit: s}   # no column is called a time: is it the first one?"]
     tables = [source for source in sources if isinstance(source, CsvSource) and name in source.names()]
-    guesses = [guessed_time_unit(bare_name(name), each.unit(name), values_of(each, name)) for each in tables]
+    guesses = [unit_of_time(each, name) for each in tables]
     unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
         why = "; ".join(filter(None, (why, "its values rise: is it the time?")))
@@ -162,8 +169,7 @@ def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
     """Return the rules of names for a source."""
     if not (vehicle and isinstance(source, CsvSource)):
         return (*LOGS, *THRUSTER)
-    plain = set(plain_names(source))
-    return (*LOGS, *(rule for rule in VEHICLE if set(rule.together) <= plain), *THRUSTER)
+    return (*LOGS, *VEHICLE, *THRUSTER)
 
 
 def _of_vehicle(source: Source) -> bool:
@@ -172,13 +178,12 @@ def _of_vehicle(source: Source) -> bool:
         return False
     found = {name: _propose(source, name, THRUSTER) for name in source.names()}
     commands = {each.channel for each in found.values() if each and each.channel.endswith(".commanded")}
-    plain = plain_names(source)
-    gyro = [r.names for r in VEHICLE if "angular_velocity" in r.channel and set(r.together) <= set(plain)]
+    gyro = [rule for rule in VEHICLE if "angular_velocity" in rule.channel]
     unnamed = [] if commands else _commands([(source, name) for name, each in found.items() if each is None])
-    return len(commands) > 1 or bool(unnamed) or any(re.fullmatch(names, name) for names in gyro for name in plain)
+    return len(commands) > 1 or bool(unnamed) or any(_propose(source, name, gyro) for name in source.names())
 
 
-def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
+def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
     """Return the channel that a name suggests."""
     table = isinstance(source, CsvSource)
     if not table:
@@ -193,22 +198,25 @@ def _propose(source: Source, name: str, rules: Iterable[Rule]) -> _Found | None:
     tail = re.split("[./]", whole)[-1]
     # a number alone has its name from its topic
     of_topic = [whole.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
-    words = [word for word in tail.split("_") if len(word) > 1] if table else []
+    words, wanted = told_words(tail) if table else ([], False)
     stem, number = numbered(bare, source.names()) if table else (tail, 0)
     units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
     last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
-    # the whole name first; single words of it only where no rule knows that
-    for candidates in (
-        (whole, bare, tail, without_suffix(bare), without_suffix(tail), *of_topic),
-        (stem, last, without_suffix(stem), without_suffix(last)),
-        words,
+    # the whole name first, then what is behind its last dot or slash; single words only where no rule knows these
+    for candidates, known in (
+        ((whole, bare, without_suffix(bare)), rules),
+        ((stem, without_suffix(stem)), rules),
+        ((tail, without_suffix(tail), *of_topic), rules),
+        ((last, without_suffix(last)), rules),
+        (words, [rule for rule in rules if not rule.alone and (not wanted or rule.channel.endswith(".commanded"))]),
     ):
-        for rule in rules:
+        for rule in known:
             spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
             for candidate in candidates:
                 match = re.fullmatch(rule.names, candidate, spelling)
                 channel = _channel(rule, match, number) if match else ""
-                if match and (not units or any(_may_be_in(channel, unit) for unit in units)):
+                known_units = not units or any(_may_be_in(channel, unit) for unit in units)
+                if match and known_units and (not rule.together or set(rule.together) <= beside(source, name)):
                     return _Found(channel, source, name, rule.unit, rule.sign)
     return None
 
@@ -239,13 +247,14 @@ def _axes(found: Iterable[_Found], sources: Sequence[Source], lines: Sequence[st
     return axes_lines(topics, force, sources, lines)
 
 
-def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) -> str:
+def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool, force: Sequence[Array]) -> str:
     """Return the entry of a channel.
 
     Args:
         each: the channel.
         group: the parts of one field, whose unit is found from all their values.
         clock: the column of time of most tables; shared: whether several files have a column of that name.
+        force: readings of the accelerometer's three axes, none where they are not known.
     """
     source, name = each.source, each.name
     table, notes = isinstance(source, CsvSource), _seen(source, name)
@@ -262,7 +271,7 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     unit, why = guessed_unit(
         _ours(each.channel), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=topic == "rov/imu",
-        size=_size(parts) if path.startswith("linear_acceleration") else None,
+        vector=_rows(group), force=force,
     )  # fmt: skip
     text = f"{place}: {_quoted(name)}, unit: {_quoted(unit)}"
     if command and unit in COMMANDS:
@@ -279,13 +288,12 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool) ->
     return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
 
 
-def _size(parts: Sequence[Array]) -> Array | None:
-    """Return the magnitudes of a vector, whose parts have rows of their own in a long table; None without three."""
-    told = [part[np.isfinite(part)] for part in parts]
-    if len(told) != 3 or len({part.size for part in told}) > 1:
-        return None
-    size: Array = np.linalg.norm(np.stack(told), axis=0)
-    return size
+def _rows(parts: Sequence[_Found]) -> dict[str, Array]:
+    """Return the readings of a vector's parts, row by row, which have rows of their own in a long table; {} where
+    they are not of the same."""
+    read = {each.channel.rpartition(".")[2]: values_of(each.source, each.name) for each in parts}
+    told = {part: values[np.isfinite(values)] for part, values in read.items() if values is not None}
+    return told if len(told) == len(read) and len({values.size for values in told.values()}) == 1 else {}
 
 
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
@@ -295,7 +303,7 @@ def _own_clock(source: CsvSource, name: str, clock: str) -> str:
         own = (clock_of([source]) or (source, ""))[1]
     if not own:
         return ""
-    unit, _ = guessed_time_unit(bare_name(own), source.unit(own), values_of(source, own))
+    unit, _ = unit_of_time(source, own)
     return f", time_column: {_quoted(own)}, time_unit: {_quoted(unit)}"
 
 

@@ -12,6 +12,7 @@ class Rule(NamedTuple):
 
     {i} is the thruster's number from 0, of groups `one` or `zero` or of the name's end; {axis} that of a group `axis`,
     or the name of the group that matched. `together`: plain names that must all be there for the rule to hold.
+    `alone`: no word of a longer name: rotor_temp is no rotor's speed.
     """
 
     channel: str
@@ -19,6 +20,7 @@ class Rule(NamedTuple):
     unit: str = ""
     sign: int = 1
     together: tuple[str, ...] = ()
+    alone: bool = False
 
 
 _AXIS = r"(?P<axis>[xyz])"
@@ -28,9 +30,13 @@ _GYRO = rf"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
 _LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
-_SUPPLY = r"(supply|batt(ery)?|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|voltage|volts"
+_BATTERY = r"(bat(t(ery|erie)?)?|akku)"
+_SUPPLY = (
+    rf"(supply|batt(ery|erie)?|akku|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|{_BATTERY}(_?(volt\w*|spannung)|_(u|v))|voltage|"
+    r"volts?|(versorgungs)?spannung"
+)
 _OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|cmd|command|raw)"
-_CURRENT = r"(batt(ery)?_?|supply_?)?(current|amps?)(_a)?|(batt(ery)?|supply)_a"
+_CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amps?|strom)(_a)?|({_BATTERY}|supply)_(a|i)"
 
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
@@ -52,17 +58,24 @@ LOGS = (
 they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
 
 THRUSTER = (
-    Rule("thruster_{i}/state.n", r"(esc|motor|thruster|prop)_?(k?rpm|rps)"),
+    Rule("thruster_{i}/state.n", r"(esc|motor|thr(uster)?|prop)_?(k?rpm|rps|revs?)"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
+    Rule("thruster_{i}/throttle.commanded", r"setpoint|drive|(soll|stell)wert|stellgr(ö|oe)(ß|ss)e", alone=True),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|rps|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
+    Rule("thruster_{i}/state.n", r"rotor", alone=True),
+    Rule("thruster_{i}/state.n", r"(motor|propeller)?_?drehzahl"),
+    Rule("thruster_{i}/load.wrench.force.x", r"schub(kraft)?|kraft"),
+    Rule("thruster_{i}/load.wrench.torque.x", r"dreh_?moment"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
     Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
     Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?"),
+    Rule("thruster_{i}/flow.ambient", r"adv", alone=True),
+    Rule("thruster_{i}/flow.ambient", r"str(ö|oe)mung(s_?geschwindigkeit)?"),
     Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/state.supply_voltage", _SUPPLY),
-    Rule("thruster_{i}/state.current", r"(current|amps?|i)(_a)?"),
+    Rule("thruster_{i}/state.current", r"(current|curr|amps?|i|strom)(_a)?"),
 )
 """Of tables and other bags: the whole name, or its last part."""
 
@@ -88,8 +101,9 @@ VEHICLE = (
     Rule("rov/imu.linear_acceleration.{axis}", r"f(?P<axis>[xyz])", together=("fx", "fy", "fz")),
     Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
+    Rule("rov/velocity.twist.twist.linear.{axis}", rf"((twist_){{1,2}}linear|bottom_?track)_{_AXIS}"),
     Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together=("u", "v", "w")),
-    Rule("rov/depth.depth", r"depth(_sensor)?|z_?(ned|down)"),
+    Rule("rov/depth.depth", r"(depth|dpth)(_sensor)?|(tauch)?tiefe|z_?(ned|down)"),
     Rule("rov/depth.depth", r"z_?(enu|up)", "", -1),
     Rule("rov/battery.current", _CURRENT, "", -1),
     Rule("rov/battery.voltage", _SUPPLY),

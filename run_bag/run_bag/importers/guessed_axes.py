@@ -14,11 +14,12 @@ from scipy.integrate import cumulative_trapezoid
 
 from ..errors import RunError
 from ..topic import Topic
-from .axes import PARTS, REP103
+from .axes import PARTS, REP103, down_in_body
 from .decisions import Decisions
 from .mapped_topics import mapped_topics
 from .recording_map import parse_map
 from .sources import Array, Source
+from .vectors import vector_of
 
 __all__ = ["axes_lines"]
 
@@ -87,12 +88,12 @@ def _read(sources: Sequence[Source], lines: Sequence[str], *, turned: bool) -> d
 
 def _falling(read: Mapping[str, Topic], topic: str) -> int:
     """Return s, 0 where the depth does not tell it."""
-    velocity = _vectors(read.get(topic), "twist.twist.linear", "xyz")
-    depth = _vectors(read.get("rov/depth"), "depth", ("",))
+    velocity = vector_of(read.get(topic), "twist.twist.linear", "xyz")
+    depth = vector_of(read.get("rov/depth"), "depth", ("",))
     if velocity is None or depth is None or np.median(depth[1]) < 0.0:  # positive up: no depth
         return 0
     time, (u, v, w) = velocity[0], velocity[1].T
-    down = _down(_vectors(read.get("rov/imu"), "orientation", PARTS), time)
+    down = _down(vector_of(read.get("rov/imu"), "orientation", PARTS), time)
     edges = np.arange(max(time[0], depth[0][0]), min(time[-1], depth[0][-1]), _WINDOW)
     if edges.size <= _FEWEST:
         return 0
@@ -107,23 +108,11 @@ def _falling(read: Mapping[str, Topic], topic: str) -> int:
     return int(np.sign(alike)) if moved and abs(alike) > _ALIKE else 0
 
 
-def _vectors(topic: Topic | None, head: str, parts: Sequence[str]) -> tuple[Array, Array] | None:
-    """Return when all these parts of a field were told [s], and what (N, parts); None where one never was."""
-    names = [f"{head}.{part}" if part else head for part in parts]
-    if topic is None or not all(name in topic.fields for name in names):
-        return None
-    values = np.column_stack([np.asarray(topic.fields[name], dtype=np.float64) for name in names])
-    there = np.isfinite(values).all(axis=1)
-    return (np.asarray(topic.stamps)[there] * 1e-9, values[there]) if there.sum() > 1 else None
-
-
 def _down(attitude: tuple[Array, Array] | None, time: Array) -> Array:
     """Return the earth's down in body axes (3, N) at these times; that of a level vehicle without an attitude."""
     if attitude is None:
         return np.tile([[0.0], [0.0], [1.0]], time.size)
-    w, x, y, z = (attitude[1] / np.linalg.norm(attitude[1], axis=1, keepdims=True)).T
-    rows = (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y))
-    return np.stack([np.interp(time, attitude[0], row) for row in rows])
+    return np.stack([np.interp(time, attitude[0], row) for row in down_in_body(attitude[1]).T])
 
 
 def _summed(time: Array, rate: Array) -> tuple[Array, Array]:

@@ -11,10 +11,11 @@ from ..errors import RunError
 from .column_names import bare_name, called_time
 from .conversions import conversion
 from .csv_source import CsvSource
-from .recording_map import Entry, Mapped
+from .guessed_units import Guessed, guessed_time_unit
+from .recording_map import ASKED, Entry, Mapped
 from .sources import Array, Source
 
-__all__ = ["clock_of", "is_time", "own_times", "time_of", "values_of"]
+__all__ = ["clock_of", "is_time", "own_times", "time_of", "unit_of_time", "values_of"]
 
 _OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 """The time of the columns that follow it: t_cmd, cmd_ms."""
@@ -43,6 +44,18 @@ def time_of(table: CsvSource, name: str) -> str:
     names, own = table.names(), own_times(table)
     before = [each for each in own if names.index(each) < names.index(name)]
     return before[-1] if before and before[-1] != own[0] else ""
+
+
+def unit_of_time(table: CsvSource, name: str) -> Guessed:
+    """Return the unit of a column of time: its own, or where nothing tells that, the one of all others beside it."""
+    every = {each: _unit(table, each) for each in (name, *own_times(table))}
+    others = {each.unit for each in every.values()} - {ASKED}
+    own = every[name]
+    return own if own.unit != ASKED or len(others) != 1 else Guessed(others.pop(), "unit of the times beside it")
+
+
+def _unit(table: CsvSource, name: str) -> Guessed:
+    return guessed_time_unit(bare_name(name), table.unit(name), values_of(table, name))
 
 
 def is_time(table: CsvSource, name: str) -> bool:

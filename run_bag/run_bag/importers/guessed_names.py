@@ -5,18 +5,21 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from .column_names import bare_name
+from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, spelled
 from .csv_source import CsvSource
 from .guessed_units import named_units
+from .sources import Source
 
-__all__ = ["numbered", "plain_names", "told_units", "without_suffix"]
+__all__ = ["beside", "numbered", "told_units", "told_words", "without_suffix"]
 
 _SUFFIX = re.compile(
-    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
+    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
     r"[cm]?m|g|mg)$",
     re.IGNORECASE,
 )
+
+_WANTED = ("setpoint", "target", "desired", "wanted", "demand", "ref", "reference", "soll", "sollwert")
 
 
 def without_suffix(name: str) -> str:
@@ -24,9 +27,25 @@ def without_suffix(name: str) -> str:
     return _SUFFIX.sub("", name)
 
 
-def plain_names(source: CsvSource) -> list[str]:
-    """Return the names of the columns without their units, in small letters."""
-    return [without_suffix(bare_name(name)).lower() for name in source.names()]
+def beside(source: Source, name: str) -> set[str]:
+    """Return the last parts of names that differ by these alone, without units, in small letters: ahrs.p, ahrs.q."""
+    parent = _parted(name)[0]
+    parted = map(_parted, source.names())
+    return {without_suffix(last.replace(" ", "_")).lower() for above, last in parted if above == parent}
+
+
+def _parted(name: str) -> tuple[str, str]:
+    """Return what is before and behind the last dot or slash of a name."""
+    *above, last = re.split(r"([./])", without_unit(name))
+    return "".join(above), last
+
+
+def told_words(name: str) -> tuple[list[str], bool]:
+    """Return the words of a name that may tell what it is, and whether it is what somebody wants and nobody measures:
+    target_rpm is no speed."""
+    words = [word for word in name.split("_") if len(word) > 1]
+    told = [word for word in words if word.lower() not in _WANTED]
+    return told, len(told) < len(words)
 
 
 def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:
@@ -52,6 +71,8 @@ def told_units(source: CsvSource, name: str, bare: Sequence[str]) -> list[str]:
     if stated := source.unit(name):
         return [spelled(stated)] if spelled(stated) in COMMANDS else []
     ending = next((match[1].lower() for each in bare if (match := _SUFFIX.search(each))), "")
-    if len(ending) < 2 or ending.endswith("2"):
+    if len(ending) < 2:
         return []
+    if ending.endswith("2"):
+        return ["m/s^2"]
     return [*named_units(f"x_{ending}"), *(["m/s"] if ending == "ms" else [])]

@@ -1,18 +1,21 @@
 """The unit of a column or field whose recording states none: from its name, from its values, or asked about.
 
 What neither the name nor the values decide is "?", with the units in question: an import refuses it until a person has
-written the unit. A speed without a unit is the usual case: 300 may be rad/s or rpm.
+written the unit. A speed without a unit is the usual case: 300 may be rad/s, rpm or deg/s.
 """
 
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
 
 from .advice import LARGE
-from .conversions import COMMANDS, CONVERSIONS, conversion, is_unit, spelled
+from .conversions import COMMANDS, conversion, is_unit, spelled
+from .possible_units import by_gravity, exists, known_quantity, possible, possible_angles, taken_for_granted
 from .recording_map import ASKED
 from .sources import Array
 
@@ -25,28 +28,12 @@ class Guessed(NamedTuple):
 
 
 class _Range(NamedTuple):
-    """The units in question for values of a magnitude up to `most`; where it is one, the values decide."""
+    """The units in question for values up to `most`; where it is one, the values decide."""
 
     most: float
     units: tuple[str, ...]
 
 
-_BY_SIZE: dict[str, tuple[_Range, ...]] = {
-    "rad/s": (_Range(LARGE["n"], ("rad/s", "rpm", "rps")), _Range(np.inf, ("rpm",))),
-    "N": (_Range(100.0, ("N", "kgf", "lbf")), _Range(np.inf, ("N", "gf", "mN"))),
-    "N m": (_Range(50.0, ("N m", "N cm", "kgf cm")), _Range(np.inf, ("mN m", "N cm"))),
-    "m/s": (_Range(10.0, ("m/s",)), _Range(np.inf, ("m/s", "cm/s", "mm/s"))),
-    "V": (_Range(100.0, ("V",)), _Range(2000.0, ("V", "cV")), _Range(np.inf, ("mV",))),
-    "A": (_Range(100.0, ("A",)), _Range(500.0, ("A", "mA")), _Range(np.inf, ("mA",))),
-}
-_OF_VEHICLE: dict[str, tuple[_Range, ...]] = {
-    "rad/s": (_Range(6.0, ("rad/s", "deg/s")), _Range(np.inf, ("deg/s",))),
-    "rad": (_Range(6.3, ("rad", "deg")), _Range(np.inf, ("deg",))),
-    "m/s^2": (_Range(4.0, ("g", "m/s^2")), _Range(100.0, ("m/s^2",)), _Range(np.inf, ("mg",))),
-}
-"""Of its gyro, attitude and accelerometer, whose largest component at rest is gravity."""
-_GRAVITY, _OFF = {"g": 1.0, "m/s^2": 9.81, "mg": 1000.0}, 0.15
-"""What an accelerometer at rest reads in each unit, and by which share a vehicle that moves gently is off it."""
 _TIME_STEPS = (
     _Range(0.5, ("s",)), _Range(2.0, ("s", "ms")), _Range(300.0, ("ms",)), _Range(3e3, ("ms", "us")),
     _Range(3e5, ("us",)), _Range(3e6, ("us", "ns")), _Range(np.inf, ("ns",)),
@@ -66,7 +53,12 @@ _WORDS = {
 """Words of names that are units."""
 _PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", ("r", "min"): "rpm", ("u", "min"): "rpm",
           ("rev", "s"): "rps", ("m", "s"): "m/s", ("cm", "s"): "cm/s", ("mm", "s"): "mm/s", ("n", "m"): "N m",
-          ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC"}  # fmt: skip
+          ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC",
+          ("mps", "2"): "m/s^2", ("ms", "2"): "m/s^2"}  # fmt: skip
+
+
+_NOT_TIMES = ("pwm",)
+"""Words for µs that say what is timed."""
 
 
 def guessed_unit(
@@ -78,7 +70,8 @@ def guessed_unit(
     usual: str = "",
     command: bool = False,
     vehicle: bool = False,
-    size: Array | None = None,
+    vector: Mapping[str, Array] = MappingProxyType({}),
+    force: Sequence[Array] = (),
 ) -> Guessed:
     """Return the unit of a column or field of a channel in `ours`.
 
@@ -90,40 +83,62 @@ def guessed_unit(
         usual: what the format says where the recording does not, as in a vehicle's log.
         command: it is a throttle, which need not be a voltage.
         vehicle: it is one of a vehicle's inertial sensors; values are then those of all its axes.
-        size: magnitudes of an accelerometer's readings, None where they are not known.
+        vector: readings of each of its parts, row by row.
+        force: readings of the accelerometer's three axes, in any unit.
     """
     largest = float(np.nanmax(np.abs(values))) if values is not None else np.nan
-    ranges = (_OF_VEHICLE if vehicle else _BY_SIZE).get(ours, ())
     if stated:
         unit = spelled(stated)
         if fits(unit, ours, command=command):
-            odd = not vehicle and ours == "rad/s" and unit == ours and largest > ranges[0].most
+            odd = not vehicle and ours == "rad/s" and unit == ours and largest > LARGE["n"]
             return Guessed(unit, f"{largest:.4g} rad/s is no thruster's: is it rpm?" if odd else "")
         if usual:
             return Guessed(usual, f"{stated!r} is not known: taken as {usual}")
-        return _asked(_candidates(ours, ranges, largest), f"{stated!r} is not known as a unit of it")
+        return _asked(possible(ours, largest, inertial=vehicle), f"{stated!r} is not known as a unit of it")
     if usual:
         return Guessed(usual)
     named = [unit for unit in named_units(name) if fits(unit, ours, command=command)]
-    if named and (named[-1] != "us" or values is None or pulses(values)):
+    if named and not _contradicted(named[-1], ours, name, values, largest):
         return Guessed(named[-1], "unit by its name")
     if command:
         return _command(values, largest)
-    if not ranges:
+    if values is None or not known_quantity(ours):
         return Guessed(ours, "unit not stated")
-    if size is not None and (by_gravity := _by_gravity(size)):
-        return by_gravity
-    units = _candidates(ours, ranges, largest)
+    if ours == "m/s^2" and len(vector) == 3:
+        size = np.linalg.norm(np.stack(list(vector.values())), axis=0)
+        if units := by_gravity(size):
+            usual = f"|a| is {float(np.median(size)):.4g} as a rule, as gravity at rest"
+            return Guessed(units[0], f"unit by its values: {usual}") if len(units) == 1 else _asked(units, usual)
+    if ours == "rad":
+        units = possible_angles(vector or {"yaw": values}, force)
+    else:
+        units = possible(ours, largest, inertial=vehicle)
+    if units == (ours,) and taken_for_granted(ours):
+        return Guessed(ours, "unit not stated")
+    if vehicle and ours in ("rad/s", "m/s^2"):  # counts of a converter are of any size: other sensors tell its unit
+        return _asked(units, "no other sensor says which")
     return Guessed(units[0], "unit by its values") if len(units) == 1 else _asked(units, "nothing says which")
 
 
+def _contradicted(unit: str, ours: str, name: str, values: Array | None, largest: float) -> bool:
+    """Tell whether values deny a name's unit: no pulses, or a unit alone, which may name the quantity (VOLT)."""
+    if unit == "us" and values is not None:
+        return not pulses(values)
+    alone = len(_tokens(name)) == 1 and unit not in COMMANDS
+    return alone and known_quantity(ours) and not exists(unit, ours, largest)
+
+
 def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
-    """Return the unit of a table's time."""
+    """Return the unit of a table's time: that at the end of its name, else what its steps tell.
+
+    The name of what it times tells none: t_pwm is the time of pulses, not in µs.
+    """
     if stated and conversion(stated, "s") is not None:
         return Guessed(spelled(stated))
     if not stated:
-        named = [unit for unit in named_units(name) if conversion(unit, "s") is not None]
-        if named and (len(_tokens(name)) > 1 or _tokens(name) == ["seconds"]):
+        words = [word for word in _tokens(name) if not word.isdigit()]
+        named = named_units(f"t_{words[-1]}") if words and words[-1] not in _NOT_TIMES else []
+        if named and conversion(named[-1], "s") is not None and (len(words) > 1 or words == ["seconds"]):
             return Guessed(named[-1], "unit by its name")
     known = values[np.isfinite(values)] if values is not None else np.empty(0)
     steps = np.diff(known)
@@ -140,18 +155,12 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
 
 
 def _asked(units: tuple[str, ...], why: str) -> Guessed:
-    return Guessed(ASKED, f"write the unit: {', '.join(units[:-1])} or {units[-1]}? {why}")
+    return Guessed(ASKED, f"write the unit: {' or '.join(filter(None, (', '.join(units[:-1]), units[-1])))}? {why}")
 
 
 def fits(unit: str, ours: str, *, command: bool) -> bool:
     """Tell whether a unit is one of a channel in `ours`; command: of a throttle, which need not be a voltage."""
     return conversion(unit, ours) is not None or (command and unit in COMMANDS)
-
-
-def _candidates(ours: str, ranges: tuple[_Range, ...], largest: float) -> tuple[str, ...]:
-    if not ranges:
-        return (ours, *list(CONVERSIONS.get(ours, {}))[:2])
-    return next((r.units for r in ranges if not largest > r.most), ranges[-1].units)
 
 
 def _tokens(name: str) -> list[str]:
@@ -176,13 +185,8 @@ def named_units(name: str) -> list[str]:
     return [unit for unit in found if unit]
 
 
-def _by_gravity(size: Array) -> Guessed | None:
-    """Return the unit in which a specific force is about gravity half of the time, None where it is so in none."""
-    usual, (low, high) = float(np.median(size)), np.quantile(size, (0.25, 0.75))
-    for unit, gravity in _GRAVITY.items():
-        if (1.0 - _OFF) * gravity < low and high < (1.0 + _OFF) * gravity:
-            return Guessed(unit, f"unit by its values: |a| is {usual:.4g} as a rule, as gravity at rest")
-    return None
+_LEAST_PERCENT, _LEAST_MILLIVOLTS = 20.0, 1000.0
+"""The largest command of a recording, a volt of five, is at least that."""
 
 
 def pulses(values: Array) -> bool:
@@ -197,6 +201,6 @@ def _command(values: Array | None, largest: float) -> Guessed:
         return Guessed("us", "unit by its values")
     if largest <= 1.001:
         return Guessed("1", "unit by its values: -1 to 1")
-    if largest <= 30.0:
+    if largest < _LEAST_PERCENT:
         return Guessed("V", "unit by its values")
-    return _asked(("us", "%", "counts", "V"), "nothing says which")
+    return _asked(("us", "%", "counts", "V", *(["mV"] if largest > _LEAST_MILLIVOLTS else [])), "nothing says which")

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from ..errors import RecordingError
 from ..topic import Topic
-from .axes import PARTS, REP103, in_our_axes
+from .axes import PARTS, REP103, attitude_of, in_our_axes
 from .csv_source import MAX_SPAN_S, CsvSource
 from .decisions import Decisions
 from .recording_map import Constant, Mapped, RecordingMap
@@ -21,6 +21,8 @@ from .sources import Array, Series, Source
 START_S = 1.0
 SECOND = 1_000_000_000
 SIGN_UNKNOWN, SIGN_MEASURED = 0, 1
+MOST_TILT = np.radians(400.0)
+"""[rad] Of a roll or a pitch, which may be counted from 0 to 360 degrees."""
 STATE = "thruster_msgs/msg/ThrusterState"
 
 
@@ -60,7 +62,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     how = f"{shift!r} s was added to all times, so that the clock starts at {START_S:g} s, as that of bench recordings"
     log.add("shift of the clock", shift, "s", how)
     made: list[Topic] = []
-    warnings: list[str] = []
+    warnings = [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
     for name, own in parts.items():
         stamps, fields = _merge(own)
         for c in told.entries:
@@ -77,6 +79,18 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
             fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
     return made, warnings
+
+
+def _beyond_a_turn(part: _Part) -> list[str]:
+    """Return what is wrong with a roll or pitch that no attitude has."""
+    name, path = part.entry.channel, part.entry.path
+    largest = float(np.nanmax(np.abs(part.values), initial=0.0))
+    if not attitude_of(path) or path.endswith("yaw") or largest <= MOST_TILT:
+        return []
+    return [
+        f"{name}: up to {np.degrees(largest):.4g} degrees: expected -180 to 180; is `unit` that of the recording? "
+        f"It says {part.entry.given_unit}"
+    ]
 
 
 def _refuse_apart(read: Sequence[tuple[Source, Series]]) -> None:

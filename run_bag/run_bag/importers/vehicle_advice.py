@@ -2,23 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..topic import Topic
-from .axes import PARTS
+from .attitude_advice import advice_on_attitude
 
 __all__ = ["advice_on_vehicle"]
 
 Array = NDArray[np.float64]
-GRAVITY = 9.81
-"""[m/s^2]"""
-_GRAVITY_WITHIN = (0.7, 1.4)
-"""The mean specific force of a vehicle that moves gently, over gravity."""
-_TILTED = np.deg2rad(30.0)
-"""[rad] What attitude and accelerometer may differ by; an IMU that is mounted askew does not reach it."""
 _FASTEST, _SPEED, _SHALLOWEST, _VOLTS = 20.0, 5.0, -0.5, 200.0
 """[rad/s, m/s, m, V] Beyond these a vehicle's reading is of another unit or sign: thrusters drive none at 10 knots."""
 _WINDOW = 1.0
@@ -28,9 +22,7 @@ _WINDOW = 1.0
 def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
     """Return a sentence for each thing that a diagnosis of the vehicle would stumble over."""
     found = {topic.name.strip("/"): topic for topic in topics}
-    told: list[str] = []
-    if "rov/imu" in found:
-        told += _of_imu(found["rov/imu"])
+    told = advice_on_attitude(found.get("rov/imu"), found.get("rov/odometry"))
     same = "no vehicle's; is `unit` that of the recording?"
     speed = f"m/s: {same} Failed readings need a mark in `nan`"
     limits = (
@@ -79,50 +71,3 @@ def _fastest(time: Array, values: Array) -> float:
     medians = [(np.median(time[part]), np.median(values[part])) for part in np.split(np.arange(time.size), starts[1:])]
     steps = np.diff(np.array(medians), axis=0)
     return float(np.max(np.abs(steps[:, 1] / steps[:, 0]), initial=0.0))
-
-
-def _vector(fields: Mapping[str, object], head: str, parts: Sequence[str]) -> Array | None:
-    """Return a field's parts (N, parts), None where one is missing."""
-    if not all(f"{head}.{part}" in fields for part in parts):
-        return None
-    return np.column_stack([np.asarray(fields[f"{head}.{part}"], dtype=np.float64) for part in parts])
-
-
-def _of_imu(topic: Topic) -> list[str]:
-    name = topic.name.strip("/")
-    force = _vector(topic.fields, "linear_acceleration", "xyz")
-    if force is None or not np.isfinite(force).all(axis=1).any():
-        return []
-    known = np.isfinite(force).all(axis=1)
-    size = float(np.median(np.linalg.norm(force[known], axis=1)))
-    if not _GRAVITY_WITHIN[0] * GRAVITY < size < _GRAVITY_WITHIN[1] * GRAVITY:
-        return [
-            f"{name}.linear_acceleration: {size:.3g} m/s^2 as a rule: expected the specific force, about "
-            f"{GRAVITY:g} m/s^2 at rest; is `unit` that of the recording, is gravity taken away?"
-        ]
-    q = _vector(topic.fields, "orientation", PARTS)
-    if q is None:
-        up = float(np.median(force[known, 2])) / size
-        return [_upside_down(name)] if up > 0.5 else []
-    both = known & np.isfinite(q).all(axis=1)
-    if not both.any():
-        return []
-    w, x, y, z = (q[both] / np.linalg.norm(q[both], axis=1, keepdims=True)).T
-    down = np.column_stack((2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)))
-    unit = force[both] / np.linalg.norm(force[both], axis=1, keepdims=True)
-    angle = float(np.median(np.arccos(np.clip(-(unit * down).sum(axis=1), -1.0, 1.0))))
-    if angle < _TILTED:
-        return []
-    if np.median(force[known, 2]) > 0.5 * size:
-        return [_upside_down(name)]
-    return [
-        f"{name}: attitude and specific force disagree about where down is, by {np.degrees(angle):.0f} degrees as a "
-        "rule: expected a quaternion w, x, y, z that turns body axes (forward, starboard, down) into north, east, down"
-    ]
-
-
-def _upside_down(name: str) -> str:
-    return (
-        f"{name}: its z axis points up: expected axes forward, starboard, down; say `axes: {{{name}: rep103}}` where "
-        "they are forward, port, up"
-    )

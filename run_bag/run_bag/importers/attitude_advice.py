@@ -1,0 +1,144 @@
+"""What contradicts an attitude: gravity in the accelerometer, and the gyro, each at times of its own."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from ..topic import Topic
+from .axes import PARTS, down_in_body
+from .possible_units import units_of
+from .sources import Array
+from .turning import turning_ratio
+from .vectors import vector_of
+
+__all__ = ["advice_on_attitude"]
+
+GRAVITY = 9.81
+"""[m/s^2]"""
+_GRAVITY_WITHIN = (0.7, 1.4)
+"""The mean specific force of a vehicle that moves gently, over gravity."""
+_TILTED = np.deg2rad(30.0)
+"""[rad] What attitude and accelerometer may differ by; an IMU that is mounted askew does not reach it."""
+_APART = 0.5
+"""[s] From a reading of one sensor to the next one of the other, beyond which the two are not compared."""
+_WINDOW, _FEWEST = 0.5, 20
+"""[s] Whose means are compared, as a vehicle's own accelerations are short; windows below which nothing is said."""
+_MOVED, _TURNED = 0.05, 0.1
+"""Share of gravity that has to come and go along an axis, to tell a sign and to tell a size."""
+_ALIKE, _OPPOSITE, _TWICE = 0.8, -0.7, 2.0
+"""Correlations, and the ratio of two movements from which on one of them is in another unit."""
+_NAMED = 1.15
+"""Ratio by which two units' may differ from what is found, to be named."""
+_USUAL = ("rad/s", "rpm", "rps", "deg/s", "mrad/s")
+
+
+def advice_on_attitude(imu: Topic | None, odometry: Topic | None) -> list[str]:
+    """Return a sentence for each thing in which accelerometer, gyro and attitude contradict each other."""
+    told = (_turning(imu, "rov/imu", "orientation"), _turning(odometry, "rov/odometry", "pose.pose.orientation"))
+    attitude, whose = next(((each, name) for each, name in told if each is not None), (None, ""))
+    force = vector_of(imu, "linear_acceleration", "xyz")
+    by_gravity = _against_gravity(force, attitude, whose) if force is not None else []
+    if by_gravity or attitude is None:
+        return by_gravity
+    rates, gyro = vector_of(imu, "angular_velocity", "xyz"), "rov/imu.angular_velocity"
+    if rates is None:
+        rates, gyro = vector_of(odometry, "twist.twist.angular", "xyz"), "rov/odometry.twist.twist.angular"
+    return _against_gyro(gyro, rates, attitude, whose) if rates is not None else []
+
+
+def _turning(topic: Topic | None, name: str, head: str) -> tuple[tuple[Array, Array] | None, str]:
+    """Return an attitude that was measured, None where a driver writes none."""
+    attitude = vector_of(topic, head, PARTS)
+    if attitude is None:
+        return None, ""
+    there = np.abs(np.linalg.norm(attitude[1], axis=1) - 1.0) < 0.1
+    time, q = attitude[0][there], attitude[1][there]
+    return ((time, q) if there.sum() > 1 and np.ptp(q) else None), name
+
+
+def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] | None, whose: str) -> list[str]:
+    time, values = force
+    length = np.linalg.norm(values, axis=1)
+    size = float(np.median(length))
+    if not _GRAVITY_WITHIN[0] * GRAVITY < size < _GRAVITY_WITHIN[1] * GRAVITY:
+        return [
+            f"rov/imu.linear_acceleration: {size:.3g} m/s^2 as a rule: expected the specific force, about "
+            f"{GRAVITY:g} m/s^2 at rest; is `unit` that of the recording, is gravity taken away?"
+        ]
+    up = float(np.median(values[:, 2])) / size > 0.5
+    if attitude is None:
+        return [_UPSIDE_DOWN] if up else []
+    time, values = time[length > 0.0], values[length > 0.0]
+    felt = -values / np.linalg.norm(values, axis=1, keepdims=True)
+    down, near = _at(time, attitude[0], down_in_body(attitude[1]))
+    if not near.any():
+        return []
+    time, felt, down = time[near], felt[near], down[near]
+    angle = float(np.median(np.arccos(np.clip(np.sum(felt * down, axis=1), -1.0, 1.0))))
+    if angle < _TILTED:
+        return _tilts(whose, time, felt, down)
+    if up and whose == "rov/imu":
+        return [_UPSIDE_DOWN]
+    return [
+        f"{whose}: attitude and specific force disagree about where down is, by {np.degrees(angle):.0f} degrees as a "
+        "rule: expected angles in their own `unit` and sign, or a quaternion w, x, y, z, that turn body axes (forward, "
+        "starboard, down) into north, east, down"
+    ]
+
+
+def _at(time: Array, at: Array, vectors: Array) -> tuple[Array, Array]:
+    """Return unit vectors at other times, and where these are close to theirs."""
+    found = np.column_stack([np.interp(time, at, column) for column in vectors.T])
+    after = np.clip(np.searchsorted(at, time), 1, at.size - 1)
+    off = np.minimum(np.abs(time - at[after - 1]), np.abs(at[after] - time))
+    size = np.linalg.norm(found, axis=1, keepdims=True)
+    return found / np.maximum(size, 1e-9), np.asarray((off < _APART) & (size[:, 0] > 0.5))
+
+
+def _tilts(whose: str, time: Array, felt: Array, down: Array) -> list[str]:
+    """Return what is wrong with how an attitude tilts that is level when the vehicle is."""
+    windows = np.unique(np.floor((time - time[0]) / _WINDOW), return_inverse=True)[1]
+    count = np.bincount(windows)
+    if count.size < _FEWEST:
+        return []
+    told = []
+    for axis, name in ((1, "roll"), (0, "pitch")):
+        read, true = (np.bincount(windows, each[:, axis]) / count for each in (down, felt))
+        read, true = read - read.mean(), true - true.mean()
+        sizes = float(np.std(read)), float(np.std(true))
+        if min(sizes) == 0.0:
+            continue
+        alike = float(np.mean(read * true)) / (sizes[0] * sizes[1])
+        where = f"{whose}: {name} and specific force"
+        if alike < _OPPOSITE and min(sizes) > _MOVED:
+            told.append(f"{where} tilt opposite ways (correlation {alike:.2f}): expected one way; is its `sign` right?")
+        elif alike > _ALIKE and max(sizes) > _TURNED and not 1.0 / _TWICE < sizes[0] / sizes[1] < _TWICE:
+            told.append(
+                f"{where} disagree about how far the vehicle tilts: {name} moves {sizes[0] / sizes[1]:.3g} times as "
+                "far: expected 1; is `unit` that of the recording?"
+            )
+    return told
+
+
+def _against_gyro(gyro: str, rates: tuple[Array, Array], attitude: tuple[Array, Array], whose: str) -> list[str]:
+    ratio = turning_ratio(rates, attitude)
+    if ratio is None or 1.0 / _TWICE < ratio < _TWICE:
+        return []
+    units = {unit: factor for unit, factor in units_of("rad/s").items() if unit in _USUAL}
+    off = {
+        f", as {true} read as {taken} would": abs(np.log(units[taken] / units[true] / ratio))
+        for true, taken in itertools.permutations(units, 2)
+    }
+    named = min(off, key=lambda each: off[each])
+    return [
+        f"{gyro}: turns {ratio:.3g} times as fast as the attitude of {whose} does"
+        f"{named if off[named] < np.log(_NAMED) else ''}: expected 1; is the `unit` of both that of the recording?"
+    ]
+
+
+_UPSIDE_DOWN = (
+    "rov/imu: its z axis points up: expected axes forward, starboard, down; say `axes: {rov/imu: rep103}` where they "
+    "are forward, port, up"
+)

@@ -1,0 +1,67 @@
+"""How fast a gyro turns, over how fast the attitude of the same vehicle does.
+
+Over a window that is short enough for turns to add up,  k = |int omega dt| / |2 log(q_0^-1 q_1)|,  1 where both are in
+one unit and whichever axes both have.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.integrate import cumulative_trapezoid
+
+from .sources import Array
+
+__all__ = ["turning_ratio"]
+
+_WINDOW, _FEWEST = 0.5, 40
+"""[s] Of a turn; windows below which nothing is said."""
+_ALIKE = 0.9
+"""Correlation of both turns from which on they are of one movement."""
+
+
+def turning_ratio(gyro: tuple[Array, Array], attitude: tuple[Array, Array]) -> float | None:
+    """Return k, None where the two are of no common movement.
+
+    Args:
+        gyro: times [s] and rates (N, 3) in any unit.
+        attitude: times [s] and quaternions w, x, y, z (N, 4).
+    """
+    time, rates = gyro
+    at, q = attitude
+    if min(time.size, at.size) < _FEWEST:
+        return None
+    edges = np.arange(max(time[0], at[0]), min(time[-1], at[-1]), _WINDOW)
+    if edges.size <= _FEWEST:
+        return None
+    turned = cumulative_trapezoid(rates, time, axis=0, initial=0.0)
+    by_gyro = np.diff(_between(edges, time, turned), axis=0)
+    same = np.cumprod(np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0.0, -1.0, 1.0))  # q and -q are one attitude
+    told = _between(edges, at, q * np.concatenate(([1.0], same))[:, None])
+    there = np.linalg.norm(told, axis=1) > 0.5
+    by_attitude = _turn(told[:-1], told[1:])
+    told_by_both = there[:-1] & there[1:] & _covered(edges, time) & _covered(edges, at)
+    a, b = by_gyro[told_by_both], by_attitude[told_by_both]
+    sizes = float(np.linalg.norm(a)), float(np.linalg.norm(b))
+    if len(a) < _FEWEST or min(sizes) == 0.0 or float(np.sum(a * b)) < _ALIKE * sizes[0] * sizes[1]:
+        return None
+    return sizes[0] / sizes[1]
+
+
+def _between(edges: Array, time: Array, values: Array) -> Array:
+    return np.column_stack([np.interp(edges, time, column) for column in values.T])
+
+
+def _covered(edges: Array, time: Array) -> Array:
+    """Tell in which windows there are readings: half as many as usual, at least one."""
+    count = np.diff(np.searchsorted(time, edges))
+    return np.asarray(count >= max(0.5 * float(np.median(count)), 1.0))
+
+
+def _turn(first: Array, second: Array) -> Array:
+    """Return the turns between attitudes (N, 3) [rad], in axes of the first one."""
+    w, v = first[:, :1], first[:, 1:]
+    scalar = w * second[:, :1] + np.sum(v * second[:, 1:], axis=1, keepdims=True)
+    vector = w * second[:, 1:] - second[:, :1] * v - np.cross(v, second[:, 1:])
+    size = np.linalg.norm(vector, axis=1, keepdims=True)
+    angle = 2.0 * np.arctan2(size, np.abs(scalar))
+    return np.asarray(np.sign(scalar) * vector * angle / np.maximum(size, 1e-12))
