@@ -3,15 +3,17 @@
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.log_check import lattice_step
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.lone_readings import lone_readings
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
-from gap_diagnosis.vehicle.rules import PERIOD
+from gap_diagnosis.vehicle.rules import LONE_EVERY, PERIOD
 from rov_sim.vehicle.innovations import LATE, PARTS
 from run_bag import MissingTopicError, Run, RunError, read_run
 from thruster_model.identification.preparation import noise_level
@@ -31,6 +33,13 @@ _LARGEST = 1e6
 
 _SAME_PERIOD = 1e-5
 """Share by which a period is the usual one: commands stay within a millisecond of its instants in a hundred s."""
+
+
+class _Odd(NamedTuple):
+    """What logs of sensors show to be wrong by themselves, and notes of what is left out of them."""
+
+    oddities: list[Oddity]
+    notes: list[str]
 
 
 def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) -> tuple[list[VehicleLog], Model]:
@@ -93,7 +102,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     extra = [i for i in range(thrusters, _MOST) if _throttle(run, i) is not None]
     if extra:
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
-    odd: list[Oddity] | None = [] if grid is None else None
+    odd = _Odd([], notes) if grid is None else None
     took: list[tuple[str, str]] = []
     attitude, rates = _attitude(run, took, odd), _rates(run, notes, odd)
     if rates is None and attitude is None:
@@ -140,7 +149,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         name=run.name, period=period, commands=np.stack(commands, axis=2), attitude=quaternions, told=told,
         speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
         battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), took=tuple(took),
-        oddities=tuple(odd or ()),
+        oddities=tuple(odd.oddities if odd else ()),
     )  # fmt: skip
 
 
@@ -199,19 +208,35 @@ def _columns(run: Run, names: Sequence[str], *, whole: bool = False) -> tuple[Ar
 
 
 def _sensor(
-    run: Run, sensor: str, names: Sequence[str], odd: list[Oddity] | None, *,
+    run: Run, sensor: str, names: Sequence[str], odd: _Odd | None, *,
     whole: bool = False, thruster: int | None = None, fastest: float = 0.0,
 ) -> tuple[Array, Array] | None:  # fmt: skip
     """Return what these channels of a sensor told, see `_columns`; what its log shows to be wrong is added to `odd`."""
     channel = _columns(run, names, whole=whole)
     if channel is None or odd is None:
         return channel
+    if not whole:  # a quaternion may change its sign from one reading to the next
+        channel = _without_lone(*channel, sensor, thruster, odd.notes)
     time, values, found = cleaned(*channel, sensor, thruster, fastest)
-    odd += found
+    odd.oddities.extend(found)
     return time, values
 
 
-def _attitude(run: Run, took: list[tuple[str, str]], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
+def _without_lone(
+    time: Array, values: Array, sensor: str, thruster: int | None, notes: list[str]
+) -> tuple[Array, Array]:  # fmt: skip
+    """Return readings without outliers, of which there is a note."""
+    rotor_may_stop = thruster is not None and float(np.median(np.diff(time))) > LONE_EVERY
+    if sensor == "battery" or rotor_may_stop:  # what is drawn starts and stops with the commands
+        return time, values
+    alone = lone_readings(values, scatter(values))
+    if alone.any():
+        of = sensor if thruster is None else f"{sensor} of thruster {thruster}"
+        notes.append(f"{np.count_nonzero(alone)} of {time.size} readings of {of} stand alone, far off: left out")
+    return time[~alone], values[~alone]
+
+
+def _attitude(run: Run, took: list[tuple[str, str]], odd: _Odd | None) -> tuple[Array, Array] | None:
     attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None and _turned(attitude[1]):
         return attitude
@@ -221,7 +246,7 @@ def _attitude(run: Run, took: list[tuple[str, str]], odd: list[Oddity] | None) -
     return attitude
 
 
-def _rates(run: Run, notes: list[str], odd: list[Oddity] | None) -> tuple[Array, Array] | None:
+def _rates(run: Run, notes: list[str], odd: _Odd | None) -> tuple[Array, Array] | None:
     rates = _sensor(run, "imu", [f"{_IMU}angular_velocity.{a}" for a in "xyz"], odd)
     if rates is None:
         rates = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
@@ -305,7 +330,7 @@ def _attitudes(time: Array, q: Array, grid: Array, period: float) -> tuple[Array
 
 
 def _speeds(
-    run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: list[Oddity] | None, lateness: Array
+    run: Run, thrusters: int, grid: Array, period: float, notes: list[str], odd: _Odd | None, lateness: Array
 ) -> tuple[Array, Array, bool]:
     speeds, noise, signed = np.full((grid.size, thrusters), np.nan), np.full(thrusters, np.nan), True
     told = [f"thruster_{i}/state.n" for i in range(thrusters)]

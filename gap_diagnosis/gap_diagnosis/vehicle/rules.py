@@ -38,6 +38,11 @@ some percent only. Taken for exact it told viscous friction from the rotor's own
 ANOTHER_UNIT, ANOTHER_BATTERY = 3.0, 1.25
 """Times what is foreseen that rotor speeds, or a battery's voltage, must be, or that must be them, to be asked about:
 rpm, rad/s and revolutions a second differ by 6 and more, batteries by a cell in five."""
+LONE_NOISE, LONE_SPREAD, LONE_MOST, LONE_EVERY = 10.0, 5.0, 0.1, 0.06
+"""Noises, and ranges of its four neighbours, by which a reading that is left out stands off their median; the share of
+readings from which on this is what the sensor tells; [s] longest spacing of a rotor's readings, as it may start and
+stop between slower ones. Outliers of a hundred deviations bend a filter for seconds: a healthy vehicle with one
+reading in a hundred was given a delay and a cavitation, at odds of e^28."""
 MOST_DEVIATIONS = 4.0
 """Whitened readings beyond it count as it: one outlier in 16,000 is none under a normal distribution."""
 P_EFFECT = 0.5
