@@ -19,8 +19,7 @@ Array = NDArray[np.float64]
 _LOGS = 64
 """Moved recordings that are kept: a fit asks for the same ones ever again."""
 CLOCKS = {
-    "attitude": [LATE.index("attitude")],
-    "velocity": [LATE.index("velocity")],
+    **{name: slice(LATE.index(name), LATE.index(name) + 1) for name in ("attitude", "velocity")},
     "tachometer": slice(len(LATE), None),
 }
 """Sensors beside the IMU whose stamps may be late by themselves, with their columns of `VehicleLog.lateness`."""

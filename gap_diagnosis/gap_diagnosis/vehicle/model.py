@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
-from gap_diagnosis.vehicle.unknowns import PLACING, Key, acts_in
+from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key, acts_in
 from rov_sim.vehicle.effects.active import (
     VEHICLE_LIBRARY,
     ActiveVehicleEffect,
@@ -117,16 +117,21 @@ class Model:
         return active_effects(self.vehicle, self.sets)
 
     @cached_property
-    def _coefficients(self) -> Callable[[tuple[tuple[str, float], ...], tuple[float, ...]], VehicleCoefficients]:
-        """Coefficients of the vehicle with numbers changed by so much, (name, change) each, and thrusters displaced:
-        see `_displacements`.
+    def _coefficients(
+        self,
+    ) -> Callable[[tuple[tuple[str, float], ...], tuple[float, ...], tuple[float, ...]], VehicleCoefficients]:
+        """Coefficients of the vehicle with numbers changed by so much, (name, change) each, thrusters displaced, see
+        `_displacements`, and `PRODUCTS`.
         """
         base = self.vehicle.values
 
-        def changed(changes: tuple[tuple[str, float], ...], moved: tuple[float, ...]) -> VehicleCoefficients:
+        def changed(
+            changes: tuple[tuple[str, float], ...], moved: tuple[float, ...], products: tuple[float, ...]
+        ) -> VehicleCoefficients:
             values = {n: admissible(n, base.get(n, 0.0) + v) for n, v in changes}
             vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
-            return _placed(vehicle.coefficients._replace(full_thrust=self._full), moved)
+            c = _slanted(vehicle.coefficients._replace(full_thrust=self._full), products)
+            return _placed(c, moved)
 
         return lru_cache(maxsize=_VEHICLES)(changed)
 
@@ -193,7 +198,8 @@ class Model:
                     tach[i, 0] *= 1.0 + next(iter(effect.sizes.values()))
                 elif effect.id == "tach_lag":
                     tach[i, 1] = max(next(iter(effect.sizes.values())), 0.0)
-        body = body_with(self._coefficients(_changes(values, run), _displacements(values, N)), active)
+        products = tuple(values.get(("product", pair), 0.0) for pair in PRODUCTS)
+        body = body_with(self._coefficients(_changes(values, run), _displacements(values, N), products), active)
         body = body._replace(thrust_scale=body.thrust_scale * scale)
         if initial is not None and not body.turning.all():  # a rotor that has stopped stood still before
             thrusters_then = initial.thrusters.copy()
@@ -231,6 +237,17 @@ def _of_sensor(key: Key, size: float) -> ActiveVehicleEffect:
 def _displacements(values: Mapping[Key, float], thrusters: int) -> tuple[float, ...]:
     """Return by how much thrusters are turned and moved, those of one kind of `PLACING` after those of another."""
     return tuple(values.get(("own", name, i), 0.0) for name in PLACING for i in range(thrusters))
+
+
+def _slanted(c: VehicleCoefficients, products: tuple[float, ...]) -> VehicleCoefficients:
+    """Return the coefficients with products of inertia, those of `PRODUCTS`."""
+    if not any(products):
+        return c
+    M_A = c.M_A.copy()
+    for (a, b), size in zip(PRODUCTS.values(), products, strict=True):
+        M_A[a, b] += size
+        M_A[b, a] += size
+    return c._replace(M_A=M_A)
 
 
 def _placed(c: VehicleCoefficients, moved: tuple[float, ...]) -> VehicleCoefficients:

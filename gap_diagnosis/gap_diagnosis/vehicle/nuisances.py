@@ -13,8 +13,8 @@ from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.instants import CLOCKS
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import GROUPS, Model
-from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, TIMING, TRIMMED
-from gap_diagnosis.vehicle.unknowns import PLACING, Key
+from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
 
 __all__ = ["nuisances"]
 
@@ -47,6 +47,8 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     placed = float(PLACED * np.cbrt(vehicle.values["volume"]))
     wide = {"rad": POINTED, "m": placed}
     found |= {("own", name, i): wide[unit] for name, unit in PLACING.items() for i in range(model.thrusters)}
+    moments = vehicle.coefficients.mass_matrix.diagonal()
+    found |= {("product", pair): SLANTED * float(np.sqrt(moments[a] * moments[b])) for pair, (a, b) in PRODUCTS.items()}
     for k, log in enumerate(logs):
         if log.there["gyro"]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}

@@ -6,6 +6,7 @@ Unknowns are named by keys:
     ("own", group, i)            the same of one thruster, beside
     ("own", angle or offset, i)  by which one thruster is turned about its normals [rad] or moved along them [m], see
                                  `PLACING`
+    ("product", pair)            product of inertia of two axes, see `PRODUCTS` [kg m^2]
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
@@ -20,7 +21,7 @@ from typing import Any
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
-__all__ = ["OF_RUN", "PLACING", "Key", "acts_in", "unit_of", "words_of"]
+__all__ = ["OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "unit_of", "words_of"]
 
 Key = tuple[Any, ...]
 OF_RUN = ("gyro", "force", "trim")
@@ -30,6 +31,9 @@ PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "se
 """How one thruster is turned about and moved along the first and second normal of its axis (see
 `thruster_misalignment`), with units; where along its axis it is changes no wrench."""
 _NAMED = {"imu": "IMU", "velocity": "velocity log"}
+
+PRODUCTS = {"xy": (3, 4), "xz": (3, 5), "yz": (4, 5)}
+"""Products of inertia, with their entries of the matrix of mass."""
 
 
 def acts_in(key: Key, run: int) -> bool:
@@ -48,6 +52,8 @@ def words_of(key: Key) -> str:
         return f"{key[1]} of all thrusters"
     if kind == "trim":
         return f"{key[1]} of recording {key[2] + 1} against those before it"
+    if kind == "product":
+        return f"product of inertia {key[1]}"
     if kind == "sensor":
         where = ", ".join(part for part in (key[3], key[2]) if part)
         return f"{VEHICLE_LIBRARY[key[1]].title}{f' ({where})' if where else ''}"
@@ -63,4 +69,4 @@ def unit_of(key: Key) -> str:
     if key[0] == "sensor":
         return VEHICLE_LIBRARY[key[1]].parameters[0].unit
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None
-    return definition.unit if definition is not None else {"late": "s"}.get(key[0], "1")
+    return definition.unit if definition is not None else {"late": "s", "product": "kg m^2"}.get(key[0], "1")

@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import installed, off, placed
+from gap_diagnosis.vehicle.blind.truth import installed, off, placed, slanted
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -19,6 +19,7 @@ from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, firs
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import PRODUCTS
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.library.thruster_misalignment import normals
@@ -87,6 +88,8 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
             ("own", "first offset", i): float(first[i] @ moved),
             ("own", "second offset", i): float(second[i] @ moved),
         }
+    inertia = slanted(draw, model.vehicle)
+    values |= {("product", pair): inertia["xyz".index(pair[0]), "xyz".index(pair[1])] for pair in PRODUCTS}
     sensors = installed(draw)
     values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
     for name, sizes in sensors._asdict().items():

@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Installed", "Truth", "installed", "off", "placed", "truth_of"]
+__all__ = ["GROUPS", "Installed", "Truth", "installed", "off", "placed", "slanted", "truth_of"]
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -88,6 +88,14 @@ def placed(draw: Draw, vehicle: VehicleSet) -> tuple[Array, Array]:
     return drawn[:, 0], drawn[:, 1] / np.linalg.norm(drawn[:, 1], axis=1, keepdims=True)
 
 
+def slanted(draw: Draw, vehicle: VehicleSet) -> Array:
+    """Return the products of inertia of a case, (3, 3) [kg m^2]."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(82,)))
+    moments = np.array([vehicle.values[f"I_{axis}"] for axis in "xyz"])
+    out = np.triu(0.02 * draw.deviations * np.sqrt(np.outer(moments, moments)) * rng.normal(size=(3, 3)), 1)
+    return np.asarray(out + out.T)
+
+
 def installed(draw: Draw) -> Installed:
     """Return by what the sensors of a case are off as they are calibrated and mounted."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(81,)))
@@ -121,7 +129,7 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
     r_B = np.array([v.get(f"{a}_B", 0.0) for a in "xyz"])
     A = np.array([v[f"A_{a}"] for a in "uvwpqr"])
     L, Q = (np.array([v[f"{k}_{a}"] for a in "uvwpqr"]) for k in "LQ")
-    I_G = np.diag([v["I_x"], v["I_y"], v["I_z"]])
+    I_G = np.diag([v["I_x"], v["I_y"], v["I_z"]]) + slanted(draw, vehicle)
     world: dict[str, Any] = {
         "mass": m, "weight": m * g, "buoyancy": v["density"] * g * v["volume"], "r_G": r_G, "r_B": r_B, "A": A, "L": L,
         "Q": Q, "current": np.zeros(3), "tether": np.zeros(4), "interaction": np.zeros((N, N)), "sag": 0.0,
