@@ -109,7 +109,7 @@ def held(throttles: Array) -> Array:
 
 def told_in(logs: Sequence[VehicleLog]) -> dict[str, bool]:
     """Return which sensors told anything in any of these recordings."""
-    return {name: any(log.there[name] for log in logs) for name in logs[0].there}
+    return {name: any(log.there[name] for log in logs) for name in (*CHANNELS_OF, "tachometer", "battery")}
 
 
 def wanting(logs: Sequence[VehicleLog]) -> str:

@@ -1,6 +1,7 @@
 """What a vehicle's set leaves open is as unsure as a vehicle is trimmed; what it states stands."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,9 +9,10 @@ import pytest
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.fit import FittedNumber
 from gap_diagnosis.vehicle.fit_io import fitted_set
+from gap_diagnosis.vehicle.log import CHANNELS_OF
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.rules import PLACED, POINTED, TRIMMED
+from gap_diagnosis.vehicle.rules import PLACED, POINTED, TIMING, TRIMMED
 from thruster_model.parameter_set import Parameter
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
@@ -49,6 +51,27 @@ def test_a_centre_of_mass_that_was_left_out_is_written_as_fitted() -> None:
     again = parse_vehicle_set(dump_vehicle_set(fitted_set(model, [fitted])), origin="own.yaml")
     assert again.values["x_G"] == pytest.approx(0.0013)
     assert again.deviation("x_G") == pytest.approx(0.0004)
+
+
+def test_sensors_are_calibrated_and_mounted_to_a_degree_where_they_are_there() -> None:
+    model = load_model("bluerov2")
+    there = dict.fromkeys((*CHANNELS_OF, "tachometer", "battery"), False) | {"gyro": True, "velocity": True}
+    found = nuisances(model, [SimpleNamespace(there=there)])  # type: ignore[list-item]
+    assert found["sensor", "gyro_scale", None, "z"] == 0.005 and found["sensor", "velocity_scale", None, "x"] == 0.01
+    assert found["sensor", "sensor_lever_arm", "velocity", "y"] == 0.01
+    assert found["late", "velocity"] == TIMING and ("late", "tachometer") not in found
+    assert not [key for key in found if key[0] == "sensor" and "depth" in key[1:]]
+    assert ("sensor", "gyro_scale", None, None) not in found  # that of all axes is all three
+
+
+def test_products_of_inertia_turn_a_vehicle_about_another_axis() -> None:
+    model = load_model("bluerov2")
+    moments = model.vehicle.coefficients.mass_matrix.diagonal()
+    found = nuisances(model, [])
+    assert found["product", "yz"] == pytest.approx(0.02 * np.sqrt(moments[4] * moments[5]))
+    plain, slanted = (model.built(v).settings.coefficients.mass_matrix for v in ({}, {("product", "yz"): 0.03}))
+    changed = slanted - plain
+    assert changed[4, 5] == changed[5, 4] == pytest.approx(0.03) and np.count_nonzero(changed) == 2
 
 
 @pytest.mark.parametrize(
