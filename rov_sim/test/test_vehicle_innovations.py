@@ -17,6 +17,7 @@ from rov_sim.vehicle.innovations import (
     states_of,
     states_width,
 )
+from rov_sim.vehicle.kernel import FINE
 from rov_sim.vehicle.plant import VehicleSettings, sheet_of, simulate
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
 from rov_sim.vehicle.sensors.settings_io import load_sensors
@@ -57,8 +58,8 @@ def ran(
     kernel: Any = innovations
     held = np.repeat(throttles[:, None], PARTS, axis=1)
     done = kernel(
-        sheet_of(settings) if sheet is None else sheet, held, steps, PERIOD / PARTS / steps, np.zeros((K, 6)), 0.98,
-        *settings.tables,
+        sheet_of(settings) if sheet is None else sheet, held, steps, PERIOD / PARTS / steps, FINE,
+        np.zeros((K, 6)), 0.98, *settings.tables,
         sensor_coefficients(load_sensors())._replace(imu_late=late), np.tile([1.0, 0.0], (N, 1)), attitude, told,
         np.full((K, N), np.nan) if speeds is None else speeds,
         battery, np.full((K, 5 + N), older), gains, np.full((K, N), 0.5),
