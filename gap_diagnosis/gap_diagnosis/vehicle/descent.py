@@ -23,7 +23,7 @@ Point = tuple[float, Array, list[Array]]
 _DAMPINGS = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Of steps from where an undamped one does not gain, over the curvature of each unknown by itself."""
 _ENOUGH = 0.25 * rules.SETTLED
-"""Gain in log likelihood below which a step is the last one: new columns for a tenth of that were a third of all."""
+"""Gain in log likelihood below which a step is the last one: new columns for a fifth of that were a third of all."""
 _WALL = 0.05
 """Share of what columns foresee to be gained, below which damped steps end: they creep towards a wall. Where a thruster
 turns slowly against a stream the filter may be wrong about the flow for seconds: 300 in log likelihood, at once."""

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import in_brackets
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from thruster_model.effects import stages
@@ -96,11 +97,9 @@ class Hypothesis:
     @property
     def words(self) -> str:
         """Name of it in a sentence."""
-        parts = [self.kind, self.axis, self.sensor]
-        where = ", ".join(str(p).replace("_", " ") for p in parts if p)
         thruster = "" if self.thruster is None else f" of thruster {self.thruster}"
         pair = "" if self.other is None else f" and {self.other}"
-        return f"{described(self.effect).title}{thruster}{pair}{' (' + where + ')' if where else ''}"
+        return f"{described(self.effect).title}{thruster}{pair}{in_brackets(self.kind, self.axis, self.sensor)}"
 
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""

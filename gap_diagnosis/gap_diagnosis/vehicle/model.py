@@ -18,6 +18,7 @@ from rov_sim.vehicle.effects.active import (
     sensing_with,
     thruster_effects,
 )
+from rov_sim.vehicle.effects.body_axes import coupled
 from rov_sim.vehicle.effects.library.thruster_misalignment import displaced, normals
 from rov_sim.vehicle.innovations import PARTS
 from rov_sim.vehicle.plant import VehicleSettings
@@ -34,6 +35,8 @@ from thruster_model.vehicle_set import VehicleSet
 __all__ = ["GROUPS", "OF_LOG", "Built", "Model", "admissible"]
 
 Array = NDArray[np.float64]
+_Sizes = tuple[float, ...]
+_Changes = tuple[tuple[str, float], ...]
 GROUPS: dict[str, tuple[str, ...]] = {
     "c_u1": ("c_u1",),
     "c_u2": ("c_u2",),
@@ -117,17 +120,13 @@ class Model:
         return active_effects(self.vehicle, self.sets)
 
     @cached_property
-    def _coefficients(
-        self,
-    ) -> Callable[[tuple[tuple[str, float], ...], tuple[float, ...], tuple[float, ...]], VehicleCoefficients]:
+    def _coefficients(self) -> Callable[[_Changes, _Sizes, _Sizes], VehicleCoefficients]:
         """Coefficients of the vehicle with numbers changed by so much, (name, change) each, thrusters displaced, see
         `_displacements`, and `PRODUCTS`.
         """
         base = self.vehicle.values
 
-        def changed(
-            changes: tuple[tuple[str, float], ...], moved: tuple[float, ...], products: tuple[float, ...]
-        ) -> VehicleCoefficients:
+        def changed(changes: _Changes, moved: _Sizes, products: _Sizes) -> VehicleCoefficients:
             values = {n: admissible(n, base.get(n, 0.0) + v) for n, v in changes}
             vehicle = self.vehicle.with_values(values, source="unknown") if values else self.vehicle
             c = _slanted(vehicle.coefficients._replace(full_thrust=self._full), products)
@@ -234,23 +233,22 @@ def _of_sensor(key: Key, size: float) -> ActiveVehicleEffect:
     return ActiveVehicleEffect(id=effect, sizes=sizes, sensor=sensor, axis=axis)
 
 
-def _displacements(values: Mapping[Key, float], thrusters: int) -> tuple[float, ...]:
+def _displacements(values: Mapping[Key, float], thrusters: int) -> _Sizes:
     """Return by how much thrusters are turned and moved, those of one kind of `PLACING` after those of another."""
     return tuple(values.get(("own", name, i), 0.0) for name in PLACING for i in range(thrusters))
 
 
-def _slanted(c: VehicleCoefficients, products: tuple[float, ...]) -> VehicleCoefficients:
+def _slanted(c: VehicleCoefficients, products: _Sizes) -> VehicleCoefficients:
     """Return the coefficients with products of inertia, those of `PRODUCTS`."""
     if not any(products):
         return c
-    M_A = c.M_A.copy()
-    for (a, b), size in zip(PRODUCTS.values(), products, strict=True):
-        M_A[a, b] += size
-        M_A[b, a] += size
+    M_A = c.M_A
+    for axes, size in zip(PRODUCTS.values(), products, strict=True):
+        M_A = coupled(M_A, axes, size)
     return c._replace(M_A=M_A)
 
 
-def _placed(c: VehicleCoefficients, moved: tuple[float, ...]) -> VehicleCoefficients:
+def _placed(c: VehicleCoefficients, moved: _Sizes) -> VehicleCoefficients:
     """Return the coefficients with thrusters displaced, see `_displacements`."""
     if not any(moved):
         return c
@@ -260,7 +258,7 @@ def _placed(c: VehicleCoefficients, moved: tuple[float, ...]) -> VehicleCoeffici
     return placed
 
 
-def _changes(values: Mapping[Key, float], run: int) -> tuple[tuple[str, float], ...]:
+def _changes(values: Mapping[Key, float], run: int) -> _Changes:
     """Return by how much parameters of the vehicle are changed in one run, (name, change) each.
 
     What runs differ by sums to zero over all of them: what is the same in all is the vehicle's.

@@ -15,6 +15,7 @@ from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import GROUPS, Model
 from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
 from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
+from rov_sim.vehicle.effects.body_axes import axis_pair
 
 __all__ = ["nuisances"]
 
@@ -48,7 +49,8 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     wide = {"rad": POINTED, "m": placed}
     found |= {("own", name, i): wide[unit] for name, unit in PLACING.items() for i in range(model.thrusters)}
     moments = vehicle.coefficients.mass_matrix.diagonal()
-    found |= {("product", pair): SLANTED * float(np.sqrt(moments[a] * moments[b])) for pair, (a, b) in PRODUCTS.items()}
+    for pair, axes in PRODUCTS.items():
+        found["product", pair] = SLANTED * float(np.sqrt(np.prod(moments[list(axis_pair(axes))])))
     for k, log in enumerate(logs):
         if log.there["gyro"]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}

@@ -12,6 +12,7 @@ the fit is best, and fits along them stopped 40 nats short of it.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -163,6 +164,17 @@ class Problem:
             return ()
         return max(((s,) for s in self.effects[-1].grid), key=lambda s: self.score(moved, [*sizes, s]))
 
+    @cached_property
+    def _late(self) -> list[int]:
+        """Places of nuisances that are times."""
+        return [j for j, key in enumerate(self.nuisances) if key[0] == "late"]
+
+    @cached_property
+    def _replaced(self) -> list[int]:
+        """Places of what sensors are off where an effect that is on says it."""
+        on = {("sensor", h.effect, h.sensor, h.axis) for h in self.effects}
+        return [j for j, key in enumerate(self.nuisances) if key in on]
+
     @property
     def _scale(self) -> list[float]:
         return [d for h in self.effects for d in h.scale]
@@ -179,10 +191,8 @@ class Problem:
         What a sensor is off is all the effect's where that is on: else it would be known no better than a healthy one.
         """
         m, x = len(self.nuisances), x.copy()
-        late = [j for j, key in enumerate(self.nuisances) if key[0] == "late"]
-        x[late] = np.clip(x[late], -rules.LATEST, rules.LATEST)
-        on = {("sensor", h.effect, h.sensor, h.axis) for h in self.effects}
-        x[[j for j, key in enumerate(self.nuisances) if key in on]] = 0.0
+        x[self._late] = np.clip(x[self._late], -rules.LATEST, rules.LATEST)
+        x[self._replaced] = 0.0
         lower = [v for h in self.effects for v in h.lower]
         upper = [v for h in self.effects for v in h.upper]
         scale = np.array(self._scale)

@@ -21,7 +21,7 @@ from typing import Any
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
-__all__ = ["OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "unit_of", "words_of"]
+__all__ = ["OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "unit_of", "words_of"]
 
 Key = tuple[Any, ...]
 OF_RUN = ("gyro", "force", "trim")
@@ -32,8 +32,8 @@ PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "se
 `thruster_misalignment`), with units; where along its axis it is changes no wrench."""
 _NAMED = {"imu": "IMU", "velocity": "velocity log"}
 
-PRODUCTS = {"xy": (3, 4), "xz": (3, 5), "yz": (4, 5)}
-"""Products of inertia, with their entries of the matrix of mass."""
+PRODUCTS = {"xy": "roll-pitch", "xz": "roll-yaw", "yz": "pitch-yaw"}
+"""Products of inertia, with the axes whose entries of the matrix of mass they are."""
 
 
 def acts_in(key: Key, run: int) -> bool:
@@ -55,11 +55,16 @@ def words_of(key: Key) -> str:
     if kind == "product":
         return f"product of inertia {key[1]}"
     if kind == "sensor":
-        where = ", ".join(part for part in (key[3], key[2]) if part)
-        return f"{VEHICLE_LIBRARY[key[1]].title}{f' ({where})' if where else ''}"
+        return VEHICLE_LIBRARY[key[1]].title + in_brackets(key[3], key[2])
     if kind == "late":
         return "commands act late" if key[1] == "commands" else f"the {_NAMED.get(key[1], key[1])} is late"
     return " ".join(map(str, key[1:]))
+
+
+def in_brackets(*places: str | None) -> str:
+    """Return where an effect is as words behind its title, "" where it is on all."""
+    where = ", ".join(place.replace("_", " ") for place in places if place)
+    return f" ({where})" if where else ""
 
 
 def unit_of(key: Key) -> str:

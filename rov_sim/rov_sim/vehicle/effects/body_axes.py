@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from thruster_model.vehicle_parameters import AXIS_NAMES
 
-__all__ = ["AXIS_PAIRS", "BODY_AXES", "axis_index", "axis_pair", "pushed_by"]
+__all__ = ["AXIS_PAIRS", "BODY_AXES", "axis_index", "axis_pair", "coupled", "pushed_by"]
 
 BODY_AXES = AXIS_NAMES
 REACH = 0.3
@@ -22,6 +22,14 @@ def axis_pair(axes: str) -> tuple[int, int]:
     """Return the places of two axes in nu."""
     first, second = axes.split("-")
     return axis_index(first), axis_index(second)
+
+
+def coupled(matrix: NDArray[np.float64], axes: str, size: float) -> NDArray[np.float64]:
+    """Return a matrix (6, 6) with so much more in both entries of two axes."""
+    (a, b), out = axis_pair(axes), matrix.copy()
+    out[a, b] += size
+    out[b, a] += size
+    return out
 
 
 def pushed_by(configuration: NDArray[np.float64], thruster: int) -> list[str]:

@@ -1,16 +1,13 @@
 """Water that moves with the body along one axis pushes it along another: a hull that is not symmetric."""
 
-from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, axis_pair
+from rov_sim.vehicle.effects.body_axes import AXIS_PAIRS, coupled
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def body(c, active):  # type: ignore[no-untyped-def]
     """Return the coefficients with s more in both entries of M_A beside the diagonal."""
-    (a, b), matrix = axis_pair(active.axis), c.M_A.copy()
-    matrix[a, b] += active.size("size")
-    matrix[b, a] += active.size("size")
-    return c._replace(M_A=matrix)
+    return c._replace(M_A=coupled(c.M_A, active.axis, active.size("size")))
 
 
 EFFECT = VehicleEffect(
