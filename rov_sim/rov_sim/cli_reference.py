@@ -21,7 +21,7 @@ _EQUATIONS = (
     "C(nu_r) nu_r = [rate x a; rate x b + velocity_r x a],  [a; b] = M nu_r  (2.12)",
     "g = -[(W - B) down; (W r_G - B r_B) x down]   down: R^T (0, 0, 1)  (2.18)",
     "W = mass gravity, B = density volume gravity",
-    "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model  (4.20)",
+    "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model in place of (4.5)  (4.20)",
 )
 _IDLE = (
     "An idle thruster in a stream: v = 0 is an equilibrium of (4.4) that no water keeps. So where n = 0, v = 0 and "
@@ -37,10 +37,11 @@ i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle an
 ```
 
 V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
-simulation; a diagnosis follows it slowly where voltages are logged, and takes V_n elsewhere. A force table is read at \
-V / V_n. In models without gamma what drives the rotor instead, such as k_3 u, is multiplied. In i_k, gamma \
-is that at V_n; gamma_full and n_full are as in [effects.md](effects.md#in-the-command). A healthy battery's sensor \
-reads V and, negative while it is drawn, -(`idle_current` + `current_at_full` times the mean of i_k).
+simulation. A diagnosis follows it slowly where voltages are logged; elsewhere [its level and its \
+rate](vehicle_gap.md#what-is-believed) are uncertain. A force table is read at V / V_n. In models without gamma what \
+drives the rotor instead, such as k_3 u, is multiplied. In i_k, gamma is that at V_n; gamma_full and n_full are as in \
+[effects.md](effects.md#in-the-command). A healthy battery's sensor reads V and, negative while it is drawn, \
+-(`idle_current` + `current_at_full` times the mean of i_k).
 """
 
 

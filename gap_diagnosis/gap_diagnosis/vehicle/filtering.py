@@ -138,14 +138,18 @@ def filtered(
         prepared.speed_gains,
         prepared.noises.time,
         extra,
-        followed(log),
+        followed(log, built),
         coarse=coarse,
     )
 
 
-def followed(log: VehicleLog) -> Array:
-    """Return how a battery's charge is followed from a log's first reading of its voltage on, see `innovations`."""
-    return followed_charge(rules.CHARGE_TIME / log.period)
+def followed(log: VehicleLog, built: Built) -> Array:
+    """Return how a battery's charge is followed from a log's first instant on, see `innovations`."""
+    charge: Array = followed_charge(rules.CHARGE_TIME / log.period)
+    level, rate = built.charge
+    charge[0] += level + rate * log.period * log.cut
+    charge[2] += rate * log.period
+    return charge
 
 
 def _run(log, built, gains, speed_gains, time, extra, charge, *, coarse=False):  # type: ignore[no-untyped-def]
@@ -286,7 +290,7 @@ def prepared_on(model: Model, ground: Ground, noises: Noises) -> Prepared:
     turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
     driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
-    base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log))
+    base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log, built))
     return Prepared(
         log=ground.given, run=ground.run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base,
         late=ground.late,

@@ -36,7 +36,7 @@ class VehicleLog:
         lateness: (K, 5 + N), of readings before the instants, in periods, as `innovations` has them.
         noise: (13,) of the channels, each reading on the grid [rad, rad/s, m/s^2, m, m/s]; NaN: not there.
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
-        start: of the recording's clock [ns].
+        start: of the recording's clock [ns]; cut: instants of it before the first one here.
         notes: what the reader decided, one sentence each.
         took: sensor and where its readings are from, of those that several topics may have.
         oddities: what the logs of the sensors show by themselves.
@@ -55,6 +55,7 @@ class VehicleLog:
     battery_noise: Array
     signed: bool = True
     start: int = 0
+    cut: int = 0
     notes: tuple[str, ...] = ()
     took: tuple[tuple[str, str], ...] = ()
     oddities: tuple[Oddity, ...] = ()
@@ -99,7 +100,7 @@ class VehicleLog:
     def part(self, first: int, last: int) -> "VehicleLog":
         """Return instants first to before last."""
         cut = ("commands", "attitude", "told", "speeds", "battery", "lateness")
-        return replace(self, **{name: getattr(self, name)[first:last] for name in cut})  # type: ignore[arg-type]
+        return replace(self, cut=self.cut + first, **{name: getattr(self, name)[first:last] for name in cut})  # type: ignore[arg-type]
 
 
 def held(throttles: Array) -> Array:

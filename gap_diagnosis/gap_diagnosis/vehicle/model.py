@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, STEP
-from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key, acts_in
+from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in
 from rov_sim.vehicle.effects.active import (
     VEHICLE_LIBRARY,
     ActiveVehicleEffect,
@@ -73,11 +73,13 @@ _VEHICLES = 512
 
 
 class Built(NamedTuple):
-    """What a filter takes: settings with tables, sensors' coefficients, each tachometer's scale and lag [s] (N, 2)."""
+    """What a filter takes: settings with tables, sensors' coefficients, each tachometer's scale and lag [s] (N, 2),
+    and by which share of its nominal voltage the battery is off at first, with its rate [1/s]."""
 
     settings: VehicleSettings
     sensors: SensorCoefficients
     tach: Array
+    charge: tuple[float, float]
 
     def steps(self, period: float) -> tuple[int, float]:
         """Return how many steps of which length [s] a part of a filter's period takes, as `innovations` has them."""
@@ -222,7 +224,8 @@ class Model:
             gyro_bias=gyro, force_bias=force, imu_late=c.imu_late + values.get(("late", "imu"), 0.0),
             signed=int(signed), **power,
         )  # fmt: skip
-        return Built(settings, sensors, tach)
+        level, rate = (values.get(("charge", run, what), 0.0) for what in CHARGE)
+        return Built(settings, sensors, tach, (level, rate))
 
 
 def _of_sensor(key: Key, size: float) -> ActiveVehicleEffect:

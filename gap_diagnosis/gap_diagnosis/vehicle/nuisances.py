@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.instants import CLOCKS
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import GROUPS, Model
-from gap_diagnosis.vehicle.rules import OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
 from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
 from rov_sim.vehicle.effects.body_axes import axis_pair
 
@@ -56,6 +56,8 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
+        if not np.isfinite(log.battery[:, 0]).any():
+            found |= {("charge", k, "level"): CHARGED, ("charge", k, "rate"): EMPTYING}
     for k in range(1, len(logs)):
         against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
         found["trim", "volume", k] = float(against * TRIMMED * vehicle.values["volume"])

@@ -21,6 +21,10 @@ TRIMMED = 0.01
 """Share of a vehicle's volume, and of its size, by which buoyancy and centre of mass differ from dive to dive: ballast,
 another battery, the tether's end. One of 11 kg: 1.1 N and 2 mm. A set that says nothing of an axis of both centres is
 as unsure of it: taken for exact, a centre of mass 0.3 mm off was a payload of 0.95 kg at odds of e^43."""
+CHARGED, EMPTYING = 0.05, 2e-4
+"""Share of the nominal voltage, and [1/s] of it, by which a battery that no sensor reads is off at rest as a recording
+begins, and changes: a lithium cell goes from 4.2 to 3.4 V, a tenth of it in ten minutes at work. Taken for full and
+constant, a pack that lost 1 % in a minute was a fading of all motors, at odds of e^33."""
 POINTED, PLACED = 0.015, 0.02
 """[rad], and share of a vehicle's size (the cube root of its volume), by which a thruster is off what is drawn: 0.9
 degrees, 5 mm of 13 l. Healthy vehicles with thrusters 1 degree and 5 mm off had three of them called misaligned, at

@@ -12,6 +12,8 @@ Unknowns are named by keys:
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
     ("late", what)               by which commands act later than their stamps say, or a sensor has read before them [s]
     ("sensor", id, sensor, axis) size of an effect of the library that sensors have to a degree, see `Suspected`
+    ("charge", run, what)        share of the nominal voltage by which an unread battery's is higher at rest as a run
+                                 begins, or the rate at which it grows, see `CHARGE`
     ("power", name)              share by which readings of the battery are larger: voltage, idle or full current
     ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
 """
@@ -21,11 +23,14 @@ from typing import Any
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
-__all__ = ["OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "unit_of", "words_of"]
+__all__ = ["CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "unit_of", "words_of"]
 
 Key = tuple[Any, ...]
-OF_RUN = ("gyro", "force", "trim")
+OF_RUN = ("gyro", "force", "trim", "charge")
 """First parts of keys of unknowns that tell of single runs."""
+
+CHARGE = {"level": "1", "rate": "1/s"}
+"""What is unknown of the charge of a battery whose voltage no sensor reads, with units."""
 
 PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "second offset": "m"}
 """How one thruster is turned about and moved along the first and second normal of its axis (see
@@ -52,6 +57,8 @@ def words_of(key: Key) -> str:
         return f"{key[1]} of all thrusters"
     if kind == "trim":
         return f"{key[1]} of recording {key[2] + 1} against those before it"
+    if kind == "charge":
+        return f"{key[2]} of the battery's charge in recording {key[1] + 1}"
     if kind == "product":
         return f"product of inertia {key[1]}"
     if kind == "sensor":
@@ -71,6 +78,8 @@ def unit_of(key: Key) -> str:
     """Return the unit that a number moves in."""
     if key[0] == "own" and key[1] in PLACING:
         return PLACING[key[1]]
+    if key[0] == "charge":
+        return CHARGE[key[2]]
     if key[0] == "sensor":
         return VEHICLE_LIBRARY[key[1]].parameters[0].unit
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None

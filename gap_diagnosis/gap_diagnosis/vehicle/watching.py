@@ -98,7 +98,7 @@ class _Branch:
         self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
         self._sensing = built.sensors, built.tach / [1.0, log.period]
         self._steps = built.steps(log.period)
-        self._wrench, self._charge = np.zeros(6), followed(log)
+        self._wrench, self._charge = np.zeros(6), followed(log, built)
         self._past = np.full(past_width(log.thrusters), np.nan)
 
     def follow(self, other: "_Branch") -> None:

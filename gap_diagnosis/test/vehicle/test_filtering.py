@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import installed, off, placed, slanted
+from gap_diagnosis.vehicle.blind.truth import installed, off, placed, rested, slanted
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -90,6 +90,9 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
         }
     inertia = slanted(draw, model.vehicle)
     values |= {("product", pair): inertia["xyz".index(pair[0]), "xyz".index(pair[1])] for pair in PRODUCTS}
+    if "battery" in draw.missing:
+        level, fall = rested(draw, 0)
+        values |= {("charge", 0, "level"): float(level) - 1.0, ("charge", 0, "rate"): -float(fall)}
     sensors = installed(draw)
     values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
     for name, sizes in sensors._asdict().items():
@@ -101,6 +104,7 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     return values
 
 
+@pytest.mark.parametrize("battery", [True, False])
 @pytest.mark.parametrize(
     ("seed", "vehicle", "kind", "hidden"),
     [
@@ -113,9 +117,10 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     ],
 )
 def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
-    seed: int, vehicle: str, kind: str, hidden: Any, tmp_path: Path
+    seed: int, vehicle: str, kind: str, hidden: Any, tmp_path: Path, *, battery: bool
 ) -> None:
-    draw = Draw(seed=seed, vehicle=vehicle, effects=hidden, kinds=(kind,), duration=45.0)
+    missing = () if battery else ("battery",)
+    draw = Draw(seed=seed, vehicle=vehicle, effects=hidden, kinds=(kind,), duration=45.0, missing=missing)
     model = load_model(vehicle)
     (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
     (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)

@@ -12,10 +12,12 @@ from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.log import CHANNELS_OF
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.rules import PLACED, POINTED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, PLACED, POINTED, TIMING, TRIMMED
 from thruster_model.parameter_set import Parameter
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
+
+WIDTHS = {"level": CHARGED, "rate": EMPTYING}
 
 
 def believing(**stated: Parameter) -> Model:
@@ -56,7 +58,7 @@ def test_a_centre_of_mass_that_was_left_out_is_written_as_fitted() -> None:
 def test_sensors_are_calibrated_and_mounted_to_a_degree_where_they_are_there() -> None:
     model = load_model("bluerov2")
     there = dict.fromkeys((*CHANNELS_OF, "tachometer", "battery"), False) | {"gyro": True, "velocity": True}
-    found = nuisances(model, [SimpleNamespace(there=there)])  # type: ignore[list-item]
+    found = nuisances(model, [SimpleNamespace(there=there, battery=np.full((3, 2), np.nan))])  # type: ignore[list-item]
     assert found["sensor", "gyro_scale", None, "z"] == 0.005 and found["sensor", "velocity_scale", None, "x"] == 0.01
     assert found["sensor", "sensor_lever_arm", "velocity", "y"] == 0.01
     assert found["late", "velocity"] == TIMING and ("late", "tachometer") not in found
@@ -130,3 +132,12 @@ def test_a_thruster_that_was_found_elsewhere_is_written_there(thruster: int) -> 
     assert shift @ np.array(before[thruster].axis) == pytest.approx(0.0, abs=1e-9)
     turned = np.arccos(np.dot(after[thruster].axis, before[thruster].axis))
     assert turned == pytest.approx(np.hypot(0.05, 0.03), rel=1e-3)
+
+
+def test_a_battery_is_as_full_as_it_may_be_in_each_recording_that_has_not_its_voltage() -> None:
+    there = dict.fromkeys((*CHANNELS_OF, "tachometer", "battery"), False)
+    unread, read = np.full((3, 2), np.nan), np.array([[np.nan, np.nan], [15.8, np.nan], [np.nan, np.nan]])
+    logs = [SimpleNamespace(there=there, battery=battery) for battery in (unread, read, unread)]
+    found = nuisances(load_model("bluerov2"), logs)  # type: ignore[arg-type]
+    charges = {key: deviation for key, deviation in found.items() if key[0] == "charge"}
+    assert charges == {("charge", k, what): width for k in (0, 2) for what, width in WIDTHS.items()}

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
-from gap_diagnosis.vehicle.blind.truth import Truth, installed, truth_of
+from gap_diagnosis.vehicle.blind.truth import Truth, installed, rested, truth_of
 from gap_diagnosis.vehicle.blind.world import STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
@@ -101,7 +101,7 @@ def recorded_run(
     done = run_world(
         commands, steps, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G,
         truth.r_B, truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign, wrench,
-        np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, out, out_n, sent, supply,
+        np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, rested(draw, run), out, out_n, sent, supply,
     )  # fmt: skip
     if done < K:
         raise ArithmeticError(f"case {draw.seed}: the world diverged in run {run}")

@@ -107,13 +107,14 @@ def _push(p, n, v):  # type: ignore[no-untyped-def]
 @compiled
 def run_world(  # type: ignore[no-untyped-def]
     commands, steps, thrusters, M, D_L, D_Q, weight, buoyancy, r_G, r_B, current, tether, interaction, sag, wiring,
-    sign, wrench, position, R, gains, wanted, feedback_noise, out, out_n, sent, supply,
+    sign, wrench, position, R, gains, wanted, feedback_noise, rest, out, out_n, sent, supply,
 ):  # fmt: skip
     """Fill out (K steps + 1, 24) with position, R, v over ground, w, dv, dw at each step; out_n with rotor speeds;
     sent (K, N): commands with feedback; supply (K steps + 1, 2): relative voltage and load.
 
     commands (K, N) [V]; gains (N, 12): of feedback on errors of turn, rate, depth; wanted (K, 4): roll, pitch, yaw,
-    depth; wiring, sign (N,): whose command each thruster gets, and +1 or -1, what it makes of it.
+    depth; wiring, sign (N,): whose command each thruster gets, and +1 or -1, what it makes of it; rest: the battery's
+    relative voltage at rest as the run begins, and by how much it falls in a second.
     """
     K, N = commands.shape
     inverse = np.linalg.inv(M)
@@ -151,7 +152,7 @@ def run_world(  # type: ignore[no-untyped-def]
                 p = thrusters[i]
                 edge = p[CU2] * max(u[i] - p[D2], 0.0) + p[CU1] * max(p[D1] - u[i], 0.0)
                 load += edge * (1.0 - p[FADE] * heat[i]) * abs(n[i]) / p[POWER]
-            volt = max(1.0 - sag * load / N, 0.0)
+            volt = max((rest[0] - rest[1] * at * h) * (1.0 - sag * load / N), 0.0)
             supply[at, 0], supply[at, 1] = volt, load / N
             for i in range(N):
                 p = thrusters[i]

@@ -48,7 +48,8 @@ EFFECT = Effect(
             name="share", unit="1", meaning="of the drive lost at full throttle and speed", lower=0.0, upper=0.5
         ),
     ),
-    note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is its speed without load",
+    note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is its speed without load, "
+    "gamma_full / k_n where k_2 is 0",
     hooks={"drive": drive},
     order=1,
 )

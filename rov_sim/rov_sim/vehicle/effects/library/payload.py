@@ -22,7 +22,7 @@ EFFECT = VehicleEffect(
     id="payload",
     title="payload",
     block="body",
-    equation="point mass s at r",
+    equation="point mass at r that displaces no water",
     parameters=(
         EffectParameter(name="mass", unit="kg", meaning="of the payload", lower=0.0, upper=5.0),
         EffectParameter(name="x", unit="m", meaning="forward of the payload", lower=-1.0, upper=1.0),

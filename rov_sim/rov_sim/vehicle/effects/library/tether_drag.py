@@ -25,9 +25,15 @@ EFFECT = VehicleEffect(
     id="tether_drag",
     title="drag of the tether",
     block="body",
-    equation=f"-1/2 density C_d d length |v_t| v_t, C_d = {C_D}, d = {DIAMETER} m, v_t: velocity of the anchor",
+    equation=f"-1/2 density C_d d length |v_t| v_t, C_d = {C_D}, d = {DIAMETER} m, v_t: anchor through water",
     parameters=(
-        EffectParameter(name="length", unit="m", meaning="of the cable that is drawn along", lower=0.0, upper=100.0),
+        EffectParameter(
+            name="length",
+            unit="m",
+            meaning="of the cable that is drawn along, from the anchor on the vehicle",
+            lower=0.0,
+            upper=100.0,
+        ),
         EffectParameter(name="x", unit="m", meaning="forward of the anchor", lower=-1.0, upper=1.0),
         EffectParameter(name="y", unit="m", meaning="starboard of the anchor", lower=-1.0, upper=1.0),
         EffectParameter(name="z", unit="m", meaning="down of the anchor", lower=-1.0, upper=1.0),
