@@ -20,9 +20,9 @@ from gap_diagnosis.recording import LogFindings, Recording, initial_state
 from run_bag.alignment import moves_between
 from thruster_model.identification.experiment import PARTS, Experiment, Measurement
 from thruster_model.identification.preparation import cell_means, noise_level
-from thruster_model.identification.speed_sign import held
+from thruster_model.identification.speed_sign import held, on_lines
 
-__all__ = ["DT", "held_on_grid", "line_on_grid", "recording_of", "with_log_findings"]
+__all__ = ["DT", "held_on_grid", "recording_of", "with_log_findings"]
 
 Array = NDArray[np.float64]
 DT = 0.01
@@ -51,20 +51,6 @@ def held_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
     # Where no sample falls inside a period the mean is the held value itself, without rounding.
     quiet = (place[1:] == place[:-1]) & (place[1:] >= 0)
     return np.asarray(np.where(quiet, values[inside[1:]], means))
-
-
-def line_on_grid(time: Array, values: Array, dt: float, count: int) -> Array:
-    """Return the means over the `count` periods of `dt` [s] of straight lines through samples; 0 before the first."""
-    known = np.isfinite(values)
-    time, values = time[known], values[known]
-    if time.size < 2:
-        return held_on_grid(time, values, dt, count)
-    edges = np.clip(dt * np.arange(count + 1), time[0], None)
-    integral = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * np.diff(time))))
-    place = np.clip(np.searchsorted(time, edges, side="right") - 1, 0, time.size - 1)
-    ahead = np.minimum(edges - time[place], np.append(np.diff(time), np.inf)[place])
-    slope = np.append(np.diff(values) / np.maximum(np.diff(time), 1e-12), 0.0)[place]
-    return np.asarray(np.diff(integral[place] + values[place] * ahead + 0.5 * slope * ahead**2) / dt)
 
 
 def _step_for(time: Array, values: Array) -> tuple[float, bool]:
@@ -110,16 +96,18 @@ def recording_of(
     if regular:
         throttle = (regular_stamps(throttle[0])[0], throttle[1])
         signals = {name: (regular_stamps(time)[0], values) for name, (time, values) in signals.items()}
-    # Lines in no coarser stairs than the simulation itself.
-    step, within = (DT / 3.0, False) if hold == "linear" else _step_for(*throttle)
+    straight = hold == "linear"
+    step, within = (DT / 3.0, False) if straight else _step_for(*throttle)  # corners of lines are cut within a step
     begins = float(throttle[0][0]) % step
     begins -= step if begins > step - 1e-6 else 0.0
     throttle = (throttle[0] - begins, throttle[1])
     signals = {name: (time - begins, values) for name, (time, values) in signals.items()}
     clocks = dict(clock_deviations or {})
     end = max([float(throttle[0][-1]), *(float(time[-1]) for time, _ in signals.values())])
-    on_grid = line_on_grid if hold == "linear" else held_on_grid
-    commands = on_grid(*throttle, step, max(1, int(np.ceil(end / step)) + 1))
+    count = max(1, int(np.ceil(end / step)) + 1)
+    commands = (
+        on_lines(*throttle, step * np.arange(1.0, count + 1)) if straight else held_on_grid(*throttle, step, count)
+    )
     parts = None
     if within:
         middles = np.asarray(step / PARTS * (np.arange(commands.size * PARTS) + 0.5), dtype=np.float64)
@@ -158,6 +146,7 @@ def recording_of(
         name=name,
         dt=step,
         throttle=commands,
+        straight=straight,
         parts=parts,
         measurements=measurements,
         supply=volts,

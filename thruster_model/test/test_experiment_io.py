@@ -93,8 +93,10 @@ def test_a_run_becomes_an_experiment_with_all_that_was_measured(bench, tmp_path)
 
 def test_a_throttle_whose_hold_is_stated_as_linear_goes_on_straight_lines(bench, tmp_path):
     experiment = bench.prepared(tmp_path / "run", {"hold": {"throttle": "linear"}})
-    middles = 0.002 * (np.arange(experiment.throttle.size) + 0.5)
-    np.testing.assert_allclose(experiment.throttle, np.interp(middles, SLOW, throttle_at(SLOW)), atol=1e-12)
+    ends = 0.002 * np.arange(1, experiment.throttle.size + 1)
+    assert experiment.straight
+    np.testing.assert_allclose(experiment.throttle, np.interp(ends, SLOW, throttle_at(SLOW)), atol=1e-12)
+    np.testing.assert_allclose(experiment.commands(2)[1::2], experiment.throttle, atol=1e-12)
 
 
 def test_a_hold_that_there_is_not_is_refused_with_what_was_expected(bench, tmp_path):

@@ -3,22 +3,40 @@
 import numpy as np
 
 from thruster_model.compilation import equation
-from thruster_model.equations.dead_zone import ramp_limited
 
-__all__ = ["followed"]
+__all__ = ["followed", "reaching"]
 
 
 @equation
-def followed(u, u_commanded, time, rate, lag):  # type: ignore[no-untyped-def]
-    """Return the acting throttle [V] `time` [s] later, under a command [V] that is held.
+def reaching(gap, slope, rate):  # type: ignore[no-untyped-def]
+    """Return the time [s] in which a throttle at most at `rate` [V/s] reaches a command that is `gap` [V] away and
+    moves at `slope` [V/s]; infinite: never."""
+    closing = rate - np.copysign(slope, gap * slope)
+    if gap == 0.0:
+        return 0.0
+    return abs(gap) / closing if closing > 0.0 else np.inf
+
+
+@equation
+def followed(u, u_commanded, slope, time, rate, lag):  # type: ignore[no-untyped-def]
+    """Return the acting throttle [V] `time` [s] later, under a command [V] that moves at `slope` [V/s] from now on.
 
     du/dt = (u_c - u) / lag, |du/dt| <= rate; lag [s], rate [V/s]: `pipeline.lag_time`, `pipeline.ramp_limit`.
     """
-    if lag <= 0.0:
-        return ramp_limited(u, u_commanded, rate, time)
     gap = u_commanded - u
-    straight = max(abs(gap) / rate - lag, 0.0)
+    if lag <= 0.0:
+        reached = reaching(gap, slope, rate)
+        if time < reached:
+            return u + np.copysign(rate * time, gap)
+        if abs(slope) <= rate:
+            return u_commanded + slope * time
+        return u_commanded + slope * reached + np.copysign(rate * (time - reached), slope)
+    closing = rate - np.copysign(slope, gap * slope)
+    beyond = max(abs(gap) - rate * lag, 0.0)
+    straight = beyond / closing if closing > 0.0 else (np.inf if beyond > 0.0 else 0.0)
     if time <= straight:
         return u + np.copysign(rate * time, gap)
-    left = gap - np.copysign(rate * straight, gap)
-    return u_commanded - left * np.exp(-(time - straight) / lag)
+    left = gap + slope * straight - np.copysign(rate * straight, gap)
+    behind = slope * lag + (left - slope * lag) * np.exp(-(time - straight) / lag)
+    moved = u_commanded + slope * time - behind - u
+    return u + min(max(moved, -rate * time), rate * time)

@@ -1,6 +1,6 @@
 """The one stepper of a thruster: command, plant and sensors with their effects, advanced as far as one likes at a time.
 
-    commands u_c, held for dt ──> command effects ──> plant: (4.3) to (4.5) by RK4 ──> true outputs ──> sensors' effects
+    commands, held or lines ──> command effects ──> plant: (4.3) to (4.5) by RK4 ──> true outputs ──> sensors' effects
 
 A run advanced in pieces is the run advanced at once, bit for bit: all that is remembered is in `PlantState` and in
 `Memory`. Nothing grows with the length of a run.
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from thruster_model.acting_throttle import followed
+from thruster_model.acting_throttle import followed, reaching
 from thruster_model.compilation import borrowed, compiled, inlined
 from thruster_model.effects.chains import (
     SENSED,
@@ -33,7 +33,6 @@ from thruster_model.effects.chains import (
     torque_sample,
 )
 from thruster_model.effects.delay_line import delayed, line_floats
-from thruster_model.equations.dead_zone import ramp_limited
 from thruster_model.pipeline import heat_after, lag_time, memory_length, pipeline, ramp_limit, step_limit
 
 __all__ = [
@@ -66,10 +65,15 @@ class PlantState(NamedTuple):
 
 
 class Memory(NamedTuple):
-    """What command effects and the water in the tank remember; floats, changed in place."""
+    """What command effects and the water in the tank remember; floats, changed in place.
+
+    lines: the last two commands that reached the plant [V], the later one first, where the command goes on straight
+    lines from one to the next; empty where each is held.
+    """
 
     command: Array
     water: Array
+    lines: Array
 
 
 class Sensors(NamedTuple):
@@ -99,14 +103,17 @@ def substeps_of(dt: float, largest_step: float, e: Any) -> int:
     return max(1, int(np.ceil(dt / limit - 1e-9)))
 
 
-def new_memory(dt: float, substeps: int, e: Any, u: float = 0.0, parts: int = 1) -> Memory:
+def new_memory(dt: float, substeps: int, e: Any, u: float = 0.0, parts: int = 1, *, straight: bool = False) -> Memory:
     """Return the memory at the beginning of a run of periods dt [s], before which the throttle u [V] acted for long.
 
-    `parts`: commands in a period.
+    `parts`: commands in a period; `straight`: the command goes on a straight line to each, and is there as its part
+    ends.
     """
     part = dt / parts
     memory = Memory(
-        np.zeros(command_memory(part, e)), np.zeros(line_floats(float(memory_length(0.0, e)), dt / substeps))
+        np.zeros(command_memory(part, e)),
+        np.zeros(line_floats(float(memory_length(0.0, e)), dt / substeps)),
+        np.full(2, float(u)) if straight else np.empty(0),
     )
     command_begin(memory.command, u, part, e)
     return memory
@@ -122,29 +129,30 @@ def new_sensors(dt: float, e: Any, seed: int = 0) -> Sensors:
 
 
 @inlined
-def plant_step(state, u_commanded, dt, rate, lag, past, gate, supply, p, e):  # type: ignore[no-untyped-def]
-    """Return the state after `dt` [s] under the commanded throttle [V], held over the step.
+def plant_step(state, u_commanded, slope, dt, rate, lag, past, gate, supply, p, e):  # type: ignore[no-untyped-def]
+    """Return the state after `dt` [s] under a commanded throttle [V] that moves at `slope` [V/s] from there on.
 
     Where the throttle reaches the command within the step, the step is split there: smeared over the whole step, a
     change of the command would come half a step late. On its way the throttle passes the edges of the dead zone, whose
     kinks want steps of `RAMP_STEP`. `rate` [V/s], `lag` [s]: of the acting throttle; `past`, `gate`: see
     `effects.effect.STAGES`; `supply`: see `pipeline`.
     """
-    moving = min(np.abs(u_commanded - state.u) / rate, dt)
-    if lag > 0.0 and moving > 0.0:
-        moving = dt
-    if moving > 0.0:
-        first, last = state.u, ramp_limited(state.u, u_commanded, rate, dt)
-        pieces = int(moving / RAMP_STEP - 1e-9) + 1
-        for k in range(pieces):
-            u = last if k == pieces - 1 else first + (last - first) * (k + 1) / pieces
-            middle = 0.5 * (state.u + u)
-            if lag > 0.0:
-                u = followed(first, u_commanded, dt * (k + 1) / pieces, rate, lag)
-                middle = followed(first, u_commanded, dt * (k + 0.5) / pieces, rate, lag)
-            state = _rk4(state, middle, u, moving / pieces, past, gate, supply, p, e)
-    if moving < dt:
-        state = _rk4(state, state.u, state.u, dt - moving, past, gate, supply, p, e)
+    first = state.u
+    reached = min(reaching(u_commanded - first, slope, rate), dt)
+    if lag > 0.0 and (reached > 0.0 or slope != 0.0):
+        reached = dt
+    begun = 0.0
+    for until in (reached, dt):
+        length = until - begun
+        if length > _INSTANT:
+            rests = slope == 0.0 and until > reached
+            pieces = 1 if rests else int(length / RAMP_STEP - 1e-9) + 1
+            for k in range(pieces):
+                at = until if k == pieces - 1 else begun + length * (k + 1) / pieces
+                middle = followed(first, u_commanded, slope, begun + length * (k + 0.5) / pieces, rate, lag)
+                u = followed(first, u_commanded, slope, at, rate, lag)
+                state = _rk4(state, middle, u, length / pieces, past, gate, supply, p, e)
+            begun = until
     return state
 
 
@@ -181,7 +189,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
 
     Args:
         state: `PlantState`.
-        commands: (N, parts) [V]: each is held for an equal part of a period.
+        commands: (N, parts) [V]: each is held for an equal part of a period, or reached as it ends, see `Memory`.
         dt: period [s].
         substeps: steps of the integration in each, which are cut where the throttle changes.
         p: coefficients of any class; e: `EffectValues` or `NO_EFFECTS`.
@@ -194,8 +202,8 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
     commands, p, gates, supplies, memory, out = borrowed((commands, p, gates, supplies, memory, out))
     step = dt / substeps
     rate, lag = ramp_limit(p.u_dot_max, e), lag_time(0.0, e)
-    water = memory.water
-    remembered = water.size > 2
+    water, lines = memory.water, memory.lines
+    remembered, straight = water.size > 2, lines.size > 0
     past = 0.0
     N, parts = commands.shape
     part = dt / parts
@@ -212,18 +220,24 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
         done, room = 0.0, 0.0  # of the period; of the step
         for j in range(parts):
             before, late, after = command_split(memory.command, commands[k, j], part, e)
-            cut = j * part + late if before != after else 0.0
+            cut = j * part + late if before != after or straight else 0.0
+            slope, slope_then = 0.0, 0.0  # of the command until the cut, and from there on
+            if straight:
+                before, slope, slope_then = lines[0], (lines[0] - lines[1]) / part, (after - lines[0]) / part
+                lines[0], lines[1], after = after, before, before
             until = dt if j == parts - 1 else (j + 1) * part
-            if parts > 1 and cut <= done and j < parts - 1 and commands[k, j + 1] == commands[k, j]:
+            if not straight and parts > 1 and cut <= done and j < parts - 1 and commands[k, j + 1] == commands[k, j]:
                 continue  # what is held on is integrated with what follows
             while done < until - _INSTANT:
                 if room <= _INSTANT:
                     room = step
                     if remembered:
                         past, _ = delayed(water, state.ambient)
-                u, end = (before, min(cut, until)) if cut > done + _INSTANT else (after, until)
+                u, end, rise = before, min(cut, until), slope
+                if cut <= done + _INSTANT:
+                    u, end, rise = after, until, slope_then
                 length = room if done + room < end + _INSTANT else end - done
-                state = plant_step(state, u, length, rate, lag, past, gate, supply, p, e)
+                state = plant_step(state, u + rise * (done - cut), rise, length, rate, lag, past, gate, supply, p, e)
                 done, room = done + length, room - length
     return state
 

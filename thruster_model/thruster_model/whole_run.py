@@ -35,6 +35,7 @@ def simulated_rows(
     effects: Any = NO_EFFECTS,
     gates: ArrayLike = NO_GATES,
     supply: ArrayLike = NOMINAL_SUPPLY,
+    straight: bool = False,
 ) -> Array:
     """Return `stepper.ROWS` at the N + 1 instants 0, dt, ..., N dt, shape (6, N + 1).
 
@@ -47,6 +48,7 @@ def simulated_rows(
         effects: `EffectValues` of unmodelled effects on the command and in the plant, or none.
         gates: 0 in periods in which the propeller may draw air, else 1, shape (N,); empty: never.
         supply: voltage of the supply over the nominal one in each period, shape (N,); empty: 1.
+        straight: the command goes on straight lines, and is at each of these as its part of a period ends.
     """
     commands = np.ascontiguousarray(u_commanded, dtype=np.float64)
     commands = commands[:, None] if commands.ndim == 1 else commands
@@ -56,7 +58,7 @@ def simulated_rows(
         raise ValueError(f"dt and largest_step: expected positive times, got {dt} s and {largest_step} s")
     begin = PlantState(*map(float, start))
     substeps = substeps_of(dt, largest_step, effects)
-    memory = new_memory(dt, substeps, effects, begin.u, commands.shape[1])
+    memory = new_memory(dt, substeps, effects, begin.u, commands.shape[1], straight=straight)
     opened = np.ascontiguousarray(gates, dtype=np.float64)
     volts = np.ascontiguousarray(supply, dtype=np.float64)
     if volts.size not in (0, len(commands)) or not np.all(np.isfinite(volts) & (volts >= 0.0)):

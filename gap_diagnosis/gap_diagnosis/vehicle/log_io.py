@@ -36,10 +36,10 @@ _SAME_PERIOD = 1e-5
 
 
 class _Odd(NamedTuple):
-    """What logs of sensors show to be wrong by themselves, and notes of what is left out of them."""
+    """What logs of sensors show to be wrong by themselves, and how many readings of which topic stand alone."""
 
     oddities: list[Oddity]
-    notes: list[str]
+    alone: list[str]
 
 
 def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) -> tuple[list[VehicleLog], Model]:
@@ -102,7 +102,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
     extra = [i for i in range(thrusters, _MOST) if _throttle(run, i) is not None]
     if extra:
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
-    odd = _Odd([], notes) if grid is None else None
+    odd = _Odd([], []) if grid is None else None
     took: list[tuple[str, str]] = []
     attitude, rates = _attitude(run, took, odd), _rates(run, notes, odd)
     if rates is None and attitude is None:
@@ -145,6 +145,8 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         power[:, list(gauges)], power_noise[list(gauges)], late = _at_instants(*battery, grid, period)
         lateness[:, LATE.index("battery")] = late
         power[:, 1] = -power[:, 1]
+    if odd is not None and odd.alone:
+        notes.append(f"readings that stand alone, far off, are left out: {', '.join(odd.alone)}")
     return VehicleLog(
         name=run.name, period=period, commands=np.stack(commands, axis=2), attitude=quaternions, told=told,
         speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
@@ -216,23 +218,22 @@ def _sensor(
     if channel is None or odd is None:
         return channel
     if not whole:  # a quaternion may change its sign from one reading to the next
-        channel = _without_lone(*channel, sensor, thruster, odd.notes)
+        channel = _without_lone(*channel, names[0].rpartition(".")[0], thruster, odd.alone)
     time, values, found = cleaned(*channel, sensor, thruster, fastest)
     odd.oddities.extend(found)
     return time, values
 
 
 def _without_lone(
-    time: Array, values: Array, sensor: str, thruster: int | None, notes: list[str]
+    time: Array, values: Array, topic: str, thruster: int | None, found: list[str]
 ) -> tuple[Array, Array]:  # fmt: skip
-    """Return readings without outliers, of which there is a note."""
+    """Return readings without outliers; how many there are is added to what was found."""
     rotor_may_stop = thruster is not None and float(np.median(np.diff(time))) > LONE_EVERY
-    if sensor == "battery" or rotor_may_stop:  # what is drawn starts and stops with the commands
+    if topic == "rov/battery" or rotor_may_stop:  # what is drawn starts and stops with the commands
         return time, values
     alone = lone_readings(values, scatter(values))
     if alone.any():
-        of = sensor if thruster is None else f"{sensor} of thruster {thruster}"
-        notes.append(f"{np.count_nonzero(alone)} of {time.size} readings of {of} stand alone, far off: left out")
+        found.append(f"{np.count_nonzero(alone)} of {time.size} of {topic}")
     return time[~alone], values[~alone]
 
 

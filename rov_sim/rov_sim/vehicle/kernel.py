@@ -165,7 +165,7 @@ def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-un
         own = thruster(e, i - first)
         rate, lag = ramp_limit(thruster(p, i - first).u_dot_max, own), lag_time(0.0, own)
         if lag > 0.0:
-            sheet[row, i] = followed(sheet[FIRST, i], sheet[REACHED, i], time, rate, lag)
+            sheet[row, i] = followed(sheet[FIRST, i], sheet[REACHED, i], 0.0, time, rate, lag)
         elif abs(sheet[REACHED, i] - sheet[FIRST, i]) <= rate * (time + _SAME_INSTANT):
             sheet[row, i] = sheet[REACHED, i]
         else:

@@ -83,6 +83,7 @@ class Experiment:
         name: of the run.
         dt: period of the throttle samples and of the simulation [s].
         throttle: commanded throttle [V], shape (N,); the plant rests at its first sample.
+        straight: it goes on straight lines and is there as each period ends; otherwise each is held for its period.
         parts: the same in `PARTS` equal parts of each period, shape (N, PARTS), where it changes within them and
             `throttle` is the mean; None: it does not.
         measurements: by signal name.
@@ -101,6 +102,7 @@ class Experiment:
     warnings: tuple[str, ...] = ()
     supply: NDArray[np.float64] | None = None
     parts: NDArray[np.float64] | None = None
+    straight: bool = False
 
     def __post_init__(self) -> None:
         unknown = set(self.measurements) - set(SIGNALS)
@@ -115,6 +117,9 @@ class Experiment:
 
     def commands(self, finer: int) -> NDArray[np.float64]:
         """Return the throttle [V] in periods `finer` times as short, shape (N finer,) or (N finer, parts of it)."""
+        if self.straight:
+            before = np.concatenate((self.throttle[:1], self.throttle[:-1]))
+            return np.linspace(before, self.throttle, finer + 1)[1:].T.ravel()
         if self.parts is None:
             return np.repeat(self.throttle, finer)
         return self.parts.reshape(self.throttle.size * finer, -1)

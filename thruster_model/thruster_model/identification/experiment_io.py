@@ -107,7 +107,8 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
         raise UnfitDataError([f"{run.name}: recorded in air; expected a thruster in water"])
     grid = np.arange(0.0, run.duration, options.dt)
     samples = run.time(throttle_name), run[throttle_name].values
-    throttle = on_lines(*samples, grid + 0.5 * options.dt) if run.hold("throttle") == "linear" else held(*samples, grid)
+    straight = run.hold("throttle") == "linear"
+    throttle = on_lines(*samples, grid + options.dt) if straight else held(*samples, grid)
     rest = rest_window(grid, throttle)
     notes = []
     if rest[1] - rest[0] < 0.2:
@@ -127,6 +128,7 @@ def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
         name=run.name,
         dt=options.dt,
         throttle=throttle,
+        straight=straight,
         measurements={m.signal: m for m in kept},
         throttle_shift_std=_stated_deviation(run, "throttle"),
         notes=tuple(notes),

@@ -89,6 +89,7 @@ def happened(
         effects=effects.plant,
         gates=np.repeat(gates, finer),
         supply=np.repeat(relative_supply(experiment, coefficients), finer),
+        straight=experiment.straight,
     )
     return Happened(rows, finer)
 
