@@ -15,7 +15,9 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import LONE_EVERY, PERIOD
 from rov_sim.vehicle.innovations import LATE, PARTS
+from rov_sim.vehicle.sensors.coefficients import Vector
 from run_bag import MissingTopicError, Run, RunError, read_run
+from thruster_model.equations.attitude import quaternion_from_euler, quaternion_product, rotated_back
 from thruster_model.identification.preparation import noise_level
 from thruster_model.identification.speed_sign import on_lines
 
@@ -52,7 +54,8 @@ def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) 
     """
     runs = [_read(path) for path in paths]
     period = suited_period(runs, model.thrusters) if period is None else period
-    return [log_of(run, model.thrusters, period) for run in runs], replace(model, period=period)
+    imu = model.sensors.imu.rotation
+    return [log_of(run, model.thrusters, period, imu=imu) for run in runs], replace(model, period=period)
 
 
 def _read(path: Path) -> Run:
@@ -84,10 +87,14 @@ def suited_period(runs: Sequence[Run], thrusters: int) -> float:
     return PERIOD if near or not 0.5 < period / PERIOD < 1.5 else period
 
 
-def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None) -> VehicleLog:
+def log_of(
+    run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None, *, imu: Vector = (0.0, 0.0, 0.0)
+) -> VehicleLog:  # fmt: skip
     """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
 
     Without a grid the run is a whole recording: what its log shows to be wrong is taken out of the way, see `oddities`.
+    imu: roll, pitch, yaw from the body's axes to those of the IMU [rad]. An odometry's attitude and rates are the
+    body's, and told as the IMU would.
 
     Raises:
         RunError: no throttles, nothing that tells the motion, readings that no vehicle gives, or far more time than
@@ -104,7 +111,7 @@ def log_of(run: Run, thrusters: int, period: float = PERIOD, grid: Array | None 
         raise RunError(f"{run.name}: expected {thrusters} thrusters; found throttles of thruster {extra[0]} too")
     odd = _Odd([], []) if grid is None else None
     took: list[tuple[str, str]] = []
-    attitude, rates = _attitude(run, took, odd), _rates(run, notes, odd)
+    attitude, rates = _attitude(run, took, odd, imu), _rates(run, notes, odd, imu)
     if rates is None and attitude is None:
         raise RunError(f"{run.name}: expected rov/imu or rov/odometry with attitude or rates; found {', '.join(run)}")
     force = _sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd)
@@ -237,22 +244,26 @@ def _without_lone(
     return time[~alone], values[~alone]
 
 
-def _attitude(run: Run, took: list[tuple[str, str]], odd: _Odd | None) -> tuple[Array, Array] | None:
+def _attitude(
+    run: Run, took: list[tuple[str, str]], odd: _Odd | None, imu: Vector
+) -> tuple[Array, Array] | None:  # fmt: skip
     attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None and _turned(attitude[1]):
         return attitude
     attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
-    if attitude is not None:
-        took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
-    return attitude
+    if attitude is None:
+        return None
+    took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
+    return attitude[0], np.column_stack(quaternion_product(attitude[1].T, quaternion_from_euler(imu)))
 
 
-def _rates(run: Run, notes: list[str], odd: _Odd | None) -> tuple[Array, Array] | None:
+def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Vector) -> tuple[Array, Array] | None:
     rates = _sensor(run, "imu", [f"{_IMU}angular_velocity.{a}" for a in "xyz"], odd)
-    if rates is None:
-        rates = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
-        notes.append("rates of rov/odometry: there is no gyro")
-    return rates
+    if rates is not None:
+        return rates
+    notes.append("rates of rov/odometry: there is no gyro")
+    rates = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
+    return None if rates is None else (rates[0], np.column_stack(rotated_back(quaternion_from_euler(imu), rates[1].T)))
 
 
 def _turned(q: Array) -> bool:
