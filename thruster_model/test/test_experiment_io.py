@@ -104,6 +104,26 @@ def test_a_hold_that_there_is_not_is_refused_with_what_was_expected(bench, tmp_p
         bench.prepared(tmp_path / "run", {"hold": {"throttle": "spline"}})
 
 
+def test_rows_of_a_table_that_are_other_sensors_are_no_readings(bench, tmp_path):
+    whole = bench.prepared(tmp_path / "whole").measurements
+    for name, topic in list(bench.topics.items()):
+        if "throttle" in topic.name:
+            continue
+        stamps = np.concatenate([np.asarray(topic.stamps) + k * 300_000 for k in range(4)])
+        order = np.argsort(stamps)
+        row = {"sign_source": 2.0, "spike": 0.0}
+        fields = {
+            f: np.concatenate([v, *[np.full(len(v), row.get(f, np.nan))] * 3])[order] for f, v in topic.fields.items()
+        }
+        bench.topics[name] = replace(topic, stamps=stamps[order], fields=fields)
+    wide = bench.prepared(tmp_path / "wide").measurements
+    assert set(wide) == set(whole)
+    for signal, measured in whole.items():
+        count = measured.time.size - 1  # the last rows come a little later
+        np.testing.assert_allclose(wide[signal].time[:count], measured.time[:count], atol=1e-9)
+        np.testing.assert_allclose(wide[signal].values[:count], measured.values[:count], atol=1e-9)
+
+
 def test_an_inferred_sign_has_the_rest_value_taken_off_the_magnitude(bench, tmp_path):
     experiment = bench.prepared(tmp_path / "run")
     speed = experiment.measurements["speed"]

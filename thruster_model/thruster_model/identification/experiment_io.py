@@ -170,15 +170,27 @@ class _Preparation:
     throttle: Array
     rest: tuple[float, float]
 
+    def _samples(self, name: str, *beside: str) -> tuple[Array, ...]:
+        """Return when a channel was read [s], what it told, and what others of its topic did then, if they are there.
+
+        In a table of several sensors most rows are those of others.
+        """
+        values = self.run[name].values
+        read = np.isfinite(values)
+        told = (self.run[other].values if other in self.run else np.empty(0) for other in beside)
+        return (
+            self.run.time(name)[read],
+            values[read],
+            *(each[read] if each.size == read.size else each for each in told),
+        )
+
     def speed(self) -> Measurement | None:
         names = (f"daq/{self.prefix}/state.n", f"{self.prefix}/state.n")
-        present = [name for name in names if name in self.run]
+        present = [name for name in names if name in self.run and np.isfinite(self.run[name].values).any()]
         if not present:
             return None
-        name = max(present, key=lambda n: self.run[n].values.size)
-        time, values = self.run.time(name), self.run[name].values
-        sign = name.replace("state.n", "state.sign_source")
-        sources = self.run[sign].values if sign in self.run else np.empty(0)
+        name = max(present, key=lambda n: np.count_nonzero(np.isfinite(self.run[n].values)))
+        time, values, sources = self._samples(name, name.replace("state.n", "state.sign_source"))
         # Without any throttle there is no sign to infer, and nothing but rest to read.
         signless = bool(np.any(self.throttle)) and lacks_sign(sources, values)
         taring = tare_unsigned_speed if unsigned(sources, values) else tare
@@ -213,11 +225,11 @@ class _Preparation:
         result = []
         for signal, component in (("thrust", "force.x"), ("torque", "torque.x")):
             names = (f"{self.prefix}/load.wrench.{component}", f"daq/{self.prefix}/load.wrench.{component}")
-            name = next((name for name in names if name in self.run), None)
+            name = next((n for n in names if n in self.run and np.isfinite(self.run[n].values).any()), None)
             if name is None:
                 continue
-            time = self.run.time(name)
-            values, offset, offset_std = tare(time, self.run[name].values, self.rest)
+            time, values = self._samples(name)
+            values, offset, offset_std = tare(time, values, self.rest)
             ringing = ringing_mask(
                 time,
                 self.grid,
@@ -238,12 +250,11 @@ class _Preparation:
         result = []
         for signal in ("axial", "ambient"):
             name = f"{self.prefix}/flow.{signal}"
-            if name not in self.run:
+            if name not in self.run or not np.isfinite(self.run[name].values).any():
                 continue
-            time, values = self.run.time(name), self.run[name].values
-            flagged = name.replace(f"flow.{signal}", "flow.spike")
-            if flagged in self.run and self.run[flagged].values.size == values.size:
-                values = np.where(self.run[flagged].values != 0.0, np.nan, values)
+            time, values, flagged = self._samples(name, name.replace(f"flow.{signal}", "flow.spike"))
+            if flagged.size == values.size:
+                values = np.where(flagged != 0.0, np.nan, values)
             rate = 1.0 / float(np.median(np.diff(time))) if time.size > 1 else 25.0
             quality = assess_flow(values, rate, self.options.flow)
             kept = np.where(quality.usable, values, np.nan)
