@@ -9,7 +9,7 @@ from typing import get_args
 from run_bag.command_line import user_arguments
 from thruster_model.effects.chains import in_chain
 from thruster_model.effects.effect import Block, Effect, EffectParameter
-from thruster_model.effects.stages import LIBRARY
+from thruster_model.effects.stages import LIBRARY, in_stage
 from thruster_model.equations.classes import (
     AmbientInflowCoefficients,
     ForceTableCoefficients,
@@ -92,7 +92,8 @@ def _of_block(block: Block) -> list[str]:
     if block == "thrust":
         return [
             "The T that drives v and U is this one: where thrust is lost, the water is driven less, too. Q stays where "
-            "an equation does not name it."
+            "an equation does not name it.",
+            f"Order: {_order(in_stage('loads'))}. Each takes the T that those before it have left.",
         ]
     if block == "sensor":
         return [

@@ -234,7 +234,7 @@ def _spreads(model: Model, run: Prepared, at: Point, horizon: float) -> Array:
     A random wrench that was learned as large stands for what the model lacks: with it foreseen there would be no gap.
     """
     starts, warm, free = _windows(run.log, horizon)
-    calm = np.minimum(run.noises.wrench, np.repeat(CALM_WRENCH, 3))
+    calm = np.minimum(run.noises.wrench, model.wrench_of_water(CALM_WRENCH))
     run = replace(run, noises=run.noises._replace(wrench=calm))
     return foreseen_deviations(model, run, at.values, at.effects, [(k, k + warm, k + warm + free) for k in starts])
 

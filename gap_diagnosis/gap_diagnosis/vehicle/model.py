@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.rules import PERIOD, STEP
+from gap_diagnosis.vehicle.rules import PERIOD, SIZED, STEP
 from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in
 from rov_sim.vehicle.effects.active import (
     VEHICLE_LIBRARY,
@@ -151,6 +151,13 @@ class Model:
     def thrusters(self) -> int:
         """Number of thrusters."""
         return len(self.sets)
+
+    def wrench_of_water(self, of: tuple[float, float]) -> Array:
+        """Return the force and moment (6,) by which water pushes this vehicle where it pushes one of `SIZED` by these
+        [N, N m]: the one goes with its area, the other with its volume.
+        """
+        larger = self.vehicle.values["volume"] / SIZED
+        return np.repeat((of[0] * larger ** (2.0 / 3.0), of[1] * larger), 3)
 
     def groups(self) -> tuple[str, ...]:
         """Return the groups of coefficients that these thrusters have and that are not zero."""

@@ -96,7 +96,9 @@ BLOCK = 2.0
 LARGE_WRENCH, CALM_WRENCH = (1.2, 0.25), (0.6, 0.12)
 """[N, N m] Random wrench above which it is no eddy but something that the model lacks, and the largest one of pools and
 harbours, against which there must be evidence for it: a minute holds six values of a wrench of ten seconds, and what
-they make of its size may be twice as large."""
+they make of its size may be twice as large. Of a vehicle of `SIZED`; eddies push others by their areas."""
+SIZED = 0.0134
+"""[m^3] A vehicle for which wrenches of water are given: the one of most of the seeds."""
 WIRING_SEEN = 60.0
 """Chi squared of a command's column on six axes, above which it is seen to do something: 6 by chance."""
 WIRING_MARGIN = 30.0

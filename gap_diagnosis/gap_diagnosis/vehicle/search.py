@@ -117,7 +117,7 @@ def search(
 def _calmed(model: Model, logs: Sequence[VehicleLog], last: Stage, free: dict[Key, float]) -> Stage | None:
     """Return the last stage as it is if the water is calm: a wrench that was learned hides what would explain it."""
     noises = learned_from(last.screen.runs)
-    calm = np.minimum(noises.wrench, np.repeat(rules.CALM_WRENCH, 3))
+    calm = np.minimum(noises.wrench, model.wrench_of_water(rules.CALM_WRENCH))
     if np.array_equal(calm, noises.wrench):
         return None
     on, sizes = last.screen.effects, [a.sizes for a in last.fit.effects]

@@ -144,10 +144,10 @@ def _rough(last: Stage) -> bool:
 
     Without a velocity log they hardly tell its size: then one that is learned as large is not evidence of it.
     """
-    noises = last.screen.runs[0].noises
-    if np.all(noises.wrench <= np.repeat(rules.LARGE_WRENCH, 3)):
+    noises, water = last.screen.runs[0].noises, last.screen.model.wrench_of_water
+    if np.all(noises.wrench <= water(rules.LARGE_WRENCH)):
         return False
-    calm = np.minimum(noises.wrench, np.repeat(rules.CALM_WRENCH, 3))
+    calm = np.minimum(noises.wrench, water(rules.CALM_WRENCH))
     effects = [e.active for e in last.fit.effects]
     likelihood = []
     for wrench in (noises.wrench, calm):

@@ -24,6 +24,7 @@ __all__ = [
     "NoEffects",
     "defined",
     "effect_values",
+    "in_stage",
     "is_on",
     "stage",
     "switched",
@@ -67,6 +68,11 @@ def effect_values(sizes: Mapping[str, Mapping[str, float]]) -> Any:
     return EffectValues(**given)
 
 
+def in_stage(name: str) -> list[Effect]:
+    """Return the effects that act in a stage, in their order."""
+    return [effect for effect in sorted(_IN_TIME, key=lambda effect: effect.order) if name in effect.hooks]
+
+
 def stage(name: str) -> Callable[..., Any]:
     """Return the function of a stage, for Python and for kernels, as `STAGES` declares it.
 
@@ -75,7 +81,7 @@ def stage(name: str) -> Callable[..., Any]:
     """
     arguments = STAGES[name]
     first = arguments[0]
-    here = [effect for effect in sorted(_IN_TIME, key=lambda effect: effect.order) if name in effect.hooks]
+    here = in_stage(name)
     hooks = {f"hook_{effect.id}": effect.hooks[name] for effect in here}
     calls = [f"{first} = hook_{effect.id}({', '.join(arguments)})" for effect in here]
     on = [is_on(effect) for effect in here]
