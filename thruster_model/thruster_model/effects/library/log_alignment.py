@@ -39,5 +39,5 @@ EFFECT = Effect(
     taken=taken,
     order=1,
     apart=True,
-    suspected=(Suspected(sizes={"throttle": (0.05, 0.01)}, lower={"throttle": 0.0}),),
+    suspected=(Suspected(sizes={"throttle": (0.05, 0.001)}, lower={"throttle": 0.0}),),
 )
