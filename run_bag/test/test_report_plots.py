@@ -210,3 +210,10 @@ def test_the_embedded_data_are_the_data() -> None:
 def test_arrays_that_do_not_match_are_refused(build, message: str) -> None:  # type: ignore[no-untyped-def]
     with pytest.raises(ReportError, match=message):
         build()
+
+
+def test_bars_leave_room_for_labels_of_several_lines():
+    def height(label):
+        return bars([label] * 4, [Bars(name="one", value=[1.0] * 4)], quantity=Axis(name="size", unit="N")).height
+
+    assert height("+ viscous friction of the rotor of thruster 2") >= 4 * 45 > height("short") - 62

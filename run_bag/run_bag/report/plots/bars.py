@@ -84,7 +84,8 @@ def bars(labels: Sequence[str], groups: Sequence[Bars], *, quantity: Axis, refer
                 "arrayminus": value - np.asarray(group.low, dtype=np.float64),
             }
         traces.append(trace)
-    height = len(labels) * max(34, 15 * len(groups) + 14) + 62
+    lines = 1 + max(name.count("<br>") for name in names)
+    height = len(labels) * max(34, 15 * len(groups) + 14, 15 * lines + 6) + 62
     layout: dict[str, Any] = {
         "barmode": "group",
         "bargap": 0.3,
