@@ -96,7 +96,7 @@ def test_commands_that_change_within_periods_act_then(effects):
     e = ActiveEffects(sizes=effects).plant
     expected = simulated_rows(HL, fine, 1e-2 / 60, effects=e)[:, ::60]
     found = simulated_rows(HL, fine.reshape(-1, 60), 1e-2, largest_step=2.5e-3, effects=e)
-    assert np.max(np.abs(found[0] - expected[0])) < 0.04
+    assert np.max(np.abs(found[0] - expected[0])) < 0.02
     smeared = simulated_rows(HL, fine.reshape(-1, 60).mean(axis=1), 1e-2, largest_step=2.5e-3, effects=e)
     assert np.max(np.abs(smeared[0] - expected[0])) > 1.0
 

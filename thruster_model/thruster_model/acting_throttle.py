@@ -31,9 +31,7 @@ def followed(u, u_commanded, slope, time, rate, lag):  # type: ignore[no-untyped
         if abs(slope) <= rate:
             return u_commanded + slope * time
         return u_commanded + slope * reached + np.copysign(rate * (time - reached), slope)
-    closing = rate - np.copysign(slope, gap * slope)
-    beyond = max(abs(gap) - rate * lag, 0.0)
-    straight = beyond / closing if closing > 0.0 else (np.inf if beyond > 0.0 else 0.0)
+    straight = reaching(np.copysign(max(abs(gap) - rate * lag, 0.0), gap), slope, rate)
     if time <= straight:
         return u + np.copysign(rate * time, gap)
     left = gap + slope * straight - np.copysign(rate * straight, gap)

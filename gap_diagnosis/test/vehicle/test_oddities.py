@@ -66,7 +66,7 @@ def stopped(topic: Topic, rng: np.random.Generator) -> Topic:
 CASES = [
     ("rov/imu", lost, "dropped_samples", "imu", None, 0.15, 0.02),
     ("rov/imu", jittered, "timestamp_jitter", "imu", None, 0.008, 0.002),
-    ("thruster_2/state", blind, "tach_dropout", "tachometer", 2, 25.0, 2.5),
+    ("thruster_1/state", blind, "tach_dropout", "tachometer", 1, 25.0, 1.0),
     ("thruster_2/state", coarse, "tach_quantization", "tachometer", 2, 6.0, 0.01),
 ]
 

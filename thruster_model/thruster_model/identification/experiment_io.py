@@ -88,7 +88,12 @@ def read_experiments(
 def throttle_channel(run: Run, prefix: str) -> str | None:
     """Return the channel of the throttle: what the device got at the instant it got it, else what was asked for."""
     names = (f"{prefix}/throttle_sent.sent", f"{prefix}/throttle.commanded", f"{prefix}/throttle.sent")
-    return next((name for name in names if name in run and np.any(np.isfinite(run[name].values))), None)
+    return next(iter(_told(run, *names)), None)
+
+
+def _told(run: Run, *names: str) -> list[str]:
+    """Return those of these channels that told anything."""
+    return [name for name in names if name in run and np.any(np.isfinite(run[name].values))]
 
 
 def prepare(run: Run, options: PreparationOptions | None = None) -> Experiment:
@@ -186,7 +191,7 @@ class _Preparation:
 
     def speed(self) -> Measurement | None:
         names = (f"daq/{self.prefix}/state.n", f"{self.prefix}/state.n")
-        present = [name for name in names if name in self.run and np.isfinite(self.run[name].values).any()]
+        present = _told(self.run, *names)
         if not present:
             return None
         name = max(present, key=lambda n: np.count_nonzero(np.isfinite(self.run[n].values)))
@@ -225,7 +230,7 @@ class _Preparation:
         result = []
         for signal, component in (("thrust", "force.x"), ("torque", "torque.x")):
             names = (f"{self.prefix}/load.wrench.{component}", f"daq/{self.prefix}/load.wrench.{component}")
-            name = next((n for n in names if n in self.run and np.isfinite(self.run[n].values).any()), None)
+            name = next(iter(_told(self.run, *names)), None)
             if name is None:
                 continue
             time, values = self._samples(name)
@@ -250,7 +255,7 @@ class _Preparation:
         result = []
         for signal in ("axial", "ambient"):
             name = f"{self.prefix}/flow.{signal}"
-            if name not in self.run or not np.isfinite(self.run[name].values).any():
+            if not _told(self.run, name):
                 continue
             time, values, flagged = self._samples(name, name.replace(f"flow.{signal}", "flow.spike"))
             if flagged.size == values.size:
