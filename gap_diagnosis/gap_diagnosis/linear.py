@@ -139,16 +139,16 @@ def _between(slopes: Slopes, readings: Array, at: Array) -> Array:
     return np.hstack((slope + share * moved, share * pushed))
 
 
-def _brink(rate: Callable[[Array], Array], v: Array, step: float) -> Array:
-    """Return how fast an axial flow v (N,) that rests leaves by itself [1/s]; 0 where it does not, or does not rest.
+def _brink(rate: Callable[[Array], Array], v: Array, step: float) -> tuple[Array, Array]:
+    """Return how fast an axial flow v (N,) that rests leaves by itself [1/s], and how far it rests, 0 to 1.
 
     An idle propeller's water rests beside a passing flow U: at v = 0 by (4.4), which it leaves to one side, for U, as
-    soon as anything moves it that way. Nothing foretells when; it is forgotten at this rate that it was there.
+    soon as anything moves it that way. Nothing foretells whether it comes to rest there, nor when it leaves.
     """
     here = rate(v)
     growth = np.maximum(np.maximum(rate(v + step) - here, here - rate(v - step)) / step, 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        return np.nan_to_num(growth / (1.0 + (here / (growth * step)) ** 2))
+        return growth, np.nan_to_num(1.0 / (1.0 + (here / (growth * step)) ** 2))
 
 
 def linearised(
@@ -189,6 +189,7 @@ def linearised(
             columns.append([(a - b) / (2.0 * step) for a, b in zip(at(above, u), at(below, u), strict=True)])
         return columns
 
+    n, v, ambient = state
     steps = _steps(problem, most)
     columns = slopes_over(steps)
     by_throttle = [
@@ -196,20 +197,28 @@ def linearised(
         for step in _THROTTLE_STEPS
     ]
     rates, own = _rates(columns), np.arange(3)
+    by_itself = rates[:, 1, 1].copy()
     growing = np.any(rates[:, own, own] > 0.0, axis=1)
     if np.any(growing):
         # Each state by itself dies away: a rotor that a larger push would start rests under smaller ones, by the slopes
         # at the point itself. Where a jump between two steps looks like growth even there, none goes on.
         rates[growing] = _rates(slopes_over(_LEAST))[growing]
         rates[:, own, own] = np.minimum(rates[:, own, own], 0.0)
-    leaves = _brink(lambda v: at([state[0], v, state[2]], u)[1], state[1], steps[1])
-    rates[:, 1, 1] -= leaves
+    growth, rests = _brink(lambda v: at([state[0], v, state[2]], u)[1], state[1], steps[1])
+    if apart is not None and any(each.recording == index and each.signal == "axial" for each in problem.series):
+        # A sensor sees whether it comes to rest, and how it leaves: from too little to be read, by the growth there.
+        _, rests = _brink(lambda v: at([state[0], v, ambient], u)[1], outputs["axial"][::every], steps[1])
+        rates[:, 1, 1] += rests * (np.maximum(by_itself, growth) - rates[:, 1, 1])
+        unforeseen = ambient**2 * (np.diff(rests > 0.5, prepend=False) & (rests > 0.5))
+    else:
+        leaves = growth * rests  # It is forgotten at this rate that it was there.
+        rates[:, 1, 1] -= leaves
+        unforeseen = ambient**2 * -np.expm1(-2.0 * leaves * dt)
     step = np.clip(rates, -0.9 / dt, 0.9 / dt) * dt
     square = step @ step
     eye = np.eye(3)
     cube = square @ step
     zero, one = np.zeros_like(u), np.ones_like(u)
-    n, v, ambient = state
 
     def slope(rate: Any, *arguments: Any) -> Array:
         """Return by how much a rate, linear in its last argument before the coefficients, moves for a unit of it."""
@@ -220,7 +229,7 @@ def linearised(
     return Slopes(
         transition=eye + step + square / 2.0 + cube / 6.0 + square @ square / 24.0,
         gain=dt * (eye + step / 2.0 + square / 6.0 + cube / 24.0),
-        unforeseen=np.stack((zero, ambient**2 * -np.expm1(-2.0 * leaves * dt), zero), axis=1),
+        unforeseen=np.stack((zero, unforeseen, zero), axis=1),
         readings=_as_read(
             np.array([[c[row] for row in _READINGS.values()] for c in columns]), outputs, every, dt, sizes
         ),
