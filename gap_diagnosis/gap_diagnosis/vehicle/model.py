@@ -223,13 +223,14 @@ class Model:
         c = sensing_with(self._sensing(off), active)
         gyro = tuple(b + values.get(("gyro", run, a), 0.0) for a, b in enumerate(c.gyro_bias))
         force = tuple(b + values.get(("force", run, a), 0.0) for a, b in enumerate(c.force_bias))
+        tilt = tuple(b + values.get(("tilt", run, a), 0.0) for a, b in enumerate(c.attitude_bias))
         power = {
             name: getattr(c, name) * (1.0 + values.get(("power", name), 0.0))
             for name in ("nominal_voltage", "idle_current", "current_at_full")
         }
         sensors = c._replace(
-            gyro_bias=gyro, force_bias=force, imu_late=c.imu_late + values.get(("late", "imu"), 0.0),
-            signed=int(signed), **power,
+            gyro_bias=gyro, force_bias=force, attitude_bias=tilt,
+            imu_late=c.imu_late + values.get(("late", "imu"), 0.0), signed=int(signed), **power,
         )  # fmt: skip
         level, rate = (values.get(("charge", run, what), 0.0) for what in CHARGE)
         return Built(settings, sensors, tach, (level, rate))

@@ -9,6 +9,7 @@ Unknowns are named by keys:
     ("product", pair)            product of inertia of two axes, see `PRODUCTS` [kg m^2]
     ("gyro", run, axis)          bias of the gyro in one run [rad/s]
     ("force", run, axis)         bias of the accelerometer [m/s^2]
+    ("tilt", run, axis)          turn of the attitude about an axis of the IMU in one run [rad]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
     ("late", what)               by which commands act later than their stamps say, or a sensor has read before them [s]
     ("sensor", id, sensor, axis) size of an effect of the library that sensors have to a degree, see `Suspected`
@@ -26,7 +27,7 @@ from thruster_model.vehicle_parameters import definition_of
 __all__ = ["CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "unit_of", "words_of"]
 
 Key = tuple[Any, ...]
-OF_RUN = ("gyro", "force", "trim", "charge")
+OF_RUN = ("gyro", "force", "tilt", "trim", "charge")
 """First parts of keys of unknowns that tell of single runs."""
 
 CHARGE = {"level": "1", "rate": "1/s"}
@@ -59,6 +60,8 @@ def words_of(key: Key) -> str:
         return f"{key[1]} of recording {key[2] + 1} against those before it"
     if kind == "charge":
         return f"{key[2]} of the battery's charge in recording {key[1] + 1}"
+    if kind == "tilt":
+        return f"level of the attitude about {'xyz'[key[2]]} in recording {key[1] + 1}"
     if kind == "product":
         return f"product of inertia {key[1]}"
     if kind == "sensor":
@@ -83,4 +86,8 @@ def unit_of(key: Key) -> str:
     if key[0] == "sensor":
         return VEHICLE_LIBRARY[key[1]].parameters[0].unit
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None
-    return definition.unit if definition is not None else {"late": "s", "product": "kg m^2"}.get(key[0], "1")
+    return (
+        definition.unit
+        if definition is not None
+        else {"late": "s", "product": "kg m^2", "tilt": "rad"}.get(key[0], "1")
+    )

@@ -215,7 +215,7 @@ def _shifted(found: Found) -> tuple[tuple[Key, float, float], ...]:
     rows = [
         (key, float(moved[j]), float(np.sqrt(covariance[j, j])))
         for j, key in enumerate(found.nuisances)
-        if key[0] in ("vehicle", "shared", "own", "product", "trim", "sensor")
+        if key[0] in ("vehicle", "shared", "own", "product", "tilt", "trim", "sensor")
     ]
     rows.sort(key=lambda row: -abs(row[1]))
     return tuple(row for row in rows if abs(row[1]) > 1.5)[:8]

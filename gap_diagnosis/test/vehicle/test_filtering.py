@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import installed, off, placed, rested, slanted
+from gap_diagnosis.vehicle.blind.truth import installed, levelled, off, placed, rested, slanted
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -93,6 +93,7 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     if "battery" in draw.missing:
         level, fall = rested(draw, 0)
         values |= {("charge", 0, "level"): float(level) - 1.0, ("charge", 0, "rate"): -float(fall)}
+    values |= {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
     sensors = installed(draw)
     values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
     for name, sizes in sensors._asdict().items():
@@ -201,15 +202,16 @@ def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp
     model = load_model(draw.vehicle)
     (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
     logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
-    found = prepared(model, logs, {})
+    level = {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
+    found = prepared(model, logs, level)
     best, noises, states = sum(map(log_likelihood, found)), learned_from(found), [p.base.states for p in found]
     blocks = _blocks(found)
     assert [block.of for block in blocks] == ["time", *["wrench"] * 6, *["channels"] * 4]
     for block in blocks:
         for factor in (0.5, 0.8, 1.25, 2.0):
-            other = _all_prepared(model, logs, _scaled(model, noises, block, factor), {}, (), states)
+            other = _all_prepared(model, logs, _scaled(model, noises, block, factor), level, (), states)
             assert sum(map(log_likelihood, other)) < best + 0.5
-    again = prepared(model, logs, {}, near=found)
+    again = prepared(model, logs, level, near=found)
     assert sum(map(log_likelihood, again)) > best - 0.5
 
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
-from gap_diagnosis.vehicle.blind.truth import Truth, installed, rested, truth_of
+from gap_diagnosis.vehicle.blind.truth import Truth, installed, levelled, rested, truth_of
 from gap_diagnosis.vehicle.blind.world import STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
@@ -105,7 +105,7 @@ def recorded_run(
     )  # fmt: skip
     if done < K:
         raise ArithmeticError(f"case {draw.seed}: the world diverged in run {run}")
-    return _topics(draw, truth, sensors, rng, sent, out, out_n, supply)
+    return _topics(draw, truth, sensors, run, rng, sent, out, out_n, supply)
 
 
 def _outside(kind: str, wrench: Array, truth: Truth, t: Array, rng: np.random.Generator) -> None:
@@ -135,8 +135,8 @@ def _feedback(vehicle: VehicleSet, K_t: Array, *, quiet: bool) -> Array:
 
 
 def _topics(
-    draw: Draw, truth: Truth, s: VehicleSensors, rng: np.random.Generator, sent: Array, out: Array, n: Array,
-    supply: Array,
+    draw: Draw, truth: Truth, s: VehicleSensors, run: int, rng: np.random.Generator, sent: Array, out: Array,
+    n: Array, supply: Array,
 ) -> list[Topic]:  # fmt: skip
     """Return what a logger writes: each sensor at its rate, off by its noise and by what is wrong with it."""
     K, N = sent.shape
@@ -181,7 +181,8 @@ def _topics(
         turns = np.exp(1j * np.arctan2(R[at, 1, 0], R[at, 0, 0]))
         B, C, D, E = wrong["compass_deviation"][1]
         yaw = yaw + B * turns.imag + C * turns.real + D * (turns**2).imag + E * (turns**2).real
-    q = _quaternions(R[at] @ R_s, yaw, rng.normal(size=(at.size, 3)) * 0.004 * factor)
+    errors = levelled(draw, run) + rng.normal(size=(at.size, 3)) * 0.004 * factor
+    q = _quaternions(R[at] @ R_s, yaw, errors)
     fields: dict[str, Any] = {f"orientation.{a}": q[:, k] for k, a in enumerate("wxyz")}
     fields |= {f"angular_velocity.{a}": rate[:, k] for k, a in enumerate("xyz")}
     fields |= {f"linear_acceleration.{a}": force[:, k] for k, a in enumerate("xyz")}

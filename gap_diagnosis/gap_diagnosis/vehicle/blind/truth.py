@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Installed", "Truth", "installed", "off", "placed", "rested", "slanted", "truth_of"]
+__all__ = ["GROUPS", "Installed", "Truth", "installed", "levelled", "off", "placed", "rested", "slanted", "truth_of"]
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -109,6 +109,12 @@ def rested(draw: Draw, run: int) -> Array:
     """Return the battery's relative voltage at rest as a run begins, and by how much it falls in a second [1/s]."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(83, run)))
     return rng.uniform((0.93, 0.5e-4), (1.03, 3e-4))
+
+
+def levelled(draw: Draw, run: int) -> Array:
+    """Return by how much the attitude is turned further than its IMU in a run, about its three axes [rad]."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(84, run)))
+    return 0.01 * draw.deviations * rng.normal(size=3)
 
 
 def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) -> Truth:

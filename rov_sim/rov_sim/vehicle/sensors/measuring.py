@@ -2,7 +2,7 @@ r"""What each sensor tells at an instant: of the truth, its coefficients `c` and
 
 With R of the body's attitude q (body to earth), R_s of the sensor's axes and r of its place, both in body axes:
 
-attitude          q_yaw * q * q_s * exp(e / 2)               q_yaw: error of the yaw about down,
+attitude          q_yaw * q * q_s * exp((b + e) / 2)         b = c.attitude_bias; q_yaw: error of the yaw about down,
                   c.magnetic_yaw i + c.compass . (sin psi, cos psi, sin 2 psi, cos 2 psi)
 angular velocity  c.gyro_scale R_s^T omega + c.gyro_bias + e                                       [rad/s]
 specific force    R_s^T (a - R^T g) + c.force_bias + e                                             [m/s^2]
@@ -88,7 +88,9 @@ def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: igno
     turning = (acceleration[3], acceleration[4], acceleration[5])
     yaw = c.magnetic_yaw * current + _compass_deviation(q, c.compass)
     told = quaternion_product((cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)), q)
-    told = quaternion_product(quaternion_product(told, c.imu_rotation), rotation((e[0], e[1], e[2])))
+    b = c.attitude_bias
+    turned = rotation((b[0] + e[0], b[1] + e[1], b[2] + e[2]))
+    told = quaternion_product(quaternion_product(told, c.imu_rotation), turned)
     r = c.imu_position
     coriolis, euler, centripetal = cross(omega, nu), cross(turning, r), cross(omega, cross(omega, r))
     g = rotated_back(q, (0.0, 0.0, c.gravity))
