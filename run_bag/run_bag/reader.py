@@ -27,6 +27,8 @@ from .units import unit_of
 _SHARED = ("diagnostic_msgs/msg/DiagnosticArray", "tf2_msgs/msg/TFMessage", "rcl_interfaces/msg/Log")
 """Types of topics that all nodes publish on: their stamps need not follow each other."""
 
+_OVERTAKEN = 500_000_000
+"""[ns] By which messages may overtake each other on their way, over a network or through threads."""
 _FIRST_TRANSFORM = "transforms[0].header.stamp"
 
 _UNASKED = (
@@ -82,7 +84,7 @@ def read_run(path: Path | str, topics: Iterable[str] | None = None) -> Run:
         NotARunError: nothing there, no MCAP file, or not MCAP.
         MissingTopicError: a requested topic is not there.
         SchemaError: a requested topic cannot be decoded.
-        StampOrderError: header stamps run backwards within a topic.
+        StampOrderError: header stamps run backwards within a topic, further than messages overtake each other.
         EmptyRunError: no message, or no measured value.
         TooLargeError: a size in the file exceeds the caps, or the content the budget.
         ClockError: topics of two clocks.
@@ -227,10 +229,15 @@ def _of_many(columns: Columns, logged: NDArray[np.int64]) -> NDArray[np.int64]:
         own = seconds.astype(np.int64) * NANOSECONDS + rest.astype(np.int64)
     if own is None or not own.any() or abs(int(own[0]) - int(logged[0])) < APART:
         return logged
-    order = np.argsort(own, kind="stable")
+    return _in_order(columns, own)
+
+
+def _in_order(columns: Columns, stamps: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Bring messages into the order of their stamps, and return these."""
+    order = np.argsort(stamps, kind="stable")
     for path, values in columns.values.items():
         columns.values[path] = values[order]
-    return own[order]
+    return stamps[order]
 
 
 def _stamps(
@@ -242,9 +249,13 @@ def _stamps(
     if not stamps.any() and logged.any():
         warnings.append(f"topic {topic}: the header stamps were never filled in; log times are used")
         return logged
-    falls = np.flatnonzero(stamps[1:] < stamps[:-1])
-    if falls.size:
-        i = int(falls[0]) + 1
+    late = np.maximum.accumulate(stamps) - stamps
+    if 0 < late.max() <= _OVERTAKEN:
+        told = f"{np.count_nonzero(late)} of {late.size} messages came up to {late.max() / 1e6:.3g} ms after later ones"
+        warnings.append(f"topic {topic}: {told}: they are in the order of their stamps")
+        return _in_order(columns, stamps)
+    if late.any():
+        i = int(np.argmax(late > 0))
         earlier, later = int(stamps[i - 1]), int(stamps[i])
         text = f"{path}: topic {topic}: stamps run backwards at message {i}: {earlier} ns, then {later} ns"
         raise StampOrderError(text, path=path, topic=topic, position=i, expected=earlier, found=later)

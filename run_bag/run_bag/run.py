@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 import difflib
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -21,6 +22,11 @@ from .alignment import ALIGNMENTS, HOLDS, Method
 from .errors import InvalidRunError, MissingChannelError, RunError
 
 NANOSECONDS = 1_000_000_000
+
+
+def _by_number(name: str) -> list[str | int]:
+    """Return a key by which data[2] comes before data[10]."""
+    return [int(part) if part.isdigit() else part for part in re.split(r"(\d+)", name)]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,7 +119,7 @@ class Run:
             problems.append(f"metadata is no JSON: {error}")
         if problems:
             raise InvalidRunError(f"run {self.name!r}", problems)
-        object.__setattr__(self, "channels", {k: self.channels[k] for k in sorted(self.channels)})
+        object.__setattr__(self, "channels", {k: self.channels[k] for k in sorted(self.channels, key=_by_number)})
         object.__setattr__(self, "metadata", copy.deepcopy(dict(self.metadata)))
         object.__setattr__(self, "warnings", tuple(self.warnings))
 

@@ -2,6 +2,8 @@
 
 import shutil
 import struct
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -229,18 +231,30 @@ def test_on_a_topic_that_all_nodes_share_stamps_need_not_follow_each_other(tmp_p
     assert level.values.tolist() == [1.0, 1.0, 1.0]
 
 
-def test_stamps_that_run_backwards_are_refused_with_position_and_both_stamps(tmp_path):
+def write_stamps(path: Path, stamps: Sequence[int]) -> None:
     kind = "thruster_msgs/msg/ThrustSetpoint"
     raws = []
-    for i, stamp in enumerate((5, 7, 6)):
-        (raw,) = check_topic(Topic(name="t", type=kind, stamps=[stamp], fields={"thrust": [1.0]})).payloads(0, 1)
+    for i, stamp in enumerate(stamps):
+        (raw,) = check_topic(Topic(name="t", type=kind, stamps=[stamp], fields={"thrust": [float(i)]})).payloads(0, 1)
         raws.append((i, raw))
-    write_mcap(tmp_path / "x.mcap", schema=definitions().text(kind).encode(), name=kind, messages=raws)
-    with pytest.raises(StampOrderError, match="backwards at message 2: 7 ns, then 6 ns") as caught:
+    write_mcap(path, schema=definitions().text(kind).encode(), name=kind, messages=raws)
+
+
+def test_messages_that_overtook_each_other_are_brought_into_order(tmp_path: Path) -> None:
+    write_stamps(tmp_path / "x.mcap", (5_000_000, 9_000_000, 6_000_000, 7_000_000, 10_000_000))
+    run = read_run(tmp_path / "x.mcap")
+    assert run["t.thrust"].stamps.tolist() == [5_000_000, 6_000_000, 7_000_000, 9_000_000, 10_000_000]
+    assert run["t.thrust"].values.tolist() == [0.0, 2.0, 3.0, 1.0, 4.0]
+    assert any("2 of 5 messages came up to 3 ms after later ones" in text for text in run.warnings)
+
+
+def test_stamps_that_run_backwards_are_refused_with_position_and_both_stamps(tmp_path):
+    write_stamps(tmp_path / "x.mcap", (5, 700_000_000, 6))
+    with pytest.raises(StampOrderError, match="backwards at message 2: 700000000 ns, then 6 ns") as caught:
         read_run(tmp_path / "x.mcap")
     assert (caught.value.position, caught.value.expected, caught.value.found, caught.value.topic) == (
         2,
-        7,
+        700_000_000,
         6,
         "t",
     )

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import numpy as np
 
-from ..definitions import full_name
+from ..definitions import full_name, parse_schema
 from ..errors import EmptyRunError, RecordingError
 from ..reader import read_recording, read_run
 from ..run import Channel
+from ..stamps import has_header
 from .csv_source import indices
 from .recording_map import Mapped
 from .sources import Array, Series
@@ -42,6 +43,7 @@ class BagSource:
         self.channels: dict[str, Channel] = {}
         raws = [raw for scan in read_recording(path, set()).scans for raw in scan.topics.values()]
         self.types = {raw.topic.strip("/"): full_name(raw.schema.name) for raw in raws if raw.schema}
+        self._schemas = {raw.topic.strip("/"): raw.schema for raw in raws}
         present = {raw.topic.strip("/") for raw in raws}
         self.listed = sorted(present)
         wanted = None if topics is None else topics & present
@@ -54,6 +56,13 @@ class BagSource:
                     raise
             else:
                 self.channels, self.warnings = dict(run.channels), run.warnings
+
+    def stamped(self, topic: str) -> bool:
+        """Tell whether messages of a topic say when they were made; else the recorder's times are theirs."""
+        schema = self._schemas[topic]
+        if schema is None:
+            return False
+        return has_header(parse_schema(schema.name, schema.encoding, schema.data), full_name(schema.name))
 
     def names(self) -> list[str]:
         """Return the channels, and the topics that were not decoded."""

@@ -97,7 +97,20 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
         metadata["clock_deviation"] = clocks
     write_run(out, made, metadata)
     lost = [w for s in sources for w in getattr(s, "warnings", ())]
-    return made, [*lost, *warnings, *advice(made, holds)], told
+    clocks_told = [_of_two_clocks(each, told) for each in sources if isinstance(each, BagSource)]
+    return made, [*lost, *warnings, *filter(None, clocks_told), *advice(made, holds)], told
+
+
+def _of_two_clocks(source: BagSource, told: RecordingMap) -> str:
+    """Return what is odd where some of a bag's times are of sensors and some of the recorder, "" where they are not."""
+    used = {str(e.column).strip("/").partition(".")[0] for e in told.mapped if source.has(e)}
+    by_recorder = sorted(topic for topic in used if not source.stamped(topic))
+    if len(by_recorder) in (0, len(used)):
+        return ""
+    return (
+        f"messages of {', '.join(by_recorder)} have no header: their times are those at which the recorder got them, "
+        "beside others' own stamps; the way to the recorder is a delay of theirs"
+    )
 
 
 def _parts(file: Path) -> list[Path]:

@@ -2,15 +2,22 @@
 
 import re
 
-__all__ = ["bare_name", "called_time", "without_unit"]
+__all__ = ["bare_name", "called_time", "unit_behind", "without_unit"]
 
-_UNIT = re.compile(r"\s*[\[(][^\])]*[\])]\s*$")
+_UNIT = re.compile(r"(?<=\S)(?!(?<=\w)\[\d+\]\s*$)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
+"""In brackets behind the name; data[0] is an element of an array."""
 _TIME = re.compile(r"(t|time|timestamp|stamp|elapsed)(_?(s|ms|us|ns|sec|usec|msec))?|seconds", re.IGNORECASE)
 
 
 def without_unit(name: str) -> str:
     """Return the name of a column without its unit in brackets."""
     return _UNIT.sub("", name).strip()
+
+
+def unit_behind(name: str) -> str | None:
+    """Return the unit in brackets behind the name of a column, None where there is none."""
+    match = _UNIT.search(name)
+    return match["unit"] if match else None
 
 
 def bare_name(name: str) -> str:

@@ -19,7 +19,7 @@ import pandas
 from numpy.typing import NDArray
 
 from ..errors import RecordingError, TooLargeError
-from .column_names import without_unit
+from .column_names import unit_behind, without_unit
 from .conversions import is_unit
 from .dated import in_seconds
 from .long_table import made_wide
@@ -32,7 +32,6 @@ LOOK = 100  # lines
 NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
-_UNIT = re.compile(r".*\S\s*[\[(]([^\])]*)[\])]\s*$")
 
 
 class CsvSource:
@@ -88,8 +87,8 @@ class CsvSource:
         """Return the unit in brackets behind a name, or in the line of units below the names, "" without."""
         if name in self.dated:
             return "s"
-        match = _UNIT.match(name)
-        return match[1] if match else self._units.get(name, "")
+        behind = unit_behind(name)
+        return self._units.get(name, "") if behind is None else behind
 
     def has(self, entry: Mapped) -> bool:
         """Tell whether the table has the entry's column."""

@@ -16,14 +16,15 @@ from .bag_source import BagSource
 from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import BY_UNIT, LOGS, OF_TYPE, READ, THRUSTER, VEHICLE, WHICH_FLOW, Rule
+from .guess_rules import BY_UNIT, LOGS, OF_TYPE, THRUSTER, UNTOLD, VEHICLE, WHICH_FLOW, Rule
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time, values_of
 from .guessed_commands import alike_commands
-from .guessed_depth import WHICH_WATER, depths_of_pressures
+from .guessed_depth import WHICH_WATER, depth_of_pressure, depths_of_pressures
 from .guessed_names import beside, numbered, told_units, told_words, without_suffix
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import fits, guessed_unit, named_units
+from .log_source import LogSource
 from .recording_map import ASKED
 from .sources import Array, Source
 
@@ -82,7 +83,7 @@ def guess(sources: Sequence[Source]) -> str:
         del found[each.channel]
         left.append((each.source, each.name))
     columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
-    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(columns)
+    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
     for each in [*unnamed, *(_by_pressure(columns) if vehicle else _by_unit(columns))]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
@@ -98,7 +99,10 @@ def guess(sources: Sequence[Source]) -> str:
     ]
     entries = gyro_by_attitude(sources, told, entries)
     head = ["# A proposal: read it, correct it, and import with --map.", *told]
+    if not any(channel.endswith(".commanded") for channel in found):
+        head.append("# No command of a thruster was recognised, and nothing is done without one: which field is it?")
     lines = [*head, *_axes(found.values(), sources, [*told, *entries]), *entries]
+    left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
     lines += ["# Not recognised:"] if left else []
     lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
@@ -121,11 +125,16 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
     ]
 
 
-def _commands(columns: Sequence[tuple[CsvSource, str]]) -> list[_Found]:
+def _commands(fields: Sequence[tuple[Source, str]]) -> list[_Found]:
     """Return commands of several thrusters that their units or values tell."""
     return [
-        _Found(f"thruster_{number}/throttle.commanded", source, name, why=f" by its {told} alone: is it?")
-        for source, name, number, told in alike_commands(columns)
+        _Found(
+            f"thruster_{each.thruster}/throttle.commanded",
+            each.source,
+            each.name,
+            why=f" by its {each.told} alone: is it?",
+        )
+        for each in alike_commands(fields)
     ]
 
 
@@ -167,13 +176,15 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
 
 def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
     """Return the rules of names for a source."""
-    if not (vehicle and isinstance(source, CsvSource)):
+    if not vehicle or isinstance(source, LogSource):
         return (*LOGS, *THRUSTER)
     return (*LOGS, *VEHICLE, *THRUSTER)
 
 
 def _of_vehicle(source: Source) -> bool:
-    """Tell whether a table has several thrusters, or a gyro."""
+    """Tell whether a table has several thrusters, or a gyro, and a bag messages of an IMU."""
+    if isinstance(source, BagSource):
+        return bool({"sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry"} & set(source.types.values()))
     if not isinstance(source, CsvSource):
         return False
     found = {name: _propose(source, name, THRUSTER) for name in source.names()}
@@ -191,8 +202,16 @@ def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
             return _Found(name, source, name, entry=f"unit: {_quoted(unit)}")
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
-        if kind in OF_TYPE:
-            return _Found(f"{OF_TYPE[kind]}.{path}", source, name) if re.fullmatch(READ, path) else None
+        typed = [each for each in OF_TYPE if re.fullmatch(each.types, kind)]
+        for each in typed:
+            match = re.fullmatch(each.path, path)
+            if match and re.search(each.topics, topic):
+                channel = each.channel.format(path=path, **match.groupdict())
+                water = kind.endswith("/FluidPressure")
+                entry, why = (depth_of_pressure(1.0), WHICH_WATER) if water else ("", "")
+                return _Found(channel, source, name, each.unit, entry=entry, why=why)
+        if typed:
+            return None
     whole = (without_unit(name) if table else name.strip()).replace(" ", "_")
     bare = bare_name(name) if table else whole
     tail = re.split("[./]", whole)[-1]

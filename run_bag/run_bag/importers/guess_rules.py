@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from typing import NamedTuple
 
-__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "READ", "THRUSTER", "VEHICLE", "WHICH_FLOW", "Rule"]
+__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "OfType", "Rule"]
 
 
 class Rule(NamedTuple):
@@ -110,16 +111,36 @@ VEHICLE = (
 )  # fmt: skip
 """Of tables of a vehicle: those with several thrusters, or with a gyro."""
 
-OF_TYPE = {
-    "sensor_msgs/msg/Imu": "rov/imu",
-    "nav_msgs/msg/Odometry": "rov/odometry",
-    "geometry_msgs/msg/TwistWithCovarianceStamped": "rov/velocity",
-    "sensor_msgs/msg/BatteryState": "rov/battery",
-    "thruster_msgs/msg/Depth": "rov/depth",
-}
-"""Types of messages in a bag of a vehicle -> the topic of ours that holds the same."""
-READ = (
-    r"((pose\.pose\.)?orientation\.[wxyz]|(angular_velocity|linear_acceleration)\.[xyz]|pose\.pose\.position\.[xyz]|"
-    r"twist\.twist\.(linear|angular)\.[xyz]|voltage|current|depth)"
-)
-"""Fields of these that are read."""
+
+class OfType(NamedTuple):
+    """A field of some types of messages, on topics of some names, and the channel of ours that holds the same.
+
+    {path} is the field, {i} and {part} are groups of it.
+    """
+
+    types: str
+    path: str
+    channel: str
+    topics: str = ""
+    unit: str = ""
+
+
+_MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
+_LOG, _ROTORS = rf"{_MEASURED}(dvl|doppler|bottom|veloc|twist)", rf"{_MEASURED}(thruster|motor|rotor|prop|esc|rpm)"
+_TWIST = r"(pose\.pose\.(orientation\.[wxyz]|position\.[xyz])|twist\.twist\.(linear|angular)\.[xyz])"
+_OURS = "rov/velocity.twist.twist.linear"
+_IMU = r"(orientation\.[wxyz]|(angular_velocity|linear_acceleration)\.[xyz])"
+OF_TYPE = (
+    OfType(r"sensor_msgs/msg/Imu", _IMU, "rov/imu.{path}"),
+    OfType(r"nav_msgs/msg/Odometry", _TWIST, "rov/odometry.{path}"),
+    OfType(r"geometry_msgs/msg/TwistWithCovarianceStamped", r"twist\.twist\.linear\.[xyz]", "rov/velocity.{path}"),
+    OfType(r"geometry_msgs/msg/Twist(Stamped)?", r"(twist\.)?linear\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG),
+    OfType(r"geometry_msgs/msg/Vector3Stamped", r"vector\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG, "m/s"),
+    OfType(r"sensor_msgs/msg/JointState", r"velocity\[(?P<i>\d+)\]", "thruster_{i}/state.n", _ROTORS, "rad/s"),
+    OfType(r"sensor_msgs/msg/BatteryState", r"voltage|current", "rov/battery.{path}"),
+    OfType(r"sensor_msgs/msg/FluidPressure", r"fluid_pressure", "rov/depth.depth"),
+    OfType(r"thruster_msgs/msg/Depth", r"depth", "rov/depth.{path}"),
+)  # fmt: skip
+"""Fields of bags whose type tells what they are, whatever a topic is called."""
+UNTOLD = re.compile(r"covariance\[|(^|\.)layout\.|\.variance$|(^|\.)header\.")
+"""Fields of messages that no channel holds: nobody looks for them among what was not recognised."""

@@ -1,46 +1,94 @@
-"""Commands of thrusters whose names no rule knows: columns that differ by a number, in % or in pulses.
+"""Commands of thrusters whose names no rule knows: columns or fields that differ by a number, in %, in pulses, or
+within -1 and 1.
 
-A vehicle's table has one such group: M1 ... M8 of 1283 to 1701, or thrust_pct_1 ... thrust_pct_6 of -57 to 57.
+A vehicle's recording has one such group: M1 ... M8 of 1283 to 1701, thrust_pct_1 ... thrust_pct_6 of -57 to 57, or
+channels[0] ... channels[7] of an array.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 
+from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import spelled
 from .csv_source import CsvSource
 from .guessed_clock import values_of
 from .guessed_names import numbered
 from .guessed_units import named_units, pulses
+from .sources import Source
 
-__all__ = ["alike_commands"]
+__all__ = ["Alike", "alike_commands"]
+
+_STICKS = "mavros_msgs/msg/RCIn"
+_OUTPUT = re.compile(
+    r"(^|[^a-z])(thr(uster)?s?|throttles?|motors?|m|cmd|commands?|pwm|escs?|actuators?|servos?|ch(annel)?s?|out(put)?s?|u)"
+    r"([^a-z]|$)",
+    re.IGNORECASE,
+)
+"""Words one of which a name has whose numbers within -1 and 1 are commands; many other things are as large."""
+_MOVED = 0.1
+"""By which commands within -1 and 1 go to either side at least."""
 
 
-def alike_commands(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSource, str, int, str]]:
-    """Return table, name, thruster and what tells it ("unit", "values"); none where two groups may be the commands."""
-    groups: dict[tuple[str, str], list[tuple[CsvSource, str, int, str]]] = {}
-    for source, name in columns:
-        stem, thruster = numbered(bare_name(name), source.names())
-        if stem != bare_name(name):
-            told = _tells_a_command(source, name)
-            groups.setdefault((str(source.path), stem.lower()), []).append((source, name, thruster, told))
-    likely = [group for group in groups.values() if len(group) > 1 and all(told for *_, told in group)]
+class Alike(NamedTuple):
+    """A command: where it is, which thruster's, and what tells it: "unit", "values" or "" where nothing does."""
+
+    source: Source
+    name: str
+    thruster: int
+    told: str
+
+
+def alike_commands(fields: Sequence[tuple[Source, str]]) -> list[Alike]:
+    """Return commands of several thrusters; none where two groups may be them.
+
+    An array may be longer than there are thrusters: elements behind the last one that ever changes are none.
+    """
+    groups: dict[tuple[str, str], list[Alike]] = {}
+    for source, name in fields:
+        bare = bare_name(name) if isinstance(source, CsvSource) else name
+        stem, thruster = numbered(bare, source.names())
+        of_sticks = isinstance(source, BagSource) and source.types.get(name.partition(".")[0]) == _STICKS
+        if stem != bare and not of_sticks:
+            each = Alike(source, name, thruster, _tells_a_command(source, name, stem))
+            groups.setdefault((str(source.path), stem.lower()), []).append(each)
+    likely = [own for group in groups.values() if len(own := _used(group)) > 1 and all(each.told for each in own)]
     return likely[0] if len(likely) == 1 else []
 
 
-def _tells_a_command(source: CsvSource, name: str) -> str:
+def _used(group: list[Alike]) -> list[Alike]:
+    """Return a table's columns, and an array's elements up to the last one that changes."""
+    if isinstance(group[0].source, CsvSource):
+        return group
+    moving = [each.thruster for each in group if _moves(each)]
+    return [each for each in group if each.thruster <= max(moving, default=-1)]
+
+
+def _moves(each: Alike) -> bool:
+    values = values_of(each.source, each.name)
+    return values is not None and bool(np.nanmin(values) < np.nanmax(values))
+
+
+def _tells_a_command(source: Source, name: str, stem: str) -> str:
     """Return "unit" or "values" where that tells a column to be a command, "" where neither does.
 
     Pulses without a unit are whole numbers, as a timer counts them; a pressure in mbar may be as large.
     """
     values, stated = values_of(source, name), source.unit(name)
     unit = spelled(stated) if stated else next(iter(named_units(name)[-1:]), "")
-    if values is None or (unit == "us" and not pulses(values)):
+    no_pulses = values is not None and unit == "us" and not pulses(values)
+    if values is None or (no_pulses and stated):
         return ""
+    unit = "" if no_pulses else unit
     if unit in ("us", "%"):
         return "unit"
     known = values[np.isfinite(values)]
-    return "values" if not unit and pulses(values) and np.array_equal(known, np.round(known)) else ""
+    whole = pulses(values) and np.array_equal(known, np.round(known))
+    low, high = float(np.min(known)), float(np.max(known))
+    normed = unit in ("", "1") and _OUTPUT.search(stem) and -1.0 <= low < -_MOVED and _MOVED < high <= 1.0
+    return "values" if (not unit and whole) or normed else ""

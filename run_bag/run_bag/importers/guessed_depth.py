@@ -9,7 +9,7 @@ from .column_names import bare_name
 from .conversions import G
 from .csv_source import CsvSource
 
-__all__ = ["WHICH_WATER", "depths_of_pressures"]
+__all__ = ["WHICH_WATER", "depth_of_pressure", "depths_of_pressures"]
 
 _NAMES = re.compile(r"(abs(olute)?_?)?press(ure)?(_?abs(olute)?)?(_?(?P<unit>mbar|bar|hpa|kpa|pa))?", re.IGNORECASE)
 _PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
@@ -25,6 +25,11 @@ def depths_of_pressures(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[
         match = _NAMES.fullmatch(bare_name(name))
         pascals = _PASCALS.get((source.unit(name) or match["unit"] or "").lower()) if match else None
         if pascals is not None:
-            scale, offset = pascals / (_DENSITY * G), -_SURFACE / (_DENSITY * G)
-            found.append((source, name, f"unit: m, scale: {scale:.5g}, offset: {offset:.4g}"))
+            found.append((source, name, depth_of_pressure(pascals)))
     return found
+
+
+def depth_of_pressure(pascals: float) -> str:
+    """Return what a map's entry says of a depth that is told by a pressure in a unit of so many Pa."""
+    scale, offset = pascals / (_DENSITY * G), -_SURFACE / (_DENSITY * G)
+    return f"unit: m, scale: {scale:.5g}, offset: {offset:.6g}"

@@ -51,8 +51,11 @@ def told_words(name: str) -> tuple[list[str], bool]:
 def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:
     """Return the name without the number of a thruster, and which one that is: they count from 0 or from 1.
 
-    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm.
+    It is at the name's end, or inside it where other columns differ by it alone: esc1_rpm, esc2_rpm. Elements of an
+    array count from 0.
     """
+    if element := re.fullmatch(r"(.+)\[(\d{1,2})\]", name):
+        return element[1], int(element[2])
     match = re.fullmatch(r"(.*[^\W\d_])_?(\d{1,2})()", name) or re.fullmatch(r"(.*?[^\W\d_])_?(\d{1,2})(_.+)", name)
     if match is None:
         return name, 0

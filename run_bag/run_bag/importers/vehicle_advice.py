@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 from ..topic import Topic
 from .attitude_advice import advice_on_attitude
+from .axes import REP103
+from .falling import falling
 
 __all__ = ["advice_on_vehicle"]
 
@@ -37,6 +39,12 @@ def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
         largest = max((float(np.max(np.abs(c))) for c in columns if c is not None), default=0.0)
         if largest > most:
             told.append(f"{name.rstrip('.')}: up to {largest:.4g} {sentence}")
+    told += [
+        f"{topic}: its z is positive while the depth shrinks: expected axes forward, starboard, down; say `axes: "
+        f"{{{topic}: {REP103}}}` if y points to port and z up"
+        for topic in ("rov/velocity", "rov/odometry")
+        if topic in found and falling(found, topic) < 0
+    ]
     return [*told, *(_of_depth(found["rov/depth"]) if "rov/depth" in found else [])]
 
 

@@ -1,0 +1,135 @@
+"""What is proposed for a bag of a vehicle, by the types of its messages and by what they tell."""
+
+import re
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.rosbag2 import StoragePlugin, Writer
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from run_bag import read_run
+from run_bag.importers.cli_recording import main
+
+TIME = 1e9 + 0.05 * np.arange(800)
+FALLING = 0.3 * np.sin(0.5 * TIME)
+"""[m/s] downwards."""
+DEPTH = 3.0 - 0.6 * np.cos(0.5 * TIME)
+RCOUT, RCIN = "std_msgs/Header header\nuint16[] channels\n", "std_msgs/Header header\nuint8 rssi\nuint16[] channels\n"
+PULSES = 1500 + np.round(100 * np.sin(TIME[:, None] + np.arange(3)))
+
+
+def write_bag(path: Path, topics: dict[str, tuple[str, Callable[[Any, Any, int], Any]]]) -> Path:
+    """Write a bag; each topic has a type, and what gives message k from (types, header)."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    store.register(
+        get_types_from_msg(RCOUT, "mavros_msgs/msg/RCOut") | get_types_from_msg(RCIN, "mavros_msgs/msg/RCIn")
+    )
+    types = store.types
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        for name, (kind, made) in topics.items():
+            connection = writer.add_connection(name, kind, typestore=store)
+            for k, at in enumerate(map(int, np.round(TIME * 1e9))):
+                stamp = types["builtin_interfaces/msg/Time"](*divmod(at, 10**9))
+                message = made(types, types["std_msgs/msg/Header"](stamp, "base_link"), k)
+                writer.write(connection, at, store.serialize_cdr(message, kind))
+    return path
+
+
+def imu(types: Any, header: Any, k: int) -> Any:
+    vector, none = types["geometry_msgs/msg/Vector3"], np.zeros(9)
+    level = types["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
+    return types["sensor_msgs/msg/Imu"](header, level, none, vector(0.1, 0.0, 0.0), none, vector(0.0, 0.0, 9.8), none)
+
+
+def dvl(types: Any, header: Any, k: int) -> Any:
+    vector = types["geometry_msgs/msg/Vector3"]
+    twist = types["geometry_msgs/msg/Twist"](vector(0.2, 0.0, -FALLING[k]), vector(0.0, 0.0, 0.0))
+    return types["geometry_msgs/msg/TwistStamped"](header, twist)
+
+
+def pressure(types: Any, header: Any, k: int) -> Any:
+    return types["sensor_msgs/msg/FluidPressure"](header, 101325.0 + 1000.0 * 9.80665 * DEPTH[k], 0.0)
+
+
+def sent(values: np.ndarray, *more: float) -> Callable[[Any, Any, int], Any]:
+    def made(types: Any, header: Any, k: int) -> Any:
+        return types["mavros_msgs/msg/RCOut"](header, np.array([*values[k], *more], dtype=np.uint16))
+
+    return made
+
+
+def sticks(types: Any, header: Any, k: int) -> Any:
+    return types["mavros_msgs/msg/RCIn"](header, 90, PULSES[k].astype(np.uint16))
+
+
+def shares(types: Any, header: Any, k: int) -> Any:
+    layout = types["std_msgs/msg/MultiArrayLayout"]([], 0)
+    return types["std_msgs/msg/Float32MultiArray"](layout, ((PULSES[k] - 1500) / 400).astype(np.float32))
+
+
+def joints(types: Any, header: Any, k: int) -> Any:
+    names = ["a", "b", "c"]
+    return types["sensor_msgs/msg/JointState"](header, names, np.zeros(0), PULSES[k] - 1500.0, np.zeros(0))
+
+
+def depth(types: Any, header: Any, k: int) -> Any:
+    return types["std_msgs/msg/Float64"](DEPTH[k])
+
+
+IMU, DVL = ("sensor_msgs/msg/Imu", imu), ("geometry_msgs/msg/TwistStamped", dvl)
+OUT = ("mavros_msgs/msg/RCOut", sent(PULSES, 0.0, 0.0))
+
+
+def guessed(capsys: pytest.CaptureFixture[str], bag: Path) -> tuple[dict[str, str], str]:
+    """Return the entries that are proposed, by channel, and all that is printed."""
+    assert main([str(bag), "--guess"]) == 0
+    text = capsys.readouterr().out
+    return dict(re.findall(r"^([^#:\s]+): (.*)", text, re.MULTILINE)), text
+
+
+def test_a_vehicle_s_bag_is_proposed_whole_and_imported_as_it_is(tmp_path: Path, capsys: Any) -> None:
+    topics = {"/mavros/imu/data": IMU, "/mavros/rc/in": ("mavros_msgs/msg/RCIn", sticks), "/mavros/rc/out": OUT}
+    topics |= {"/dvl/twist": DVL, "/cmd/twist": DVL, "/bar30": ("sensor_msgs/msg/FluidPressure", pressure)}
+    topics |= {"/esc/states": ("sensor_msgs/msg/JointState", joints), "/arm": ("sensor_msgs/msg/JointState", joints)}
+    bag = write_bag(tmp_path / "bag", topics)
+    found, text = guessed(capsys, bag)
+    commanded = [name for name in found if name.endswith(".commanded")]
+    assert commanded == [f"thruster_{i}/throttle.commanded" for i in range(3)], "two elements are 0 ever after"
+    assert "mavros/rc/out.channels[2]" in found["thruster_2/throttle.commanded"], "nobody's sticks"
+    assert "esc/states.velocity[1]', unit: rad/s" in found["thruster_1/state.n"], "and no arm's joints"
+    assert "dvl/twist" in found["rov/velocity.twist.twist.linear.x"], "and nothing that is only wanted"
+    assert found["axes"].startswith("{rov/imu: rep103, rov/velocity: rep103}")
+    assert "covariance" not in text and "layout" not in text
+    (tmp_path / "map.yaml").write_text(text)
+    assert main([str(bag), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    run = read_run(tmp_path / "run")
+    np.testing.assert_allclose(run["rov/depth.depth"].values, DEPTH, atol=2e-3)
+    np.testing.assert_allclose(run["rov/velocity.twist.twist.linear.z"].values, FALLING, atol=1e-9)
+    np.testing.assert_allclose(run["thruster_1/throttle.commanded"].values, (PULSES[:, 1] - 1500) / 80)
+
+
+@pytest.mark.parametrize("topic", ["/thruster_cmd", "/control/pwm", "/outputs"])
+def test_an_array_within_1_of_things_that_drive_are_commands(topic: str, tmp_path: Path, capsys: Any) -> None:
+    kind = "std_msgs/msg/Float32MultiArray"
+    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {"/imu": IMU, topic: (kind, shares)}))
+    assert [name for name in found if "commanded" in name] == [f"thruster_{i}/throttle.commanded" for i in range(3)]
+    assert "unit: '1', stop: 0, per_volt: 0.2" in found["thruster_0/throttle.commanded"]
+    found, text = guessed(capsys, write_bag(tmp_path / "other", {"/imu": IMU, "/filter_state": (kind, shares)}))
+    assert not any("commanded" in name for name in found)
+    assert "# No command of a thruster was recognised" in text
+
+
+def test_an_import_tells_of_a_velocity_log_whose_axes_were_forgotten(tmp_path: Path, capsys: Any) -> None:
+    bag = write_bag(
+        tmp_path / "bag", {"/imu": IMU, "/rc/out": OUT, "/dvl": DVL, "/depth": ("std_msgs/msg/Float64", depth)}
+    )
+    _, text = guessed(capsys, bag)
+    for name, axes, told in (("all", "rov/imu: rep103, rov/velocity: rep103", False), ("imu", "rov/imu: rep103", True)):
+        (tmp_path / f"{name}.yaml").write_text(re.sub(r"(?m)^axes: .*$", f"axes: {{{axes}}}", text))
+        assert main([str(bag), "--map", str(tmp_path / f"{name}.yaml"), "--out", str(tmp_path / name)]) == 0
+        error = capsys.readouterr().err
+        assert ("rov/velocity: its z is positive while the depth shrinks" in error) == told
+        assert "messages of depth have no header: their times are those at which the recorder got them" in error
