@@ -16,15 +16,12 @@ from gap_diagnosis.vehicle.model import GROUPS, Model
 from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
 from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
 from rov_sim.vehicle.effects.body_axes import axis_pair
-from thruster_model.equations.attitude import quaternion_from_euler, rotated_back
 
 __all__ = ["nuisances"]
 
 _GYRO, _FORCE, _TILT = 0.002, 0.04, 0.01
 """[rad/s, m/s^2] Deviations of an inertial sensor's biases from start to start: twice a middling data sheet's; [rad]
-that of the level which its filter finds."""
-_UPRIGHT = 0.9
-"""Part of an axis of the IMU that points down, from which on a turn about it is a heading, which is nobody's gap."""
+that of the turn by which its filter errs."""
 _POWER = {"nominal_voltage": 0.1, "idle_current": 1.0, "current_at_full": 0.5}
 _GIVEN = ("gravity", "density", "reaction_torque")
 
@@ -55,14 +52,13 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     moments = vehicle.coefficients.mass_matrix.diagonal()
     for pair, axes in PRODUCTS.items():
         found["product", pair] = SLANTED * float(np.sqrt(np.prod(moments[list(axis_pair(axes))])))
-    down = rotated_back(quaternion_from_euler(model.sensors.imu.rotation), (0.0, 0.0, 1.0))
     for k, log in enumerate(logs):
         if log.there["gyro"]:
             found |= {("gyro", k, a): _GYRO for a in range(3)}
         if log.there["accelerometer"]:
             found |= {("force", k, a): _FORCE for a in range(3)}
         if log.there["attitude"]:
-            found |= {("tilt", k, a): _TILT for a in range(3) if abs(down[a]) < _UPRIGHT}
+            found |= {("tilt", k, a): _TILT for a in range(3)}
         if not np.isfinite(log.battery[:, 0]).any():
             found |= {("charge", k, "level"): CHARGED, ("charge", k, "rate"): EMPTYING}
     for k in range(1, len(logs)):

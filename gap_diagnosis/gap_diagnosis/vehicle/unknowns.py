@@ -61,7 +61,7 @@ def words_of(key: Key) -> str:
     if kind == "charge":
         return f"{key[2]} of the battery's charge in recording {key[1] + 1}"
     if kind == "tilt":
-        return f"level of the attitude about {'xyz'[key[2]]} in recording {key[1] + 1}"
+        return f"turn of the attitude about {'xyz'[key[2]]} in recording {key[1] + 1}"
     if kind == "product":
         return f"product of inertia {key[1]}"
     if kind == "sensor":
