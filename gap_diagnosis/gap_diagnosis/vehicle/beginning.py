@@ -12,13 +12,14 @@ from gap_diagnosis.vehicle.hypotheses import WIRING, Hypothesis
 from gap_diagnosis.vehicle.learning import unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.refining import Fit, Refined
+from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.rivals import Rivals
+from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled, settled_with
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
 from gap_diagnosis.vehicle.unknowns import Key
-from gap_diagnosis.vehicle.whitening import log_likelihood, whitened
+from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.innovations import CHANNELS
 
 __all__ = ["Begun", "begun"]
@@ -41,13 +42,13 @@ def begun(
     """Return what a search begins with: wrong wires, or a delay, without which recordings are far less likely.
 
     Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
-    from. So the believed ones are asked. Where a delay begins, numbers without it are those nearest to it: from the
-    believed ones they wander far.
+    from. So the believed ones are asked, and those re-tuned to first order from there: what these explain is no delay.
+    Where a delay begins, numbers without it are those nearest to it: from the believed ones they wander far.
     """
     delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
     switches = [h for h in tried if h.switch]
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
-    late_ones = _delayed(model, logs, delays, nothing)
+    late_ones = _late_beyond_numbers(model, logs, free, _delayed(model, logs, delays, nothing))
     if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
         told(f"fits {', or '.join(each.hypothesis.words for _, each in late_ones)}")
         # quick fits beside each other's noises do not tell two delays apart
@@ -101,7 +102,7 @@ def _delayed(
     model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
 ) -> list[tuple[float, Refined]]:  # fmt: skip
     """Return the delays of all alike with which believed numbers foresee recordings far better, each with its gain at
-    its best size: the one with which they do best, and those that gain nearly as much."""
+    its best size."""
     tried = [_of_size(h, size) for h in delays for size in h.further]
     scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
     if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
@@ -116,8 +117,39 @@ def _delayed(
         longest = h.further[-1][0]
         best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
         found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x),))))
-    most = max(gain for gain, _ in found)
-    return [each for each in found if each[0] >= rules.ALSO_LATE * most]
+    return found
+
+
+def _late_beyond_numbers(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], late_ones: Sequence[tuple[float, Refined]]
+) -> list[tuple[float, Refined]]:
+    """Return those of some delays that explain what no numbers do, to first order: the one that does most, and others
+    that do nearly as much."""
+    if not late_ones:
+        return []
+    bare, _ = _retuned(model, logs, free, ())
+    found = [_retuned(model, logs, free, (each,)) for _, each in late_ones]
+    gains = [(evidence - bare) / misfit for evidence, misfit in found]
+    least = max(np.log(rules.CLAIM), rules.ALSO_LATE * max(gains))
+    return [each for each, gain in zip(late_ones, gains, strict=True) if gain >= least]
+
+
+def _retuned(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
+) -> tuple[float, float]:
+    """Return the log evidence of recordings with effects on and numbers re-tuned to first order from the believed ones,
+    and by how much their innovations are too large then, 1 or more."""
+    runs = unlearned(model, logs, {}, [each.active for each in on])
+    screen = Screen(model=model, runs=runs, values={})
+    problem = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in on))
+    moved, sizes = np.zeros(len(free)), [each.sizes for each in on]
+    score = problem.score(moved, sizes)
+    H, slope = problem.normal(moved, sizes)
+    H += np.eye(len(H))
+    score += 0.5 * float(slope @ np.linalg.solve(H, slope))
+    told = sum(np.count_nonzero(np.isfinite(p.base.body)) + np.count_nonzero(np.isfinite(p.base.rotor)) for p in runs)
+    evidence = score - 0.5 * float(np.linalg.slogdet(H)[1]) - 0.5 * sum(map(log_determinant, runs))
+    return evidence, max(-2.0 * score / told, 1.0)
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

@@ -140,6 +140,12 @@ class Problem:
         """Return the log likelihood at a point, priors included."""
         return self.scored(self._at(moved, sizes))[1]
 
+    def normal(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[Array, Array]:
+        """Return J^T J and the slope of the log likelihood at a point, downhill, priors included."""
+        x = self._at(moved, sizes)
+        r, _ = self.scored(x)
+        return normal(self.made(x, r, ()), r, x, self.weight)
+
     def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
         x = self._at(moved, sizes)

@@ -71,9 +71,9 @@ REFINED = 8
 """Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
 REFINED_LATE = 2
 """The same of delays of all alike with which a search may begin. Set by reason."""
-ALSO_LATE = 0.5
-"""Share of what the delay that foresees recordings best gains, from which on another one is settled too: quick fits
-beside each other's noises took an IMU 0.13 s late for a late command. Set by reason."""
+ALSO_LATE = 0.8
+"""Share of what the likeliest delay gains beside numbers re-tuned to first order, from which on another one is settled
+too: quick fits beside each other's noises took an IMU 0.13 s late for a late command. Set by reason."""
 REFINED_BACK = 4
 """The same of those of one thruster, from where its own numbers are as believed. Set by reason: where one was needed,
 it was the first (tuning seed 1491, four recordings of a minute)."""
