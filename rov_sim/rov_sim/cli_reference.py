@@ -24,9 +24,10 @@ _EQUATIONS = (
     "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model in place of (4.5)  (4.20)",
 )
 _IDLE = (
-    "An idle thruster in a stream: v = 0 is an equilibrium of (4.4) that no water keeps. So where n = 0, v = 0 and "
-    f"k_Uv k_w |U| > k_v, a step begins with v = {STIR:g} m/s sgn(U), and v grows by (4.4). A rotor that has turned "
-    "leaves a v of its own direction, which comes near 0 and never there: a stream the other way does not turn it.\n"
+    "An idle thruster in a stream: v = 0 is an equilibrium of (4.4) that no water keeps. So where n and v "
+    f"are exactly 0, as before a first command, and k_Uv k_w |U| > k_v, a step begins with v = {STIR:g} m/s sgn(U), "
+    "and v grows by (4.4). Of a rotor that has turned n and v come near 0 and never there: a stream the other way does "
+    "not turn its v.\n"
 )
 _SUPPLY = """\
 ### Supply

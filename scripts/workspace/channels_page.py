@@ -23,7 +23,8 @@ A column may be in any of these; the import brings it to the channel's own unit.
 
 """
 FOOT = f"""
-- A throttle, in V, may also be in {", ".join(f"`{unit}`" for unit in COMMANDS)}, with `stop` and `per_volt`.
+- A throttle, in V, may also be in {", ".join(f"`{unit}`" for unit in COMMANDS)}, with both `stop`
+  and `per_volt`. `'1'` is −1 to 1, `counts` any numbers of a device.
 - Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for %, 0.2 for −1 to 1.
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
 - Usual spellings are taken: `µs`, `°C`, `N·m`, `m/s²`, `U/min`, `sec`. YAML wants quotes about `'%'` and `'U1 [V]'`.

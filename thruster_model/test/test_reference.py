@@ -3,9 +3,16 @@
 import re
 from pathlib import Path
 
+import numpy as np
+
 from thruster_model.cli_reference import effects, reference
-from thruster_model.effects.stages import LIBRARY
+from thruster_model.effect_signatures_io import typical_sizes
+from thruster_model.effects.stages import LIBRARY, effect_values
 from thruster_model.models import MODELS
+from thruster_model.parameter_set_io import load_parameter_set
+from thruster_model.stepper import ROWS
+from thruster_model.unmoved import unmoved
+from thruster_model.whole_run import simulated_rows
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -16,7 +23,8 @@ def test_the_reference_in_docs_is_up_to_date():
 
 
 def test_every_effect_stands_in_the_reference_with_all_its_sizes():
-    rows = {line.split("`")[1]: line for line in effects().splitlines() if line.startswith("| `")}
+    of_each, _, _ = effects().partition("## Which model")
+    rows = {line.split("`")[1]: line for line in of_each.splitlines() if line.startswith("| `")}
     assert set(rows) == set(LIBRARY)
     for name, effect in LIBRARY.items():
         assert all(f"{p.name} [{p.unit}]" in rows[name] for p in effect.parameters) and effect.title in rows[name]
@@ -35,6 +43,25 @@ def test_the_order_in_which_effects_act_is_that_of_their_chains():
     for e in LIBRARY.values():
         if e.sample is not None:
             assert text.count(f"`{e.id}`") > 1, f"{e.id} stands in no order"
+
+
+def test_what_changes_nothing_in_a_model_changes_no_simulated_run_of_it_and_all_else_does():
+    dt = 0.01
+    throttle = 4.5 * np.sin(2.0 * np.pi * dt * np.arange(1000) / 5.0)
+    sets = {name: load_parameter_set(name) for name in ("simplified", "hl")}
+    told = unmoved(sets.values())
+    of_the_plant = [e for e in LIBRARY.values() if set(e.hooks) - {"ramp", "lag", "late"}]
+    for name, each in sets.items():
+
+        def simulated(sizes, each=each):
+            rows = simulated_rows(each.coefficients, throttle, dt, effects=effect_values(sizes), gates=np.zeros(1000))
+            return {s: rows[ROWS.index(s)] for s in each.model.signals}
+
+        plain = simulated({})
+        for effect in of_the_plant:
+            there = simulated({effect.id: typical_sizes(effect)})
+            alike = all(np.array_equal(there[signal], plain[signal]) for signal in plain)
+            assert alike == (name in told.get(effect.id, ())), (name, effect.id)
 
 
 def test_every_model_and_each_of_its_parameters_stands_in_the_reference():

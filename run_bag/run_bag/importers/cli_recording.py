@@ -38,14 +38,15 @@ def parser(program: str = "import_recording") -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     purpose = (
         "Import a recording as a run, by a map of its columns or fields: tables of text (csv), rosbag2 of\n"
-        "any storage, MCAP, ROS 1 bags, logs of ArduPilot's vehicles (.BIN, .tlog)."
+        "any storage, MCAP, ROS 1 bags, logs of ArduPilot's vehicles (.BIN, .tlog).\n"
+        "Warnings leave the exit status at 0."
     )
     p = argparse.ArgumentParser(prog=program, **described(purpose, EXAMPLES))
-    p.add_argument("files", nargs="+", type=Path, metavar="FILE", help="of one recording, on one clock")
+    p.add_argument("files", nargs="+", type=Path, metavar="FILE", help="all files of one recording, on one clock")
     p.add_argument(
         "--map", type=Path, metavar="MAP.yaml", help="channel: {column or field, unit, scale, sign, hold, ...}"
     )
-    p.add_argument("--out", type=Path, metavar="RUN", help="the run to make; must not exist")
+    p.add_argument("--out", type=Path, metavar="RUN", help="the run to make, with the folders above it; must not exist")
     p.add_argument(
         "--guess", action="store_true", help="print a map that names, units and ranges suggest, import nothing"
     )

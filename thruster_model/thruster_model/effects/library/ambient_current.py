@@ -21,5 +21,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="speed", unit="m/s", meaning="of the current", lower=0.0, upper=0.3, both_signs=True),
     ),
+    note="a measured v follows by the axial equation, at once in `kim_chung`, and is U + s in `four_quadrant`; the "
+    "flow of (4.5) goes on without s",
     hooks={"inflow": inflow},
 )

@@ -23,6 +23,7 @@ EFFECT = Effect(
             name="rate", unit="s/s", meaning="by which the clock gains", lower=0.0, upper=0.01, both_signs=True
         ),
     ),
+    note="of all sensors alike, against the log of commands; both clocks agree as a run starts",
     logged=logged,
     taken=taken,
     channel="speed axial ambient thrust torque",

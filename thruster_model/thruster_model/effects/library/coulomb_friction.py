@@ -39,6 +39,8 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="deceleration", unit="rad/s^2", meaning="by the friction", lower=0.0, upper=500.0),
     ),
+    note="the drive is all of dn/dt but the friction, load included; while |n| < s/(250 1/s) the friction takes it up "
+    "and n dies away within 4 ms",
     hooks={"rotor": rotor, "step": step},
     suspected=(Suspected(sizes={"deceleration": (200.0, 60.0)}),),
 )

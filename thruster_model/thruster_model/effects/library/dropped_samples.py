@@ -20,6 +20,7 @@ EFFECT = Effect(
     block="log",
     equation="a share s of samples repeats the last one",
     parameters=(EffectParameter(name="share", unit="1", meaning="of samples lost", lower=0.0, upper=0.5),),
+    note="of each sensor by itself; commands are all logged",
     logged=logged,
     channel="speed axial ambient thrust torque",
     order=4,

@@ -20,6 +20,7 @@ EFFECT = Effect(
             name="gain", unit="1/m", meaning="from torque to force", lower=0.0, upper=30.0, both_signs=True
         ),
     ),
+    note="Q is that of the propeller, with all effects on it",
     sample=sample,
     channel="thrust",
     order=2,

@@ -30,6 +30,7 @@ EFFECT = Effect(
             name="voltage", unit="V", meaning="by which the dead zone's edges are nearer", lower=0.0, upper=0.5
         ),
     ),
+    note="the edges are those that `dead_zone_shift` leaves; none passes 0 V",
     hooks={"edges": edges},
     order=1,
     suspected=(Suspected(sizes={"voltage": (0.25, 0.2)}),),

@@ -48,8 +48,10 @@ EFFECT = Effect(
             name="share", unit="1", meaning="of the drive lost at full throttle and speed", lower=0.0, upper=0.5
         ),
     ),
-    note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is its speed without load, "
-    "gamma_full / k_n where k_2 is 0",
+    note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is the speed at which "
+    "k_n n + k_2 n^2 makes up for it, without k_Q Q: gamma_full / k_n where k_2 is 0. In models without gamma it is "
+    "what drives the rotor, such as k_3 u. A vehicle has [one for the supply of all "
+    "thrusters](vehicles.md#effects-of-a-vehicle) in place of it",
     hooks={"drive": drive},
     order=1,
 )

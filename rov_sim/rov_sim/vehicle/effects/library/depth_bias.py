@@ -15,5 +15,7 @@ EFFECT = VehicleEffect(
     block="sensor",
     equation="y + s",
     parameters=(EffectParameter(name="offset", unit="m", meaning="added to the depth", lower=-2.0, upper=2.0),),
+    note="the water is alike at all depths, so that no other reading goes with it: a diagnosis begins at the depth "
+    "that is read first, and does not look for this effect",
     sensing=sensing,
 )

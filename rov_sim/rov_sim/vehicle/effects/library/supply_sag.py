@@ -21,7 +21,8 @@ EFFECT = VehicleEffect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of the voltage lost, all at full", lower=0.0, upper=0.5),
     ),
-    note="R = s V_0 / N for N thrusters; V_0 and i_k: [supply](#supply)",
+    note="R = s V_0 / N for N thrusters; V_0 and i_k: [supply](#supply). It takes the place of the effect of this "
+    "name that a single thruster has",
     body=body,
     suspected=(Suspected(sizes={"share": (0.25, 0.05)}),),
 )
