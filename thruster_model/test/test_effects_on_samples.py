@@ -228,6 +228,8 @@ def test_a_parameter_set_carries_effects_through_yaml():
         ("value: 60.0", "value: 6000.0", "expected 0 or 0 to 500 rad/s^2; found 6000.0"),
         ("unit: rad/s^2", "unit: rpm", "unit': expected 'rad/s^2'; found 'rpm'"),
         ("{value: 0.08, unit: s}", "0.08", "expected {value: 0.0, unit: s}; found 0.08"),
+        ("unit: s}", "unit: s, standard_deviation: 0.01}", "time.standard_deviation': a known effect is exact"),
+        ("unit: s}", "unit: s, deviation: 0.01}", "key 'effects.command_delay.time.deviation': unknown"),
     ],
 )
 def test_what_is_wrong_with_an_effect_is_said(old, new, sentence):

@@ -40,6 +40,7 @@ from thruster_model.set_document_io import (
     shipped,
     text_of,
     unknown_keys,
+    wrong_beside_size,
 )
 
 __all__ = [
@@ -184,6 +185,7 @@ def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]
                 problems.append(f"key 'effects.{effect}.{name}': expected {example}; found {entry!r}")
                 continue
             sizes[str(effect)][str(name)] = value
+            problems += wrong_beside_size(f"effects.{effect}.{name}", entry)
             if name in units and entry.get("unit") != units[name]:
                 found = f"found {entry.get('unit')!r}"
                 problems.append(f"key 'effects.{effect}.{name}.unit': expected '{units[name]}'; {found}")

@@ -20,6 +20,7 @@ __all__ = [
     "shipped",
     "text_of",
     "unknown_keys",
+    "wrong_beside_size",
 ]
 
 _PARAMETER_KEYS = {"value", "unit", "source", "standard_deviation"}
@@ -58,6 +59,16 @@ def mapping_of(text: str, origin: str, error: Any) -> Mapping[str, Any]:
 def unknown_keys(prefix: str, entry: Mapping[str, Any], known: Collection[str]) -> list[str]:
     """Return a sentence for each key that is not known."""
     return [f"key '{prefix}{key}': unknown; known are {', '.join(sorted(known))}" for key in entry if key not in known]
+
+
+def wrong_beside_size(key: str, entry: Mapping[str, Any]) -> list[str]:
+    """Return a sentence for each key of a known effect's size that is none; such a size is exact."""
+    if "standard_deviation" in entry:
+        return [
+            f"key '{key}.standard_deviation': a known effect is exact; leave this out, or leave the effect out, and a "
+            "diagnosis finds its size"
+        ]
+    return unknown_keys(f"{key}.", entry, ("value", "unit", "source"))
 
 
 def number(value: Any) -> float | None:

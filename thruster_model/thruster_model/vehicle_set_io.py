@@ -31,6 +31,7 @@ from thruster_model.set_document_io import (
     shipped,
     text_of,
     unknown_keys,
+    wrong_beside_size,
 )
 from thruster_model.vehicle_layout import FRAMES, LayoutEntry, frame_axes
 from thruster_model.vehicle_set import VehicleSet
@@ -179,6 +180,7 @@ def _effects(entries: Any, problems: list[str]) -> tuple[EffectEntry, ...]:
                 wrong.append(f"key '{key}.parameters.{name}': expected value and unit; found {size!r}")
             else:
                 sizes[str(name)], units[str(name)] = value, size["unit"]
+                wrong += wrong_beside_size(f"{key}.parameters.{name}", size)
         problems += wrong
         if not wrong:
             axis, sensor, kind = (None if entry.get(k) is None else str(entry[k]) for k in ("axis", "sensor", "kind"))

@@ -117,7 +117,7 @@ def _delayed(
         longest = h.further[-1][0]
         best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
         found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x),))))
-    return found
+    return [each for each in found if each[0] > np.log(rules.CLAIM)]
 
 
 def _late_beyond_numbers(
