@@ -113,7 +113,7 @@ def recording_of(
         middles = np.asarray(step / PARTS * (np.arange(commands.size * PARTS) + 0.5), dtype=np.float64)
         parts = held(*throttle, middles.reshape(-1, PARTS))
     volts = None if supply is None else np.interp(step * np.arange(commands.size), supply[0] - begins, supply[1])
-    measurements = {}
+    measurements, lost = {}, {}
     for signal, (time, values) in signals.items():
         period = float(np.median(np.diff(regular_stamps(time)[0]))) if time.size > 1 else CELL
         width, readings = 0.0, 0
@@ -124,6 +124,9 @@ def recording_of(
             stamped = given[1][signal][0] - begins
             start = float(stamped[0]) - 0.5 * period
             cells = int((stamped[-1] - start) / width)
+            again_read = repeated_samples(values)
+            lost[signal] = int(np.count_nonzero(again_read)), values.size
+            values = np.where(again_read, np.nan, values)
             # A cell is when its readings were taken, on the average: where stamps scatter it has one more or less.
             read_at = np.where(np.isfinite(values), time, np.nan)
             (centres, values), (_, taken) = (
@@ -154,7 +157,7 @@ def recording_of(
             np.hypot(clocks.get("throttle", 0.0), regular * 2.0 * scatter["throttle"] / np.sqrt(throttle[0].size))
         ),
     )
-    found = with_log_findings(experiment, thruster, scatter, periods)
+    found = with_log_findings(experiment, thruster, scatter, periods, lost)
 
     def again(**other: Any) -> Recording:
         settings = {"thruster": thruster, "clock_deviations": clock_deviations, "supply": supply, "hold": hold}
@@ -172,10 +175,12 @@ def with_log_findings(
     thruster: int = 0,
     scatter: Mapping[str, float] | None = None,
     period: Mapping[str, float] | None = None,
+    lost: Mapping[str, tuple[int, int]] | None = None,
 ) -> Recording:
-    """Return an experiment as a recording, with what its log shows and the state at its start."""
+    """Return an experiment as a recording, with what its log shows and the state at its start; arguments: see
+    `LogFindings`."""
     repeated, standing_out, lone, lattice = {}, {}, {}, {}
-    log = LogFindings(scatter=dict(scatter or {}), period=dict(period or {}))
+    log = LogFindings(scatter=dict(scatter or {}), period=dict(period or {}), lost=dict(lost or {}))
     for name, m in experiment.measurements.items():
         if m.width == 0.0:
             repeated[name] = repeated_samples(m.values)

@@ -21,6 +21,8 @@ class LogFindings:
 
     Attributes:
         repeated: which samples repeat the one before them, shape (M,), by signal.
+        lost: of signals whose samples are means, how many readings repeated the one before and were left out, and of
+            how many.
         spikes: which samples stand out of their neighbours, shape (M,), by signal.
         lone: single samples far from all their neighbours, shape (M,), by signal.
         lattice: step of the lattice on which all values lie, in the signal's unit; 0 where there is none.
@@ -30,6 +32,7 @@ class LogFindings:
     """
 
     repeated: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
+    lost: Mapping[str, tuple[int, int]] = field(default_factory=dict)
     spikes: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     lone: Mapping[str, NDArray[np.bool_]] = field(default_factory=dict)
     lattice: Mapping[str, float] = field(default_factory=dict)
@@ -50,6 +53,7 @@ class LogFindings:
         return replace(
             self,
             repeated=kept(self.repeated),
+            lost=kept(self.lost),
             spikes=kept(self.spikes),
             lone=kept(self.lone),
             lattice=kept(self.lattice),

@@ -116,8 +116,8 @@ def _hole(recordings: Sequence[Recording]) -> float:
 def found_in_logs(recordings: Sequence[Recording]) -> list[Scatter]:
     """Return what the logs show of spikes, repeated samples and lattices."""
     found: list[Scatter | None] = []
-    repeats = _shares(recordings, "repeated")
-    hit, of = sum(h for h, _ in repeats.values()), sum(n for _, n in repeats.values())
+    repeats = [*_shares(recordings, "repeated").values(), *(each for r in recordings for each in r.log.lost.values())]
+    hit, of = sum(h for h, _ in repeats), sum(n for _, n in repeats)
     if of and hit >= 5 and hit / of > 0.003:
         share = hit / of
         found.append(_share_found(betrayed_by("repeats"), "", share, of, hit, "repeat the sample before them"))

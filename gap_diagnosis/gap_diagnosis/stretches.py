@@ -117,7 +117,8 @@ def _cut(recording: Recording, begins: float, name: str, taken: Mapping[str, NDA
             )
     part = experiment.between(first, first + round(LENGTH / experiment.dt))
     own = replace(part, name=name, measurements=measurements, warnings=())
-    found = with_log_findings(own, recording.thruster, recording.log.scatter, recording.log.period)
+    log = recording.log
+    found = with_log_findings(own, recording.thruster, log.scatter, log.period, log.lost)
     regular, straight = (
         None if other is None else _cut(other, begins, name, taken) for other in (recording.regular, recording.straight)
     )

@@ -138,3 +138,20 @@ def test_what_a_set_has_as_a_log_shows_it_is_not_told_of(stated, told):
     _, recordings = campaign({"tach_quantization": {"step": 8.0}}, runs=1, duration=12.0, seed=4)
     sizes = {} if stated is None else {"tach_quantization": {"step": stated}}
     assert len(unlike_stated(found_in_logs(recordings), sizes)) == told
+
+
+@pytest.mark.parametrize("period", [0.005, 0.05])
+def test_readings_that_repeat_the_last_one_are_left_out_however_fast_they_come(period: float) -> None:
+    rng = np.random.default_rng(2)
+    at = period * np.arange(round(40.0 / period))
+    speed = 100.0 * np.sin(at)
+    read, lost = speed + 0.3 * rng.standard_normal(at.size), rng.random(at.size) < 0.2
+    for k in np.flatnonzero(lost[1:]) + 1:
+        read[k] = read[k - 1]
+    recording = recording_of("r", (at, np.sin(at)), {"speed": (at, read)})
+    (found,) = found_in_logs([recording])
+    assert found.effect == "dropped_samples" and found.size == pytest.approx(0.2, abs=0.02)
+    told = recording.experiment.measurements["speed"]
+    kept = ~masks_of([recording]).get((0, "speed"), np.zeros(told.time.size, dtype=np.bool_)) & np.isfinite(told.values)
+    error = told.values[kept] - 100.0 * np.sin(told.time[kept])
+    assert np.sqrt(np.mean(error**2)) < 0.35
