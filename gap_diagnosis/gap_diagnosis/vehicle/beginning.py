@@ -1,6 +1,6 @@
 """What a search begins with: wrong wires, or a delay of all commands or of one sensor, or nothing."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,6 +25,15 @@ from rov_sim.vehicle.innovations import CHANNELS
 __all__ = ["Begun", "begun"]
 
 
+class _Rough(NamedTuple):
+    """A fit under noises that are only typical: its log likelihood, what it gained, numbers, effects that are on."""
+
+    likelihood: float
+    gained: float
+    values: Mapping[Key, float]
+    effects: tuple[Refined, ...]
+
+
 class Begun(NamedTuple):
     """Recordings and fit without any effect; those that a search begins with, rivals of each effect that they have on,
     and log odds for each."""
@@ -42,17 +51,17 @@ def begun(
     """Return what a search begins with: wrong wires, or a delay, without which recordings are far less likely.
 
     Numbers that are fitted with a thruster the wrong way round, or to an IMU that is late, are no place to look for it
-    from. So the believed ones are asked, and those re-tuned to first order from there: what these explain is no delay.
+    from. So the believed ones are asked first. What re-tuned numbers explain as well is no delay.
     Where a delay begins, numbers without it are those nearest to it: from the believed ones they wander far.
     """
     delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
     switches = [h for h in tried if h.switch]
     nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
-    late_ones = _late_beyond_numbers(model, logs, free, _delayed(model, logs, delays, nothing))
+    late_ones, values = _late_beyond_numbers(model, logs, free, _delayed(model, logs, delays, nothing))
     if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
-        told(f"fits {', or '.join(each.hypothesis.words for _, each in late_ones)}")
+        told(f"fits {', or '.join(a.hypothesis.words for _, each in late_ones for a in each.effects)}")
         # quick fits beside each other's noises do not tell two delays apart
-        fits = [settled(model, logs, free, [each]) for _, each in late_ones]
+        fits = [settled(model, logs, free, each.effects, each.values) for _, each in late_ones]
         found = max(fits, key=lambda each: log_evidence(*each))
         late = found[1].effects[0]
         others = [
@@ -63,7 +72,7 @@ def begun(
         if odds > np.log(rules.CLAIM):
             return Begun(bare, found, [tuple(others)], [odds])
     told("fits the numbers")
-    retuned = settled(model, logs, free)
+    retuned = settled(model, logs, free, (), values)
     moved = zip(free, retuned[1].moved, strict=True)
     far = {k[2] for k, deviations in moved if k[0] == "own" and abs(deviations) > rules.SHIFTED}
     wires = _wired_wrongly(model, logs, [h for h in switches if far & {h.thruster, h.other}], nothing)
@@ -122,34 +131,31 @@ def _delayed(
 
 def _late_beyond_numbers(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], late_ones: Sequence[tuple[float, Refined]]
-) -> list[tuple[float, Refined]]:
-    """Return those of some delays that explain what no numbers do, to first order: the one that does most, and others
-    that do nearly as much."""
+) -> tuple[list[tuple[float, _Rough]], Mapping[Key, float]]:
+    """Return those of some delays that explain what no numbers do, by rough fits, each with its gain at the believed
+    numbers: the one that does most, and others that do nearly as much; and the numbers without any."""
     if not late_ones:
-        return []
-    bare, _ = _retuned(model, logs, free, ())
-    found = [_retuned(model, logs, free, (each,)) for _, each in late_ones]
-    gains = [(evidence - bare) / misfit for evidence, misfit in found]
-    least = max(np.log(rules.CLAIM), rules.ALSO_LATE * max(gains))
-    return [each for each, gain in zip(late_ones, gains, strict=True) if gain >= least]
+        return [], {}
+    bare = _rough(model, logs, free, ())
+    found = [_rough(model, logs, free, (each,)) for _, each in late_ones]
+    gains = [each.likelihood - bare.likelihood for each in found]
+    least = max(np.log(rules.CLAIM), rules.ROUGH * bare.gained, rules.ALSO_LATE * max(gains))
+    late = [(own, each) for (own, _), each, gain in zip(late_ones, found, gains, strict=True) if gain >= least]
+    return late, bare.values
 
 
-def _retuned(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]
-) -> tuple[float, float]:
-    """Return the log evidence of recordings with effects on and numbers re-tuned to first order from the believed ones,
-    and by how much their innovations are too large then, 1 or more."""
+def _rough(model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]) -> _Rough:
+    """Return a rough fit of numbers and effects from the believed numbers, with what is typical of noises."""
     runs = unlearned(model, logs, {}, [each.active for each in on])
     screen = Screen(model=model, runs=runs, values={})
     problem = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in on))
-    moved, sizes = np.zeros(len(free)), [each.sizes for each in on]
+    sizes = [each.sizes for each in on]
+    before = problem.score(np.zeros(len(free)), sizes)
+    moved, sizes, _ = problem.most_likely(np.zeros(len(free)), sizes)
     score = problem.score(moved, sizes)
-    H, slope = problem.normal(moved, sizes)
-    H += np.eye(len(H))
-    score += 0.5 * float(slope @ np.linalg.solve(H, slope))
-    told = sum(np.count_nonzero(np.isfinite(p.base.body)) + np.count_nonzero(np.isfinite(p.base.rotor)) for p in runs)
-    evidence = score - 0.5 * float(np.linalg.slogdet(H)[1]) - 0.5 * sum(map(log_determinant, runs))
-    return evidence, max(-2.0 * score / told, 1.0)
+    values = {k: float(x) * d for (k, d), x in zip(free.items(), moved, strict=True)}
+    effects = tuple(_of_size(h, s) for h, s in zip(problem.effects, sizes, strict=True))
+    return _Rough(score - 0.5 * sum(map(log_determinant, runs)), score - before, values, effects)
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

@@ -2,7 +2,7 @@
 
 What the data tell is often a product, a number times what an effect leaves: a whole step along that curved valley ends
 uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed, and
-damped ones (Levenberg and Marquardt) where it leads nowhere.
+damped ones (Levenberg and Marquardt) where it leads nowhere; from then on they alone.
 """
 
 from collections.abc import Iterator, Sequence
@@ -59,7 +59,7 @@ class Descent(NamedTuple):
 
 def descended(
     target: Target, x: Array, columns: Sequence[NDArray[np.float32]] = (), product: Array | None = None,
-    nearby: Columns | None = None,
+    nearby: Columns | None = None, rough: float = 0.0,
 ) -> Descent:  # fmt: skip
     """Return where unknowns are most likely from x on.
 
@@ -68,26 +68,28 @@ def descended(
         x: unknowns, (n,).
         columns: of the first unknowns, which stay as they are; product: J^T J of these, where it is known.
         nearby: columns that may do for the first steps: new ones are made where they do not lead on.
+        rough: share of all that was gained below which a step is the last one.
     """
     r, score = target.scored(x)
-    here = best = (score, x, r)
-    uphill = False
+    first = here = best = (score, x, r)
+    uphill = spent = False
     for _ in range(rules.FIT_STEPS):
         given, nearby = nearby, None
         fresh, made = given or target.made(here[1], here[2], columns), here[1]
         end, J, step, settled = _along(target, fresh, here, columns, product)
         if given and end[0] <= best[0] and not settled:
             continue
-        if end[0] <= best[0] and not (uphill or settled or columns):
+        if end[0] <= best[0] and not (uphill or spent or settled or columns):
             x, uphill = target.held(here[1] + step), True
             r, score = target.scored(x)
             here = (score, x, r)
             continue
         if end[0] <= best[0] and (uphill or not settled):
+            spent |= uphill
             end, settled = _damped(target, target.made(best[1], best[2], columns), best, product)
         gained, uphill = end[0] - best[0], False
         here = best = max(end, best, key=lambda point: point[0])
-        if settled or gained < _ENOUGH:
+        if settled or gained < max(_ENOUGH, rough * (best[0] - first[0])):
             break
     return Descent(best, J, fresh, made)
 

@@ -126,9 +126,9 @@ class Problem:
     def most_likely(
         self, moved: Array, sizes: Sequence[tuple[float, ...]], nearby: Columns | None = None
     ) -> tuple[Array, list[tuple[float, ...]], Columns]:  # fmt: skip
-        """Return (nuisances, sizes, columns) where the fit from a point ends, without how sure they are; nearby: see
-        `descended`."""
-        found = descended(self, self._at(moved, sizes), nearby=nearby)
+        """Return (nuisances, sizes, columns) about where the fit from a point ends, without how sure they are; nearby:
+        see `descended`."""
+        found = descended(self, self._at(moved, sizes), nearby=nearby, rough=rules.ROUGH)
         x = found.end[1]
         return x[: len(moved)].copy(), self._sizes(x), found.columns
 
@@ -139,12 +139,6 @@ class Problem:
     def score(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
         """Return the log likelihood at a point, priors included."""
         return self.scored(self._at(moved, sizes))[1]
-
-    def normal(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[Array, Array]:
-        """Return J^T J and the slope of the log likelihood at a point, downhill, priors included."""
-        x = self._at(moved, sizes)
-        r, _ = self.scored(x)
-        return normal(self.made(x, r, ()), r, x, self.weight)
 
     def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""

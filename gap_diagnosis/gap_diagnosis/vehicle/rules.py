@@ -72,8 +72,8 @@ REFINED = 8
 REFINED_LATE = 2
 """The same of delays of all alike with which a search may begin. Set by reason."""
 ALSO_LATE = 0.8
-"""Share of what the likeliest delay gains beside numbers re-tuned to first order, from which on another one is settled
-too: quick fits beside each other's noises took an IMU 0.13 s late for a late command. Set by reason."""
+"""Share of what the likeliest delay gains beside re-tuned numbers, from which on another one is settled too: quick fits
+beside each other's noises took an IMU 0.13 s late for a late command. Set by reason."""
 REFINED_BACK = 4
 """The same of those of one thruster, from where its own numbers are as believed. Set by reason: where one was needed,
 it was the first (tuning seed 1491, four recordings of a minute)."""
@@ -134,6 +134,9 @@ CALMED, CALMED_AGAIN = 0.05, 2
 Set by reason: so little that it cannot explain what the numbers should. A third time brought nothing more."""
 SETTLED = 2.0
 """Gain in log likelihood below which numbers and noises have settled: a sixth of what an effect must gain."""
+ROUGH = 0.02
+"""Share of its gain to which a fit goes whose noises are not learned yet, or learned anew behind it: that moves it by
+more. Set by reason."""
 FIT_STEPS = 8
 """Of Gauss and Newton, at most; they end where a step gains nothing. Set by reason."""
 FITTED_ANEW, FAR_BEHIND = 4, 20.0

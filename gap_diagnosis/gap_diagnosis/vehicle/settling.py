@@ -1,6 +1,7 @@
 """Numbers and noises found in turn, until neither moves."""
 
 from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 
 import numpy as np
 
@@ -18,14 +19,16 @@ __all__ = ["likelihood", "log_evidence", "settled", "settled_with"]
 
 
 def settled(
-    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined] = ()
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined] = (),
+    values: Mapping[Key, float] = MappingProxyType({}),
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
     """Return the recordings with gains for noises learned where nuisances and effects fit best, and that fit.
 
-    It begins with the believed numbers, with what is typical of noises, and with these effects on.
+    It begins with these numbers, the believed ones where none are given, with what is typical of noises, and with these
+    effects on.
     """
     believed = unlearned(model, logs, {}, [a.active for a in on])
-    return _settled(model, logs, free, believed, on, {}, afresh=True)
+    return _settled(model, logs, free, believed, on, values, afresh=True)
 
 
 def settled_with(
