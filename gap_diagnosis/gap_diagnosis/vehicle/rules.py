@@ -86,9 +86,9 @@ UNDETERMINED = 0.8
 SHIFTED = 3.0
 """Deviations by which a parameter must have moved to be named."""
 HELD = 8.0
-"""Deviations of a number from which on nothing is believed of effects that need it: then these only resemble what is at
-work. Beside right effects of 17 dives by a generator of others none had moved by more than 3, beside wrong ones some by
-9 to 38."""
+"""Deviations of a number from which on nothing is believed of effects that need it, nor of numbers alone: these only
+resemble what is at work. Beside right effects of 17 dives by a generator of others none had moved by more than 3,
+beside wrong ones some by 9 to 38; an accelerometer that vibration biases was a command 8.5 deviations off."""
 HORIZONS = (2.0, 10.0)
 """[s] over which the model runs free: within one the attitude is near, within the other drag has acted."""
 BLOCK = 2.0

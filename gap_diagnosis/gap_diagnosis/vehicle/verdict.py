@@ -90,7 +90,7 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
     if rough or hidden:
         p_unknown, nameless = max(p_unknown, 0.9), nameless or hidden
     shifted, logged, closed = _shifted(found), common_to([log.oddities for log in logs]), _closed(errors)
-    held = bool(claims) and any(abs(s) > rules.HELD for _, s, _ in shifted)
+    held = any(abs(s) > rules.HELD for _, s, _ in shifted)
     if held:
         p_unknown = max(p_unknown, 0.95)
     if wanting(logs):
@@ -271,6 +271,11 @@ def _summary(
     says += [each.sentence for each in logged]
     if name == "no_gap":
         says.append("The model as it is stated explains the recordings.")
+    if name == "unknown" and not claims and not nameless and not rough:
+        says.append(
+            f"{_retuned(shifted, found, closed)} So far off is either what is stated, or what the model takes for it: "
+            "something that it lacks may act alike."
+        )
     if small:
         says.append("Too small to be claimed: " + ", ".join(a.hypothesis.words for a in small) + ".")
     if name == "parameters":

@@ -67,6 +67,14 @@ def test_effects_that_need_a_number_far_from_what_is_stated_only_resemble(
     assert "deviations from what is stated" in content["summary"]
 
 
+def test_numbers_far_from_what_is_stated_only_resemble_too(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(rules, "HELD", 1.6)
+    content = of(tmp_path, Draw(seed=11, vehicle="ngs", kinds=("steps",), duration=20.0)).content
+    assert max(abs(p["deviations"]) for p in content["retuned_parameters"].values()) > 1.6
+    assert (content["verdict"], content["resembles"]) == ("unknown", []) and content["p_unknown"] >= 0.95
+    assert "So far off is either what is stated, or what the model takes for it" in content["summary"]
+
+
 def test_what_is_written_is_complete_and_the_set_can_be_loaded(lossy: Diagnosed, tmp_path: Path) -> None:
     paths = {path.name: path for path in written(lossy, tmp_path / "out")}
     content = json.loads(paths["diagnosis.json"].read_text("utf-8"))
