@@ -45,7 +45,8 @@ def _moved(of: ParameterSet) -> set[str]:
     beside = (rng.uniform(0.0, 1.0, _STATES), rng.uniform(-0.3, 0.3, _STATES), rng.integers(0, 2, _STATES), 1.0)
 
     def happens(states: Any, effects: Any) -> Mapping[str, NDArray[np.float64]]:
-        told = pipeline(*states, u, *beside, of.coefficients, effects)
+        (n, v, ambient), (heat, past, gate, supply) = states, beside
+        told = pipeline(n, v, ambient, u, heat, past, gate, supply, of.coefficients, effects)
         signals = dict(zip(SENSED, told[_RATES:], strict=True))
         rates = dict(zip(("n_dot", "v_dot", "u_dot"), told, strict=False))
         return rates | {name: signals[name] for name in of.model.signals}
