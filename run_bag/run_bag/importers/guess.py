@@ -20,7 +20,7 @@ from .guess_rules import BY_UNIT, LOGS, OF_TYPE, THRUSTER, UNTOLD, VEHICLE, WHIC
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time, values_of
 from .guessed_commands import alike_commands
-from .guessed_depth import WHICH_WATER, depth_of_pressure, depths_of_pressures
+from .guessed_depth import WHICH_WATER, depths_of_pressures
 from .guessed_names import beside, numbered, told_units, told_words, without_suffix
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import fits, guessed_unit, named_units
@@ -207,9 +207,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
             match = re.fullmatch(each.path, path)
             if match and re.search(each.topics, topic):
                 channel = each.channel.format(path=path, **match.groupdict())
-                water = kind.endswith("/FluidPressure")
-                entry, why = (depth_of_pressure(1.0), WHICH_WATER) if water else ("", "")
-                return _Found(channel, source, name, each.unit, entry=entry, why=why)
+                return _Found(channel, source, name, each.unit, entry=each.entry, why=each.why)
         if typed:
             return None
     whole = (without_unit(name) if table else name.strip()).replace(" ", "_")

@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from typing import NamedTuple
 
+from .guessed_depth import WHICH_WATER, depth_of_pressure
+
 __all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "OfType", "Rule"]
 
 
@@ -115,7 +117,8 @@ VEHICLE = (
 class OfType(NamedTuple):
     """A field of some types of messages, on topics of some names, and the channel of ours that holds the same.
 
-    {path} is the field, {i} and {part} are groups of it.
+    {path} is the field, {i} and {part} are groups of it. unit: the type's, where no recording states it; entry,
+    why: the rest of a map's entry, where nothing is left to guess, and what is to be asked about it.
     """
 
     types: str
@@ -123,6 +126,8 @@ class OfType(NamedTuple):
     channel: str
     topics: str = ""
     unit: str = ""
+    entry: str = ""
+    why: str = ""
 
 
 _MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
@@ -138,7 +143,10 @@ OF_TYPE = (
     OfType(r"geometry_msgs/msg/Vector3Stamped", r"vector\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG, "m/s"),
     OfType(r"sensor_msgs/msg/JointState", r"velocity\[(?P<i>\d+)\]", "thruster_{i}/state.n", _ROTORS, "rad/s"),
     OfType(r"sensor_msgs/msg/BatteryState", r"voltage|current", "rov/battery.{path}"),
-    OfType(r"sensor_msgs/msg/FluidPressure", r"fluid_pressure", "rov/depth.depth"),
+    OfType(
+        r"sensor_msgs/msg/FluidPressure", r"fluid_pressure", "rov/depth.depth", entry=depth_of_pressure(1.0),
+        why=WHICH_WATER,
+    ),
     OfType(r"thruster_msgs/msg/Depth", r"depth", "rov/depth.{path}"),
 )  # fmt: skip
 """Fields of bags whose type tells what they are, whatever a topic is called."""
