@@ -128,7 +128,7 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
         *(
             Finding(
                 kind="good" if each.settled else "note",
-                about=f"parameter {each.name} ({each.status})",
+                about=f"parameter {each.name} of a fit ({each.status})",
                 sentence=each.sentence,
             )
             for each in judged

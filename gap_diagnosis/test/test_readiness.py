@@ -134,7 +134,7 @@ def test_one_flow_is_enough_and_torque_serves_itself_alone(channels, told, noted
 
 def test_a_coefficient_that_the_set_has_at_its_bound_and_the_data_keep_there_is_no_note(run, capsys):
     main([str(run), "--set", "hl"])
-    (line,) = (line for line in capsys.readouterr().out.splitlines() if "parameter c_nv_Q" in line)
+    (line,) = (line for line in capsys.readouterr().out.splitlines() if "parameter c_nv_Q of a fit" in line)
     assert line.startswith("  ") and "cannot be told from its bound, 0 N s^2" in line
 
 
