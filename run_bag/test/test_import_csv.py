@@ -130,6 +130,7 @@ def test_what_does_not_fit_is_refused_with_a_sentence(tmp_path, capsys, text, co
         ("2026-05-04T12:00:00.250Z", "2026-05-04T12:00:01.250Z", "2026-05-04T12:00:02.750Z", 1777896000.25),
         ("2026-05-04 14:00:00.25+02:00", "2026-05-04 14:00:01.25+0200", "2026-05-04 14:00:02.75+02", 1777896000.25),
         ("09:59:59.5", "10:00:00.5", "10:00:02.0", 35999.5),
+        ("23:59:59.5", "00:00:00.5", "00:00:02.0", 86399.5),
     ],
 )
 def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, third, origin):
@@ -139,6 +140,31 @@ def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, third, orig
     assert (run["thruster_0/state.n"].stamps - 10**9).tolist() == [0, 10**9, 2_500_000_000]
     (shift,) = [d for d in run.metadata["import"]["decisions"] if d["what"] == "shift of the clock"]
     assert shift["how"].startswith(f"{1.0 - origin!r} s was added to all times")
+
+
+def test_times_of_day_of_all_columns_are_of_one_night(tmp_path):
+    table = "when,rpm,t2,f\n23:59:59,0,00:00:01,1\n00:00:01,60,00:00:02,2\n"
+    speed = "thruster_0/state.n: {column: rpm, time_column: when, unit: rpm}\n"
+    force = "thruster_0/load.wrench.force.x: {column: f, time_column: t2, unit: N}"
+    assert main(files(tmp_path, table, speed + force)) == 0
+    run = read_run(tmp_path / "out")
+    assert run.time("thruster_0/state.n").tolist() == [0.0, 2.0]
+    assert run.time("thruster_0/load.wrench.force.x").tolist() == [2.0, 3.0]
+
+
+@pytest.mark.parametrize(
+    "times",
+    [
+        ("12:30:00", "12:29:59", "12:30:01"),  # out of order by a second
+        ("20:00:00", "08:00:00", "13:00:00"),  # more than a night
+        ("10:00:00", "23:00:00", "00:00:00"),
+        ("14:00:00", "00:00:00", "14:00:01"),  # a clock that was lost for one row
+    ],
+)
+def test_times_of_day_of_no_one_night_are_refused_as_out_of_order(tmp_path, capsys, times):
+    table = "when,rpm\n" + "".join(f"{time},0\n" for time in times)
+    assert main(files(tmp_path, table, "thruster_0/state.n: {column: rpm, time_column: when, unit: rpm}")) == 1
+    assert "rows out of order" in capsys.readouterr().err
 
 
 def test_a_date_that_is_none_is_named_by_its_line(tmp_path, capsys):

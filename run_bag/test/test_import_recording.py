@@ -440,6 +440,21 @@ def test_a_time_of_its_own_has_the_unit_of_time_where_it_states_none(tmp_path, t
     assert run.time("thruster_0/state.n")[-1] == pytest.approx(seconds * (SWEEP.size - 0.8))
 
 
+@pytest.mark.parametrize("own", ["time_unit: ms", "time_scale: 0.001"])
+def test_an_entry_may_count_the_time_column_of_all_in_another_unit(tmp_path, own):
+    (tmp_path / "a.csv").write_text("t,u\n0,1\n0.5,2\n2,3\n")
+    (tmp_path / "b.csv").write_text("t,n\n500,10\n1500,20\n")
+    (tmp_path / "map.yaml").write_text(
+        "time: {column: t, unit: s}\nthruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+        f"thruster_0/state.n: {{column: n, unit: rad/s, {own}}}"
+    )
+    given = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--map", str(tmp_path / "map.yaml")]
+    assert main([*given, "--out", str(tmp_path / "run")]) == 0
+    run = read_run(tmp_path / "run")
+    assert run.time("thruster_0/throttle.commanded").tolist() == [0.0, 0.5, 2.0]
+    assert run.time("thruster_0/state.n").tolist() == [0.5, 1.5]
+
+
 def test_a_reader_that_has_enough_is_no_error():
     program = "import sys; from run_bag.command_line import exit_status as e; sys.exit(e('p', lambda: print('x') or 0))"
     told = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
@@ -608,6 +623,10 @@ def test_channels_of_our_own_runs_are_guessed_as_they_are(tmp_path, capsys):
         ),
         ("thruster_0/state.n: {column: 2, unit: rpm, file: b.csv}", "expected file 'b.csv', found x.csv"),
         ("thruster_0/state.n: {column: 2, unit: rpm, time_unit: V}", "time_unit: expected a unit of time"),
+        (
+            "thruster_0/state.n: {field: x.y, unit: rpm, time_unit: ms}",
+            "time_unit: expected beside column alone (a bag or log brings its times)",
+        ),
         ("csv: {separator: x}\nthruster_0/state.n: {column: 2, unit: rpm}", "separator: expected one of"),
         ("thruster_0/state.n: {column: 2, unit: null}", "expected unit 'rad/s'"),
         ("thruster_0/state.n: {column: 1.5, unit: rpm}", "column: expected a name or a number from 1, found 1.5"),

@@ -6,12 +6,13 @@ import csv
 import io
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from datetime import datetime
 
 __all__ = ["in_seconds"]
 
 _LOOK = 100  # rows
+_DAY_S, _HALF_DAY_H = 86400, 12
 _DATE = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<day>\d\d:\d\d(:\d\d)?)([.,](?P<part>\d{1,9}))? ?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
 )
@@ -23,7 +24,8 @@ def in_seconds(data: bytes, separator: str, decimal: str) -> tuple[bytes, frozen
     """Return a table with its dates (ISO 8601) and times of day as seconds, line by line, and the columns they were in.
 
     A date becomes seconds since 1970, in UTC where it tells no zone; a time of day, seconds since midnight. Such a
-    column has nothing else in its first rows; what cannot be read there further down stays as it is.
+    column has nothing else in its first rows; what cannot be read there further down stays as it is. Where a time of
+    day falls by more than half a day from one row to the next, all those before noon are of the next day.
     """
     if not _HINT.search(data[: 1 << 20]):
         return data, frozenset()
@@ -37,13 +39,14 @@ def in_seconds(data: bytes, separator: str, decimal: str) -> tuple[bytes, frozen
         body = [*seen, *rows]
     except (UnicodeDecodeError, csv.Error):
         return data, frozenset()
+    midnight = _passes_midnight([row for _, row in body], columns)
     text = io.StringIO()
     writer = csv.writer(text, delimiter=separator, lineterminator="\n")
     line = 0
     for last, row in body:
         text.write("\n" * (last - line - 1))
         line = last
-        writer.writerow([_seconds(cell, decimal) if k in columns else cell for k, cell in enumerate(row)])
+        writer.writerow([_seconds(cell, decimal, midnight) if k in columns else cell for k, cell in enumerate(row)])
     return text.getvalue().encode(), columns
 
 
@@ -56,8 +59,21 @@ def _columns(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     )
 
 
-def _seconds(cell: str, decimal: str) -> str:
-    """Return a cell's date or time of day in seconds; another cell as it is."""
+def _passes_midnight(rows: Sequence[Sequence[str]], columns: Iterable[int]) -> bool:
+    """Tell whether a time of day falls by more than half a day from one row to the next."""
+    for k in columns:
+        heads = (row[k].strip().partition(":")[0] for row in rows if k < len(row))
+        hours = [int(head) for head in heads if head.isdecimal() and len(head) < 3]
+        if any(before - after > _HALF_DAY_H for before, after in itertools.pairwise(hours)):
+            return True
+    return False
+
+
+def _seconds(cell: str, decimal: str, midnight: bool) -> str:
+    """Return a cell's date or time of day in seconds; another cell as it is.
+
+    midnight: whether times of day before noon are of the day after the others.
+    """
     found = _DATE.fullmatch(cell.strip()) or _TIME.fullmatch(cell.strip())
     if not found:
         return cell
@@ -69,6 +85,7 @@ def _seconds(cell: str, decimal: str) -> str:
         else:
             hours, minutes, seconds = map(int, told["day"].split(":"))
             whole = 3600 * hours + 60 * minutes + seconds
+            whole += _DAY_S if midnight and hours < _HALF_DAY_H else 0
     except ValueError:
         return cell
     return f"{whole}{decimal}{told['part']}" if told["part"] else str(whole)

@@ -39,6 +39,7 @@ KEYS = {
     "column", "field", "file", "unit", "time_column", "time_unit", "time_scale", "scale", "offset", "sign", "nan",
     "hold", "stop", "per_volt", "clock_deviation",
 }  # fmt: skip
+TIMES = ("time_column", "time_unit", "time_scale")
 CLOCKS = ("throttle", "flow")
 """Kinds of topics of which a run can state by how much their clock may be off."""
 CONSTANT_KEYS = {"value", "unit"}
@@ -71,7 +72,7 @@ class Mapped(Entry):
     Attributes:
         column: its name in the recording, or its number from 1; `is_field` where the map calls it `field`.
         file: name of the file it is in, "" where one file alone has it.
-        time_column: of a table; None: that of the map's `time`.
+        time_column: of a table; that of the map's `time` where the entry has none; None of a bag or log.
         time_scale: brings the time column to seconds; that of the map's `time` where the entry has none.
         nan: cells that mean "not measured".
         hold: what the signal does between its samples, "" where the map does not say.
@@ -159,11 +160,11 @@ def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
         if not isinstance(e, Mapped) or e.is_field:
             continue
         if e.time_column is None:
-            entries[i] = replace(e, time_column=time_column, time_scale=time_scale)
+            e = replace(e, time_column=time_column)
             if time_column is None:
                 problems.append(f"{e.channel}: key 'time_column' is missing, and there is no `time: {{column, unit}}`")
-        elif not {"time_unit", "time_scale"} & set(content[e.channel]):
-            entries[i] = replace(e, time_scale=time_scale)
+        own = set(TIMES[1:]) & set(content[e.channel])
+        entries[i] = e if own else replace(e, time_scale=time_scale)
     problems += _crossing(entries)
     rep103 = _axes(content.get("axes"), entries, problems)
     if problems:
@@ -298,6 +299,8 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         problems.append(f"{name}: clock_deviation: expected of topics {' or '.join(CLOCKS)} alone")
     if not isinstance(entry.get("file", ""), str):
         problems.append(f"{name}: file: expected a file's name, found {entry['file']!r:.80}")
+    beside_field = [key for key in TIMES if "field" in entry and key in entry]
+    problems += [f"{name}: {key}: expected beside column alone (a bag or log brings its times)" for key in beside_field]
     if "time_unit" in entry and "time_scale" in entry:
         problems.append(f"{name}: expected time_unit or time_scale, found both")
     time_scale = float(entry.get("time_scale", 1.0))
