@@ -74,7 +74,9 @@ def reference() -> str:
     lines = [
         "\n## Effects of a vehicle\n",
         "Switched on in a vehicle's set under `effects`, with those of single thrusters (`ambient_current`, "
-        "`tank_recirculation` and those of a load cell excepted).\n",
+        "`tank_recirculation` and those of a load cell excepted). What it acts on stands beside its `id`: `{id: "
+        "drag_coupling, axis: sway-yaw, parameters: {size: {value: 3, unit: N s}}}`. Axes of the body are surge, sway, "
+        "heave, roll, pitch and yaw, those of a sensor x, y and z. Without an optional place it acts on all.\n",
         _row(heads),
         "|" + "---|" * len(heads),
         *(_effect(effect) for effect in VEHICLE_LIBRARY.values()),
@@ -102,7 +104,8 @@ def _vehicle(name: str, vehicle: VehicleSet) -> str:
 
 
 def _effect(effect: VehicleEffect) -> str:
-    targets = [*effect.needs, *(f"{target} or all" for target in effect.may_take)]
+    needed, more = (", ".join(_target(effect, each) for each in own) for own in (effect.needs, effect.may_take))
+    targets = [each for each in (needed, f"optional: {more}" if more else "") if each]
     return _row(
         [
             f"`{effect.id}`",
@@ -110,9 +113,17 @@ def _effect(effect: VehicleEffect) -> str:
             effect.block,
             effect.equation,
             "; ".join(_parameter(p) for p in effect.parameters),
-            ", ".join(targets) or "the vehicle",
+            "; ".join(targets) or "the vehicle",
         ]
     )
+
+
+def _target(effect: VehicleEffect, target: str) -> str:
+    """Return what an effect acts on, with what may be chosen."""
+    choices = effect.choices.get(target, ())
+    if target != "axis" or not choices:
+        return f"{target} ({', '.join(choices)})" if choices else target
+    return f"axis (two, as {choices[0]})" if "-" in choices[0] else f"axis ({choices[0]} to {choices[-1]})"
 
 
 def _parameter(p: EffectParameter) -> str:

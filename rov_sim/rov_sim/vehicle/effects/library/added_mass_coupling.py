@@ -14,10 +14,11 @@ EFFECT = VehicleEffect(
     id="added_mass_coupling",
     title="coupling of two axes by added mass",
     block="body",
-    equation="M_A,ab = M_A,ba = s",
+    equation="M_A,ab + s, M_A,ba + s",
     parameters=(
         EffectParameter(name="size", unit="kg, kg m or kg m^2", meaning="of the entries more", lower=-20.0, upper=20.0),
     ),
+    note="the order of the two axes does not matter",
     needs=("axis",),
     choices={"axis": AXIS_PAIRS},
     body=body,

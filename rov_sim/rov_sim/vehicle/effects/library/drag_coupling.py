@@ -24,10 +24,12 @@ EFFECT = VehicleEffect(
     id="drag_coupling",
     title="coupling of two axes by drag",
     block="body",
-    equation="D_ab = s (linear)",
+    equation="D_L,ab + s, D_L,ba as it is",
     parameters=(
         EffectParameter(name="size", unit="N s/m, N s or N m s", meaning="entry more", lower=-100.0, upper=100.0),
     ),
+    note="of axes a-b, motion along b pushes along a by -s nu_r,b: `surge-yaw` is a force along surge, `yaw-surge` a "
+    "moment about yaw",
     needs=("axis",),
     choices={"axis": AXIS_PAIRS},
     body=body,

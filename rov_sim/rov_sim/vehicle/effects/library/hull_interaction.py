@@ -37,6 +37,8 @@ EFFECT = VehicleEffect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of that force lost on the hull", lower=0.0, upper=0.6),
     ),
+    note="kind: of thrust forward, in reverse or, as without a kind, both. Without an axis it is that of surge, sway "
+    "and heave along which the thruster pushes most",
     needs=("thruster",),
     may_take=("axis", "kind"),
     choices={"axis": BODY_AXES, "kind": ("forward", "reverse", "both")},
