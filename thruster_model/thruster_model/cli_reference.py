@@ -106,13 +106,18 @@ def _of_block(block: Block) -> list[str]:
     if block == "command":
         return [
             f"Order: {_order(in_chain('command'))}; then the throttle u follows behind `command_lag`, at the slower of "
-            "`throttle_rate_limit` and u_dot_max at most."
+            "`throttle_rate_limit` and u_dot_max at most. Dead zone and gamma have this u.",
+            "In models without gamma it is what drives the rotor: k_3 u, g(u), or x of `force_table`.",
         ]
+    if block == "rotor":
+        return ["k_n is k_1 in `bessa` and `two_state`, and `rate` in `first_order` and `force_table`."]
     if block == "thrust":
+        last = in_stage("thrust_dynamics")
+        order = _order([*(effect for effect in in_stage("loads") if effect not in last), *last])
         return [
             "The T that drives v and U is this one: where thrust is lost, the water is driven less, too. Q stays where "
             "an equation does not name it.",
-            f"Order: {_order(in_stage('loads'))}. Each takes the T that those before it have left.",
+            f"Order: {order}. Each takes the T that those before it have left.",
         ]
     if block == "sensor":
         return [
@@ -150,11 +155,13 @@ def reference() -> str:
     head = (
         "# Models and parameter sets\n\n"
         "Made by `ros2 run thruster_model reference`; numbers of equations are the thesis'. Input of every model: the "
-        "throttle u [V], positive forward; where there is a u_dot_max, u follows its command at that rate at most. No "
-        "fit and no diagnosis adjusts it: at 100 V/s a step of 3 V takes 30 ms, so state yours where your controller "
-        "is faster, 1e5 for a step at once. "
-        "Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
+        "throttle u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
         'model has them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
+        "\n"
+        "Where there is a u_dot_max, u follows its command at that rate at most. It begins at 0, or where the rotor "
+        "already turns at the first command. All equations have this u. No fit and no diagnosis adjusts u_dot_max: at "
+        "100 V/s a step of 3 V takes 30 ms. State yours where your controller is faster, 1e5 for a step at once. A "
+        "slower one is the effect `throttle_rate_limit`.\n"
     )
     sets = {name: load_parameter_set(name) for name in available_sets()}
     return head + "".join(_model(model, sets) for model in MODELS.values())

@@ -63,8 +63,8 @@ FOUR_QUADRANT = (
 )
 TABLE = ("n, T and Q over u: straight lines between the nodes, the last node beyond them",)
 CURVES = (
-    "x = command_scale times the command beyond delta_u1 or delta_u2, 0 between",
-    "dn/dt = rate (n_s(x, supply) - n), n_s: speed of the table",
+    "x = command_scale (u - delta_u1) below delta_u1, command_scale (u - delta_u2) above delta_u2, 0 between",
+    "dn/dt = rate (n_s(x, supply) - n), n_s: speed of the table at a command that is x beyond the table's dead zone",
     "T = thrust_scale F_s(n, supply), F_s: force of the table at the speed that the rotor has",
     "supply: the recorded voltage, or nominal_supply",
 )

@@ -22,6 +22,7 @@ EFFECT = Effect(
         EffectParameter(name="speed", unit="m/s", meaning="of the current", lower=0.0, upper=0.3, both_signs=True),
     ),
     note="a measured v follows by the axial equation, at once in `kim_chung`, and is U + s in `four_quadrant`; the "
-    "flow of (4.5) goes on without s",
+    "flow of (4.5) goes on without s. A simulation begins with v = 0, where (4.4) keeps it until there is thrust; a "
+    "diagnosis estimates v at the start where a flow is recorded and moves",
     hooks={"inflow": inflow},
 )

@@ -19,6 +19,7 @@ EFFECT = Effect(
     block="command",
     equation="u = s round(u_c / s)",
     parameters=(EffectParameter(name="step", unit="V", meaning="of the converter", lower=0.0, upper=0.5),),
+    note="a command that goes on straight lines is rounded every few milliseconds along them",
     sample=sample,
     order=2,
     search="command_lattice",

@@ -21,6 +21,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="impulse", unit="N s^2", meaning="per unit of rotor speed", lower=0.0, upper=0.02),
     ),
+    note="dn/dt is what all effects of the rotor leave of it, 0 while dry friction holds it",
     hooks={"thrust_dynamics": thrust_dynamics},
     suspected=(Suspected(sizes={"impulse": (0.01, 0.003)}),),
 )

@@ -49,8 +49,8 @@ EFFECT = Effect(
         ),
     ),
     note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is the speed at which "
-    "k_n n + k_2 n^2 makes up for it, without k_Q Q: gamma_full / k_n where k_2 is 0. In models without gamma it is "
-    "what drives the rotor, such as k_3 u. A vehicle has [one for the supply of all "
+    "k_n n + k_2 n^2 makes up for it, without k_Q Q. Where k_2 is 0 that is gamma_full / k_n, in `force_table` the "
+    "largest speed of its table times command_scale. A vehicle has [one for the supply of all "
     "thrusters](vehicles.md#effects-of-a-vehicle) in place of it",
     hooks={"drive": drive},
     order=1,

@@ -35,6 +35,7 @@ EFFECT = Effect(
     block="thrust",
     equation="T (1 - s), Q (1 - s)",
     parameters=(EffectParameter(name="share", unit="1", meaning="of the propeller in air", lower=0.0, upper=1.0),),
+    note="where the rotor's equation has k_2 n|n| in place of k_Q Q, it has k_2 (1 - s) n|n|",
     hooks={"loads": loads, "rotor": rotor, "thrust_dynamics": thrust_dynamics},
     order=1,
 )
