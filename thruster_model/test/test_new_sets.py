@@ -117,6 +117,7 @@ def test_a_new_set_is_read_as_it_is_and_tells_of_each_parameter(model):
     found = parse_parameter_set(text, origin="x")
     assert (found.parameters, found.command) == (published.parameters, published.command)
     lines = text.split("\n")
+    assert "one sigma, half of what a data sheet calls its tolerance" in " ".join(line.strip("# ") for line in lines)
     for definition in MODELS[model].parameters:
         above = lines[lines.index(f"  {definition.name}:") - 1]
         assert above.startswith(f"  # {definition.meaning} [{definition.unit}], ")
@@ -164,6 +165,7 @@ def test_a_new_vehicle_is_read_as_the_one_it_was_written_from_and_says_what_each
     unstated = base.parameters["mass"].standard_deviation is None
     more = f"; standard_deviation as long as none is stated: {0.05 * base.values['mass']:.3g}" if unstated else ""
     assert f"  # mass [kg]{more}\n  mass: {{value:" in text
+    assert "one sigma, half of a tolerance" in text
     assert "  # density of the water [kg/m^3]\n  # density: {value: 1000.0, unit: kg/m^3" in text
     salty = parse_vehicle_set(text.replace("  # density: {value: 1000.0", "  density: {value: 1025.0"), origin="mine")
     assert salty.parameters["density"].value == 1025.0

@@ -50,7 +50,8 @@ def _head(model: Model, *, complete: bool) -> list[str]:
         "Its equations:",
         *(f"  {equation}" for equation in model.equations),
         told,
-        "`standard_deviation` says how far a value may be off; a diagnosis takes 5 % of the value where there is none.",
+        "`standard_deviation` says how far a value may be off: one sigma, half of what a data sheet calls its "
+        "tolerance. A diagnosis takes 5 % of the value where there is none, so that a 0 is exact.",
     ]
 
 

@@ -14,7 +14,7 @@ _HEAD = (
     "by your own.",
     "Body axes x forward, y starboard, z down, from an origin of your choice. Equations: docs/vehicles.md, or "
     "`ros2 run rov_sim reference`.",
-    "`standard_deviation` says how far a value may be off; a fit and a diagnosis take "
+    "`standard_deviation` says how far a value may be off: one sigma, half of a tolerance. A fit and a diagnosis take "
     f"{100 * UNSTATED_DEVIATION:g} % of the value where there is none: that number stands behind the unit. A 0 without "
     "one counts as exact, but for x_G and y_G: where neither they nor x_B and y_B are stated, they are 0 to within 1 % "
     "of the vehicle's size.",
