@@ -154,6 +154,10 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
         ),
         ("thruster_0/state.n: {column: 3, unit: rad/s}", ["rad/s: no thruster's; is `unit` that of the recording?"]),
         (fields("column: 2", "column: 3, sign: -1"), ["runs against the throttle", "`sign: -1`"]),
+        (
+            fields("column: 2", "column: 3") + "\nthruster_0/flow.ambient: {column: 2, unit: mm/s}",
+            ["no negative reading while the throttle is negative", "in a stream that the thruster does not turn"],
+        ),
         ("thruster_0/throttle.commanded: {column: 2, unit: V}", ["up to 1660 V: no thruster's", "nothing that a model",
                                                                "begins with 1.5e+03 V"]),
         ("rov/depth.depth: {column: 3, unit: cm}", ["no thruster_<i>/... topic is in it"]),

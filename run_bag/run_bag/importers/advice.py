@@ -137,6 +137,7 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
     if np.min(y) >= 0.0 and np.mean(backward) > 0.05 and np.max(y[backward]) > 0.2 * np.max(y):
         what = "speed" if name.endswith(".n") else "reading"
         mark = "; a tachometer without sign has sign_source 0" if what == "speed" else ""
+        mark = mark or ("; in a stream that the thruster does not turn it is right" if "/flow." in name else "")
         return [f"{name}: no negative {what} while the throttle is negative: expected the sign of forward thrust{mark}"]
     u, y = u / np.max(np.abs(u)), y / np.max(np.abs(y))  # squares of what is spoiled may be beyond all numbers
     likeness = float(u @ y) / np.sqrt(float(u @ u) * float(y @ y))
