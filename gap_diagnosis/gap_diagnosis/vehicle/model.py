@@ -26,7 +26,7 @@ from rov_sim.vehicle.sensors.coefficients import SensorCoefficients, sensor_coef
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.settings import active_effects, full_thrust
 from rov_sim.vehicle.truth import VehicleState
-from thruster_model.parameter_set import ParameterSet
+from thruster_model.parameter_set import Parameter, ParameterSet
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 from thruster_model.vehicle_layout import LayoutEntry
 from thruster_model.vehicle_parameters import definition_of
@@ -40,6 +40,7 @@ _Changes = tuple[tuple[str, float], ...]
 GROUPS: dict[str, tuple[str, ...]] = {
     "c_u1": ("c_u1",),
     "c_u2": ("c_u2",),
+    "drive": ("c_u1", "c_u2"),
     "delta_u1": ("delta_u1",),
     "delta_u2": ("delta_u2",),
     "rotor": ("k_n",),
@@ -60,8 +61,8 @@ GROUPS: dict[str, tuple[str, ...]] = {
 }
 """Coefficients of a thruster that move together, as those that one published number sets do.
 
-Thrust is that on the vehicle where a table gives it; where a set has a number for each way, each moves by itself. Of
-k_Q and c_Q a rotor feels the product alone.
+Thrust is that on the vehicle where a table gives it; where a set has a number for each way, each moves by itself, and
+where one number is both, they move together. Of k_Q and c_Q a rotor feels the product alone.
 """
 _LEAST_SHARE = 0.05
 """Of a coefficient that is left of it, however far a fit goes: none of them changes its sign."""
@@ -164,9 +165,25 @@ class Model:
         p = self._believed[0]
         lagged = p.drive_gain == p.k_n  # a lag whose rate sets both: its steady speed must not move with it
         each_way = "c_T1" in self.sets[0].parameters
-        passed_over = {"rotor" if lagged else "rate", *(("thrust",) if each_way else ("c_T1", "c_T2"))}
+        driven_alike = GROUPS["drive"] in self.sets[0].model.slots.values()
+        passed_over = {
+            "rotor" if lagged else "rate",
+            *(("thrust",) if each_way else ("c_T1", "c_T2")),
+            *(("c_u1", "c_u2") if driven_alike else ("drive",)),
+        }
         told = (name for name in GROUPS if self._fields[name] or name == "thrust")
         return tuple(name for name in told if name not in passed_over)
+
+    def stated(self, group: str) -> list[Parameter]:
+        """Return the parameters of the thrusters' set that a group of coefficients is made of."""
+        first, made = self.sets[0], {*GROUPS[group], *(("thrust_scale",) if group == "thrust" else ())}
+        return [p for name, p in first.parameters.items() if made & set(first.model.slots.get(name, (name,)))]
+
+    @property
+    def volts_of_table(self) -> bool:
+        """Whether the thrusters' set knows the supply in volts, those that the battery's sensor reads."""
+        supply = self.sets[0].parameters.get("nominal_supply")
+        return supply is not None and supply.value == self.sensors.nominal_voltage
 
     def layout_with(self, values: Mapping[Key, float]) -> tuple[LayoutEntry, ...]:
         """Return the thrusters where and as these values have them."""

@@ -12,8 +12,19 @@ import numpy as np
 from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.instants import CLOCKS
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
-from gap_diagnosis.vehicle.model import GROUPS, Model
-from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, OWN, PLACED, POINTED, SHARED, SLANTED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.rules import (
+    CHARGED,
+    EMPTYING,
+    OWN,
+    PLACED,
+    POINTED,
+    SHARED,
+    SLANTED,
+    TIMING,
+    TRIMMED,
+    VOLTMETER,
+)
 from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
 from rov_sim.vehicle.effects.body_axes import axis_pair
 
@@ -36,13 +47,12 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     found: dict[Key, float] = {
         ("vehicle", name): deviation for name, deviation in deviations.items() if name not in _GIVEN and deviation > 0.0
     }
-    stated = model.sets[0]
     groups = model.groups()
     for group in groups:
         shares = [
             p.standard_deviation / abs(p.value)
-            for name, p in stated.parameters.items()
-            if name in (group, *GROUPS[group]) and p.standard_deviation is not None and p.value
+            for p in model.stated(group)
+            if p.standard_deviation is not None and p.value
         ]
         found["shared", group] = max(shares) if shares else SHARED
     found |= {("own", group, i): OWN for group in groups for i in range(model.thrusters)}
@@ -71,4 +81,6 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     found |= {("late", what): TIMING for what in ("commands", "imu", *(clock for clock in CLOCKS if there[clock]))}
     if there["battery"]:
         found |= {("power", name): share for name, share in _POWER.items()}
+        if model.volts_of_table:
+            found["power", "nominal_voltage"] = VOLTMETER
     return found

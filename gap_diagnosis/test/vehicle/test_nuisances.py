@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.log import CHANNELS_OF
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, PLACED, POINTED, TIMING, TRIMMED
+from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, PLACED, POINTED, SHARED, TIMING, TRIMMED, VOLTMETER
 from thruster_model.parameter_set import Parameter
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
@@ -99,6 +99,41 @@ def test_what_brakes_a_rotor_and_the_dead_zone_of_a_thrust_are_uncertain(
     built = model.built({("shared", n): 0.1 for n in numbers}).settings.thrusters[0]
     believed = given.coefficients
     assert all(getattr(built, n) == pytest.approx(1.1 * getattr(believed, n)) for n in numbers)
+
+
+def test_numbers_of_a_thruster_are_those_of_its_set() -> None:
+    given = load_parameter_set("force_table")
+    rate = replace(given.parameters["rate"], standard_deviation=1.5)
+    model = load_model("bluerov2")
+    model = replace(model, sets=(replace(given, parameters={**given.parameters, "rate": rate}),) * model.thrusters)
+    found = nuisances(model, [])
+    shared = {key[1]: deviation for key, deviation in found.items() if key[0] == "shared"}
+    scale = given.parameters["command_scale"]
+    assert shared["drive"] == scale.standard_deviation and shared["rate"] == pytest.approx(0.15)
+    assert shared["thrust"] == given.parameters["thrust_scale"].standard_deviation
+    assert {"c_u1", "c_u2"}.isdisjoint(shared)
+    built = model.built({("shared", "drive"): 0.1}).settings.thrusters[0]
+    assert (built.c_u1, built.c_u2) == pytest.approx((1.1 * given.coefficients.c_u1, 1.1 * given.coefficients.c_u2))
+
+
+def test_a_number_by_another_name_than_its_coefficient_has_the_deviation_that_is_stated() -> None:
+    given = load_parameter_set("first_order")
+    g_1 = replace(given.parameters["g_1"], standard_deviation=0.2 * given.parameters["g_1"].value)
+    model = load_model("bluerov2")
+    model = replace(model, sets=(replace(given, parameters={**given.parameters, "g_1": g_1}),) * model.thrusters)
+    found = nuisances(model, [])
+    assert found["shared", "c_u1"] == pytest.approx(0.2) and found["shared", "c_u2"] == SHARED
+
+
+@pytest.mark.parametrize(("volts", "deviation"), [(14.0, VOLTMETER), (16.0, 0.1)])
+def test_volts_are_read_to_a_voltmeters_accuracy_where_the_thrusters_table_has_volts(
+    volts: float, deviation: float
+) -> None:
+    model = load_model("bluerov2", "force_table")
+    model = replace(model, sensors=replace(model.sensors, nominal_voltage=volts))
+    there = dict.fromkeys((*CHANNELS_OF, "tachometer"), False) | {"gyro": True, "battery": True}
+    found = nuisances(model, [SimpleNamespace(there=there, battery=np.full((3, 2), 15.0))])  # type: ignore[list-item]
+    assert found["power", "nominal_voltage"] == deviation
 
 
 def test_places_and_directions_of_thrusters_are_uncertain() -> None:
