@@ -1,4 +1,4 @@
-"""What a search begins with: wrong wires, or a delay of all commands or of one sensor, or nothing."""
+"""What a search begins with: wrong wires, a delay of all commands or of one sensor, a drift of clocks, or nothing."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
@@ -22,7 +22,10 @@ from gap_diagnosis.vehicle.unknowns import Key
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.innovations import CHANNELS
 
-__all__ = ["Begun", "begun"]
+__all__ = ["Begun", "begun", "delays_in", "foreseen"]
+
+_TWICE, _FINELY = 2.0, 0.05
+"""Times the best size tried up to which a delay or a drift is searched, and how finely at least, as a share of it."""
 
 
 class _Rough(NamedTuple):
@@ -54,10 +57,9 @@ def begun(
     from. So the believed ones are asked first. What re-tuned numbers explain as well is no delay.
     Where a delay begins, numbers without it are those nearest to it: from the believed ones they wander far.
     """
-    delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
     switches = [h for h in tried if h.switch]
-    nothing = _foreseen(model, logs, ()) if switches or delays else 0.0
-    late_ones, values = _late_beyond_numbers(model, logs, free, _delayed(model, logs, delays, nothing))
+    nothing = foreseen(model, logs, ())
+    late_ones, values = _late_beyond_numbers(model, logs, free, delays_in(model, logs, tried, nothing))
     if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
         told(f"fits {', or '.join(a.hypothesis.words for _, each in late_ones for a in each.effects)}")
         # quick fits beside each other's noises do not tell two delays apart
@@ -94,7 +96,7 @@ def _wired_wrongly(
     on: list[Refined] = []
     best, switches = nothing, list(switches)
     while switches and len(on) < rules.MOST_EFFECTS:
-        scores = side_by_side(lambda h: _foreseen(model, logs, [*on, _of_size(h)]), switches)
+        scores = side_by_side(lambda h: foreseen(model, logs, [*on, _of_size(h)]), switches)
         likeliest = switches[scores.index(max(scores))]
         if max(scores) < best + np.log(rules.CLAIM):
             break
@@ -107,25 +109,28 @@ def _wired_wrongly(
     return on
 
 
-def _delayed(
-    model: Model, logs: Sequence[VehicleLog], delays: Sequence[Hypothesis], nothing: float
+def delays_in(
+    model: Model, logs: Sequence[VehicleLog], tried: Sequence[Hypothesis], nothing: float
 ) -> list[tuple[float, Refined]]:  # fmt: skip
-    """Return the delays of all alike with which believed numbers foresee recordings far better, each with its gain at
-    its best size."""
-    tried = [_of_size(h, size) for h in delays for size in h.further]
-    scores = side_by_side(lambda each: _foreseen(model, logs, [each]), tried)
+    """Return the delays, and drifts of clocks, of all alike with which believed numbers foresee recordings far better
+    than without any (nothing), each with its gain at its best size."""
+    delays = [h for h in tried if h.thruster is None and h.further and not h.carrier]
+    sized = [_of_size(h, size) for h in delays for size in h.further]
+    scores = side_by_side(lambda each: foreseen(model, logs, [each]), sized)
     if max(scores, default=-np.inf) < nothing + np.log(rules.CLAIM):
         return []
-    order = sorted(range(len(tried)), key=lambda j: -scores[j])
+    order = sorted(range(len(sized)), key=lambda j: -scores[j])
     found = []
-    for h in list(dict.fromkeys(tried[j].hypothesis for j in order))[: rules.REFINED_LATE]:
+    for h in list(dict.fromkeys(sized[j].hypothesis for j in order))[: rules.REFINED_LATE]:
+        nearest = next(sized[j].sizes[0] for j in order if sized[j].hypothesis is h)
 
-        def of(size: float, h: Hypothesis = h) -> float:
-            return -_foreseen(model, logs, [_of_size(h, (float(size),))])
+        def of(share: float, h: Hypothesis = h, size: float = nearest) -> float:
+            return -foreseen(model, logs, [_of_size(h, (share * size,))])
 
-        longest = h.further[-1][0]
-        best = minimize_scalar(of, bounds=(0.0, longest), method="bounded", options={"xatol": rules.TIMING})
-        found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x),))))
+        most = min(_TWICE, h.most / abs(nearest))
+        finely = min(rules.TIMING / abs(nearest), _FINELY)
+        best = minimize_scalar(of, bounds=(0.0, most), method="bounded", options={"xatol": finely})
+        found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x) * nearest,))))
     return [each for each in found if each[0] > np.log(rules.CLAIM)]
 
 
@@ -162,7 +167,7 @@ def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:
     return Refined(hypothesis=h, sizes=sizes, deviations=())
 
 
-def _foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Refined]) -> float:
+def foreseen(model: Model, logs: Sequence[VehicleLog], on: Sequence[Refined]) -> float:
     """Return the log likelihood of recordings under the believed numbers, with effects on."""
     found = unlearned(model, logs, {}, [a.active for a in on])
     rotors = slice(CHANNELS, CHANNELS + model.thrusters)

@@ -75,13 +75,14 @@ class Hypothesis:
 
     @property
     def further(self) -> tuple[tuple[float, ...], ...]:
-        """Sizes beside small ones from which it is looked for: of delays and lags, and of what is at a place.
+        """Sizes beside small ones from which it is looked for: of delays, lags and drifts, and of what is at a place.
 
         What they do is bent. What a delay does to a pulse tells nothing of it once it is longer than the pulse's edge,
         and from none a fit ended at 9 ms of 143.
         """
-        timed = bool(self.parameters) and not self.grid and self.units[self.parameters[0]] == "s"
+        timed = bool(self.parameters) and not self.grid and self.units[self.parameters[0]] in ("s", "s/s")
         sizes = [share * self.scale[0] for share in _FURTHER] if timed or self.carrier else []
+        sizes += [-size for size in sizes if timed and self.lower[0] < 0.0]
         return tuple((size, *(0.0 for _ in self.parameters[1:])) for size in sizes)
 
     @property

@@ -1,0 +1,33 @@
+"""Delays and drifts are found from where they begin: nothing that is small leads to them."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gap_diagnosis.vehicle.beginning import delays_in, foreseen
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.hypotheses import hypotheses
+from gap_diagnosis.vehicle.log import told_in
+from gap_diagnosis.vehicle.log_io import read_logs
+from run_bag import write_run
+
+
+@pytest.mark.parametrize("rate", [0.008, -0.006])
+def test_a_drift_of_a_third_of_a_second_is_a_drift_and_no_delay(rate: float, tmp_path: Path) -> None:
+    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
+    model = load_model(draw.vehicle)
+    topics = [
+        replace(topic, stamps=1_000_000_000 + np.round((topic.stamps - 1_000_000_000) * (1.0 - rate)).astype(np.int64))
+        if topic.name.endswith("throttle")
+        else topic
+        for topic in recorded(draw, model.vehicle, model.sets, model.sensors)[0]
+    ]
+    logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
+    found = delays_in(model, logs, hypotheses(model, told_in(logs)), foreseen(model, logs, ()))
+    (_, likeliest), *_ = sorted(found, key=lambda each: -each[0])
+    assert likeliest.hypothesis.effect == "clock_drift"
+    assert likeliest.sizes[0] == pytest.approx(rate, rel=0.1)
