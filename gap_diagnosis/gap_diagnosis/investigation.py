@@ -36,19 +36,22 @@ from system_identification.search import Search, searched, thinned
 from system_identification.suspects import Suspect
 from system_identification.traces import traces_of
 
-__all__ = ["Investigation", "imitated_by_parameters", "investigate", "weighed_up"]
+__all__ = ["InVain", "Investigation", "imitated_by_parameters", "investigate", "weighed_up"]
 
 _OTHERS = 5
 """Sets beside the best one that widen the intervals of its shares."""
+_SEVERAL = 2
+"""Effects beside which it is asked whether a further one explains anything: it takes a sixth of a step."""
 
 Array = NDArray[np.float64]
 
 
 class Left(NamedTuple):
-    """A set, fitted under the noise of a healthy thruster."""
+    """A set, fitted under the noise of a healthy thruster, and what differs from run to run beside it, (R,)."""
 
     fitted: Fitted
     noise: Whitener
+    loose: Array
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -264,9 +267,33 @@ def investigate(
 ) -> Investigation:
     """Return the weighed sets for a problem without effects; `grew`: see `searched`."""
     offer = offers_of(signals, excluded)
-    search = searched(problem, offer, grew=grew, progress=progress)
+    search = searched(problem, offer, grew=grew, in_vain=InVain(), progress=progress)
     progress("what is left")
     return weighed_up(search, offer)
+
+
+class InVain:
+    """Tells where a further effect explains less than is left without a name, and leaves as much of that as there was.
+
+    A model that is wrong in a way without a name is fitted better by one effect after the other, and none of them is
+    at work. What several effects are at work in leaves less with each that is found.
+    """
+
+    def __init__(self) -> None:
+        self.known: dict[tuple[str, ...], float] = {}
+
+    def __call__(self, before: Hypothesis, found: Hypothesis) -> bool:
+        if len(before.suspects) < _SEVERAL:
+            return False
+        left = self.left(found)
+        return left > max(RULES.nameless, found.evidence - before.evidence) and left >= self.left(before)
+
+    def left(self, found: Hypothesis) -> float:
+        """Return the evidence for something without a name beside a set."""
+        if found.keys not in self.known:
+            left = _left(found, _healthy(found))
+            self.known[found.keys] = discrepancy(left.fitted, left.noise).evidence
+        return self.known[found.keys]
 
 
 def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> Investigation:
@@ -295,7 +322,7 @@ def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> 
 
 def _with_push(unexplained: Discrepancy, left: Left) -> Discrepancy:
     """Return what is left, with the random push of the rotor where more evidence is for that than for all functions."""
-    uneven = evidence_for_uneven_push(left.fitted, left.noise)
+    uneven = evidence_for_uneven_push(left.fitted, left.noise, left.loose)
     if uneven <= max(unexplained.evidence, RULES.nameless):
         return unexplained
     feature = Feature("speed", "a random push that grows with |n|", 2.0 * uneven)
@@ -339,6 +366,7 @@ def _left(found: Hypothesis, healthy: Whitener) -> Left:
     noise = whitener(system, found.fitted.x, healthy.levels).scattering_as(found.noise.levels)
     noise = noise.tamed(found.fitted.residuals - found.loose.explained)
     groups = groups_of(found.fitted, found.suspects)
-    noise = learned_levels(found.fitted, noise, groups)[2].scattering_as(found.noise.levels)
+    loose, _, noise = learned_levels(found.fitted, noise, groups)
+    noise = noise.scattering_as(found.noise.levels)
     fitted = fit(system, noise, found.fitted.x, iterations=3, near=found.fitted)
-    return Left(fitted=fitted, noise=noise)
+    return Left(fitted=fitted, noise=noise, loose=loose.explained)

@@ -29,16 +29,18 @@ _NOTEWORTHY = 1.0
 """Times the noise of its reading that the rotor must be moved: below, no machine turns as evenly as its model."""
 
 
-def evidence_for_uneven_push(fitted: Fitted, noise: Whitener) -> float:
+def evidence_for_uneven_push(fitted: Fitted, noise: Whitener, loose: Array) -> float:
     """Return the logarithm of evidence that the rotor's random push grows with its speed, against one that does not.
 
-    None, -inf, where it hardly moves the rotor.
+    None, -inf, where it hardly moves the rotor. `loose`: what differs from run to run, (R,), is no push: a coefficient
+    that is another in each run pushes in proportion to the speed, too.
     """
     if not noise.linear or "speed" not in fitted.problem.pushed:
         return -np.inf
     shapes = _shapes(fitted, noise)
-    even, _ = _likeliest(noise, fitted.residuals, [np.ones_like(each) for each in shapes])
-    uneven, level = max(_likeliest(noise, fitted.residuals, [np.hypot(r, each) for each in shapes]) for r in _AT_REST)
+    rows = fitted.residuals - loose
+    even, _ = _likeliest(noise, rows, [np.ones_like(each) for each in shapes])
+    uneven, level = max(_likeliest(noise, rows, [np.hypot(r, each) for each in shapes]) for r in _AT_REST)
     return uneven - even - float(np.log(len(_AT_REST))) if level > _NOTEWORTHY else -np.inf
 
 

@@ -47,6 +47,25 @@ def pushed(fitted: Fitted, noise: Whitener, *, by_speed: bool, level: float, see
     return replace(fitted, residuals=left)
 
 
+def unlike_runs(fitted: Fitted, noise: Whitener, level: float) -> np.ndarray:
+    """Return what a coefficient does to the rows (R,) that is larger in one run and smaller in the other."""
+    problem = fitted.problem
+    moved = np.zeros(problem.known.size)
+    for sign, run, happened, recording in zip(
+        (1.0, -1.0), noise.linear, problem.happened(fitted.x), problem.recordings, strict=True
+    ):
+        count, m, q = run.push.shape
+        n = happened.outputs["speed"]
+        at = np.interp(run.dt * np.arange(count), recording.experiment.dt * np.arange(n.size), n)
+        walks = np.zeros((q, count))
+        walks[0] = sign * level * noise.units[0] * at / np.sqrt(np.mean(at**2))
+        states = np.zeros((count, m, q))
+        driven_by(run.transition, run.push, walks, states)
+        there = states.sum(axis=2)[np.minimum(run.places, count - 1)]
+        moved[run.rows] = np.einsum("km,km->k", run.readings[:, :m], there)
+    return moved
+
+
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_push_that_grows_with_speed_is_told_from_one_that_does_not(
     fitted: tuple[Fitted, Whitener], seed: int
@@ -54,10 +73,20 @@ def test_a_push_that_grows_with_speed_is_told_from_one_that_does_not(
     uneven = pushed(*fitted, by_speed=True, level=LEVEL, seed=seed)
     even = pushed(*fitted, by_speed=False, level=LEVEL, seed=seed)
     learned = replace(fitted[1], levels=replace(fitted[1].levels, pushes=(2.0, 0.1, 0.1)))
-    assert evidence_for_uneven_push(uneven, learned) > 20.0
-    assert evidence_for_uneven_push(even, learned) < 0.0
+    none = np.zeros(even.residuals.size)
+    assert evidence_for_uneven_push(uneven, learned, none) > 20.0
+    assert evidence_for_uneven_push(even, learned, none) < 0.0
+
+
+def test_a_coefficient_that_is_another_in_each_run_is_no_push(fitted: tuple[Fitted, Whitener]) -> None:
+    even = pushed(*fitted, by_speed=False, level=LEVEL, seed=1)
+    loose = unlike_runs(*fitted, level=3.0 * LEVEL)
+    other = replace(even, residuals=even.residuals + loose)
+    learned = replace(fitted[1], levels=replace(fitted[1].levels, pushes=(2.0, 0.1, 0.1)))
+    assert evidence_for_uneven_push(other, learned, np.zeros(loose.size)) > 20.0
+    assert evidence_for_uneven_push(other, learned, loose) < 0.0
 
 
 def test_a_push_that_hardly_moves_the_rotor_is_none(fitted: tuple[Fitted, Whitener]) -> None:
     small = pushed(*fitted, by_speed=True, level=0.3, seed=1)
-    assert evidence_for_uneven_push(small, fitted[1]) == -np.inf
+    assert evidence_for_uneven_push(small, fitted[1], np.zeros(small.residuals.size)) == -np.inf

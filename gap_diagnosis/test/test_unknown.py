@@ -1,6 +1,7 @@
 """What speaks for something without a name: lines, stretches of lost thrust, effects beyond what is plausible."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,9 +10,27 @@ from generated import campaign, noise_of
 from gap_diagnosis.diagnosis import diagnose
 from gap_diagnosis.diagnosis_json import as_json
 from gap_diagnosis.discrepancy import discrepancy
+from gap_diagnosis.investigation import InVain
 from gap_diagnosis.lines import lines_of
 from gap_diagnosis.problem import Problem, deviations_of
 from system_identification.fitting import fit
+
+
+def test_effects_are_sought_no_further_where_they_explain_less_than_is_left_and_leave_as_much():
+    def of(keys, evidence):
+        return SimpleNamespace(keys=keys, suspects=keys, evidence=evidence)
+
+    def told(left, before, gained, keys=("a", "b", "c")):
+        judge = InVain()
+        judge.known = {keys: left, keys[:-1]: before}
+        return judge(of(keys[:-1], 0.0), of(keys, gained))
+
+    assert told(left=214.0, before=188.0, gained=33.0)  # a command that is bent, with a third effect
+    assert not told(left=32.0, before=33.0, gained=174.0)  # several effects, as each is found
+    assert not told(left=150.0, before=188.0, gained=33.0)  # less is left
+    assert not told(left=214.0, before=188.0, gained=350.0)  # it explains more than is left
+    assert not told(left=5.0, before=4.0, gained=3.0)  # nothing to speak of is left
+    assert not told(left=214.0, before=188.0, gained=33.0, keys=("a", "b"))
 
 
 def lines_in(fitted):

@@ -76,6 +76,7 @@ def searched(
     *,
     caps: Caps | None = None,
     grew: Callable[[Hypothesis], None] = lambda _: None,
+    in_vain: Callable[[Hypothesis, Hypothesis], bool] = lambda _, __: False,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Search:
     """Return the sets of effects that explain a system's rows.
@@ -85,9 +86,11 @@ def searched(
         offer: the suspects about a hypothesis, with sizes to try.
         caps: what noise may be.
         grew: is given each set that has become larger, and at last the best one; what it raises ends the search.
+        in_vain: tells of a set and one that is larger by an effect whether more of them will explain nothing: then
+            none is sought any more, nor others in their places.
         progress: is told of each stage.
     """
-    return _Searching(system, offer, caps or Caps(), grew, progress).run()
+    return _Searching(system, offer, caps or Caps(), grew, in_vain, progress).run()
 
 
 def _worth_trying(looks: Sequence[Rated]) -> dict[str, Array]:
@@ -117,9 +120,11 @@ class _Searching:
         offer: Offer,
         caps: Caps,
         grew: Callable[[Hypothesis], None],
+        in_vain: Callable[[Hypothesis, Hypothesis], bool],
         progress: Callable[[str], None],
     ) -> None:
-        self.offer, self.grew, self.progress = offer, grew, progress
+        self.offer, self.grew, self.in_vain, self.progress = offer, grew, in_vain, progress
+        self.ended = False
         progress("base fit")
         self.sets = Sets(system, caps)
         self.pruning = Pruning(self.sets)
@@ -133,7 +138,7 @@ class _Searching:
         current = self.grown(sets.settled(sets.best))
         best = self.exchanged()
         for _ in range(ROUNDS):
-            if best.keys == current.keys:
+            if best.keys == current.keys or self.ended:
                 break
             current = self.grown(best)  # what is exchanged may have made room for more
             best = self.exchanged()
@@ -145,15 +150,16 @@ class _Searching:
 
     def grown(self, current: Hypothesis) -> Hypothesis:
         """Return a set with one effect more after the other, as long as one is worth it."""
-        while len(current.suspects) < MOST:
+        while len(current.suspects) < MOST and not self.ended:
             self.progress(f"suspects beside {', '.join(current.keys) or 'nothing'}")
             ranked, tries = self.look(current)
             self.first = self.first or ranked
             better = self.step(current, tries)
             if better is None:
                 break
+            self.grew(better)
+            self.ended = better.keys != current.keys and self.in_vain(current, better)
             current = better
-            self.grew(current)
         return current
 
     def trials_beside(self, current: Hypothesis) -> list[Trial]:
@@ -273,7 +279,7 @@ class _Searching:
 
         Sets that come out about as likely are left in the same way: two exchanged effects are one step each.
         """
-        for done in range(_EXCHANGES):
+        for done in range(0 if self.ended else _EXCHANGES):
             best = self.sets.best
             least = self.sets.score(best) - NEAR
             near = [

@@ -32,6 +32,21 @@ def test_effects_are_named_with_their_sizes_beside_disturbances(effects, seed):
         assert abs(found.fitted.x[place] * width - effects[suspect.effect]) < 4.0 * deviation + 0.02
 
 
+def test_a_search_that_is_in_vain_ends_with_what_it_has():
+    system = recorded(23, push=1.0, friction=0.8, scale=0.2)
+    asked = []
+
+    def in_vain(before, found):
+        asked.append((before.keys, found.keys))
+        return True
+
+    found = searched(system, suspects, in_vain=in_vain)
+    (added,) = found.best.keys
+    assert asked == [((), (added,))]
+    assert set(found.weighed) >= {frozenset(), frozenset((added,))}
+    assert max(map(len, found.weighed)) == 1
+
+
 def test_parameters_come_out_within_their_deviations():
     system = recorded(31, push=0.5)
     noise = whitener(system, np.zeros(2))
