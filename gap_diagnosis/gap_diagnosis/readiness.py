@@ -17,6 +17,7 @@ from system_identification.rating import UNMOVED, rated, tried
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
+from thruster_model.unmoved import unmoved
 
 __all__ = ["excitation", "readiness"]
 
@@ -85,9 +86,12 @@ def _effects(problem: Problem) -> list[Finding]:
     base = fit(problem, noise, problem.start(), iterations=_STEPS)
     offered = suspects(signals)
     looks = rated(base, noise, tried(base, offered, lambda each: problem.tried(base.x, each)))
-    shown = sorted(each.suspect.key for each in looks if each.visibility > RULES.visible)
-    hidden = sorted(each.suspect.key for each in looks if UNMOVED < each.visibility <= RULES.visible)
-    idle = sorted(each.suspect.key for each in looks if each.visibility <= UNMOVED)
+    # An effect that no equation has may still shorten a step, and change the last digits.
+    without = unmoved([problem.parameter_set])
+    idle = sorted(each.suspect.key for each in looks if each.visibility <= UNMOVED or each.suspect.effect in without)
+    seen = {each.suspect.key: each.visibility for each in looks if each.suspect.key not in idle}
+    shown = sorted(key for key, visibility in seen.items() if visibility > RULES.visible)
+    hidden = sorted(seen.keys() - set(shown))
     blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
     logged = [name for name in found_by("log", "gates") if name not in blind]
     found = [

@@ -74,6 +74,7 @@ def test_effects_of_what_a_model_does_not_have_change_nothing():
     stated, recordings = campaign(runs=1, duration=12.0, channels=("n", "thrust"), model="simplified")
     idle = kinds(readiness(recordings, stated), "note")["effects that would change nothing"]
     assert "flow_lag" in idle and "ambient_current" in idle and "coulomb_friction" not in idle
+    assert "flow_reversal_loss" in idle  # it shortens steps about a reversal all the same
 
 
 def test_a_sensor_that_is_missing_takes_its_effects_away():

@@ -46,6 +46,8 @@ EFFECT = Effect(
     block="thrust",
     equation="T - s c_nv |n| v",
     parameters=(EffectParameter(name="share", unit="1", meaning="of c_nv in addition", lower=0.0, upper=1.5),),
+    note="where a set has no c_nv it is the HL model's; where it has no flow, v and U follow (4.4) and (4.5) with the "
+    "HL model's numbers",
     hooks={"loads": loads, "axial": axial, "ambient": ambient},
     order=-1,
     suspected=(Suspected(sizes={"share": (0.7, 0.2)}, flowing=True),),
