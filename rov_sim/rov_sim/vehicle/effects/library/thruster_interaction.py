@@ -26,7 +26,8 @@ EFFECT = VehicleEffect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of thrust j lost with i at full", lower=0.0, upper=0.6),
     ),
-    note="T_max is the thrust of i at 5 V, settled in still water",
+    note="thruster i pushes, thruster j = `other` loses. T_max is the thrust of i at 5 V, settled in still water, by "
+    "the set as stated",
     needs=("thruster", "other"),
     body=body,
     suspected=(Suspected(sizes={"share": (0.3, 0.1)}),),
