@@ -1,6 +1,7 @@
 """What a search begins with: wrong wires, a delay of all commands or of one sensor, a drift of clocks, or nothing."""
 
 from collections.abc import Callable, Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -22,13 +23,13 @@ from gap_diagnosis.vehicle.unknowns import Key
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.innovations import CHANNELS
 
-__all__ = ["Begun", "begun", "delays_in", "foreseen"]
+__all__ = ["Begun", "RoughFit", "begun", "beyond_numbers", "delays_in", "foreseen"]
 
 _TWICE, _FINELY = 2.0, 0.05
 """Times the best size tried up to which a delay or a drift is searched, and how finely at least, as a share of it."""
 
 
-class _Rough(NamedTuple):
+class RoughFit(NamedTuple):
     """A fit under noises that are only typical: its log likelihood, what it gained, numbers, effects that are on."""
 
     likelihood: float
@@ -59,7 +60,7 @@ def begun(
     """
     switches = [h for h in tried if h.switch]
     nothing = foreseen(model, logs, ())
-    late_ones, values = _late_beyond_numbers(model, logs, free, delays_in(model, logs, tried, nothing))
+    late_ones, values = beyond_numbers(model, logs, free, delays_in(model, logs, tried, nothing))
     if late_ones and not _wired_wrongly(model, logs, switches, max(gain for gain, _ in late_ones) + nothing):
         told(f"fits {', or '.join(a.hypothesis.words for _, each in late_ones for a in each.effects)}")
         # quick fits beside each other's noises do not tell two delays apart
@@ -134,33 +135,44 @@ def delays_in(
     return [each for each in found if each[0] > np.log(rules.CLAIM)]
 
 
-def _late_beyond_numbers(
+def beyond_numbers(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], late_ones: Sequence[tuple[float, Refined]]
-) -> tuple[list[tuple[float, _Rough]], Mapping[Key, float]]:
+) -> tuple[list[tuple[float, RoughFit]], Mapping[Key, float]]:
     """Return those of some delays that explain what no numbers do, by rough fits, each with its gain at the believed
     numbers: the one that does most, and others that do nearly as much; and the numbers without any."""
     if not late_ones:
         return [], {}
     bare = _rough(model, logs, free, ())
-    found = [_rough(model, logs, free, (each,)) for _, each in late_ones]
-    gains = [each.likelihood - bare.likelihood for each in found]
-    least = max(np.log(rules.CLAIM), rules.ROUGH * bare.gained, rules.ALSO_LATE * max(gains))
-    late = [(own, each) for (own, _), each, gain in zip(late_ones, found, gains, strict=True) if gain >= least]
-    return late, bare.values
+    found = [(own, _rough(model, logs, free, (each,))) for own, each in late_ones]
+
+    def beyond(bare: RoughFit) -> list[tuple[float, RoughFit]]:
+        gains = [each.likelihood - bare.likelihood for _, each in found]
+        least = max(np.log(rules.CLAIM), rules.ROUGH * bare.gained, rules.ALSO_LATE * max(gains))
+        return [each for each, gain in zip(found, gains, strict=True) if gain >= least]
+
+    # Numbers are fitted from where a delay's fit ended, too: it may have led to where they do as well without.
+    for _, each in beyond(bare):
+        again = _rough(model, logs, free, (), each.values)
+        bare = max(bare, again._replace(gained=bare.gained), key=lambda one: one.likelihood)
+    return beyond(bare), bare.values
 
 
-def _rough(model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined]) -> _Rough:
-    """Return a rough fit of numbers and effects from the believed numbers, with what is typical of noises."""
+def _rough(
+    model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], on: Sequence[Refined],
+    values: Mapping[Key, float] = MappingProxyType({}),
+) -> RoughFit:  # fmt: skip
+    """Return a rough fit of numbers and effects from values, or the believed ones, with what is typical of noises."""
     runs = unlearned(model, logs, {}, [each.active for each in on])
     screen = Screen(model=model, runs=runs, values={})
     problem = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in on))
     sizes = [each.sizes for each in on]
-    before = problem.score(np.zeros(len(free)), sizes)
-    moved, sizes, _ = problem.most_likely(np.zeros(len(free)), sizes)
+    start = np.array([values.get(key, 0.0) / deviation for key, deviation in free.items()])
+    before = problem.score(start, sizes)
+    moved, sizes, _ = problem.most_likely(start, sizes)
     score = problem.score(moved, sizes)
     values = {k: float(x) * d for (k, d), x in zip(free.items(), moved, strict=True)}
     effects = tuple(_of_size(h, s) for h, s in zip(problem.effects, sizes, strict=True))
-    return _Rough(score - 0.5 * sum(map(log_determinant, runs)), score - before, values, effects)
+    return RoughFit(score - 0.5 * sum(map(log_determinant, runs)), score - before, values, effects)
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

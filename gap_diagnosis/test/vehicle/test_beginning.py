@@ -2,11 +2,13 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.beginning import delays_in, foreseen
+from gap_diagnosis.vehicle import beginning
+from gap_diagnosis.vehicle.beginning import RoughFit, beyond_numbers, delays_in, foreseen
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.diagnosis_io import load_model
@@ -31,3 +33,21 @@ def test_a_drift_of_a_third_of_a_second_is_a_drift_and_no_delay(rate: float, tmp
     (_, likeliest), *_ = sorted(found, key=lambda each: -each[0])
     assert likeliest.hypothesis.effect == "clock_drift"
     assert likeliest.sizes[0] == pytest.approx(rate, rel=0.1)
+
+
+@pytest.mark.parametrize(("from_there", "late"), [(195.0, False), (120.0, True)])
+def test_a_delay_is_none_where_numbers_do_as_well_once_they_are_where_it_led_to(
+    from_there: float, late: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    there = {("vehicle", "mass"): 0.3}
+
+    def rough(model: Any, logs: Any, free: Any, on: Any, values: Any = None) -> RoughFit:
+        likelihood = 200.0 if on else from_there if values == there else 100.0
+        return RoughFit(likelihood, 1000.0, there if on or values else {}, tuple(on))
+
+    monkeypatch.setattr(beginning, "_rough", rough)
+    a_delay: Any = object()
+    model: Any = None
+    found, values = beyond_numbers(model, [], {}, [(500.0, a_delay)])
+    assert [own for own, _ in found] == ([500.0] if late else [])
+    assert values == there
