@@ -1,5 +1,6 @@
 """Random pushes of the rotor, drawn on the model linearised: as hard at any speed, or harder the faster it turns."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -25,45 +26,40 @@ def fitted() -> tuple[Fitted, Whitener]:
     return fit(problem, noise, problem.start(), iterations=0), noise
 
 
+def driven(fitted: Fitted, noise: Whitener, walk: Callable[[int, np.ndarray], np.ndarray]) -> np.ndarray:
+    """Return what a push of the rotor does to the rows, (R,); walk: of a run, by its number and its speeds (N,), in
+    root mean squares of these.
+    """
+    problem = fitted.problem
+    moved = np.zeros(problem.known.size)
+    for k, (run, happened, recording) in enumerate(
+        zip(noise.linear, problem.happened(fitted.x), problem.recordings, strict=True)
+    ):
+        count, _, q = run.push.shape
+        n = happened.outputs["speed"]
+        at = np.interp(run.dt * np.arange(count), recording.experiment.dt * np.arange(n.size), n)
+        walks = np.zeros((q, count))
+        walks[0] = noise.units[0] * walk(k, at / np.sqrt(np.mean(at**2)))
+        states = np.zeros((count, run.transition.shape[1], q))
+        driven_by(run.transition, run.push, walks, states)
+        there = states.sum(axis=2)[np.minimum(run.places, count - 1)]
+        moved[run.rows] = np.einsum("km,km->k", run.readings[:, : run.transition.shape[1]], there)
+    return moved
+
+
 def pushed(fitted: Fitted, noise: Whitener, *, by_speed: bool, level: float, seed: int) -> Fitted:
     """Return a fit that leaves noise and what a push of the rotor makes of readings, in place of its own residuals."""
     rng, problem = np.random.default_rng(seed), fitted.problem
     left = rng.standard_normal(problem.known.size)
     for each in problem.series:
         left[each.rows] *= noise.levels.sensors[each.signal]
-    for run, happened, recording in zip(noise.linear, problem.happened(fitted.x), problem.recordings, strict=True):
-        count, _, q = run.push.shape
-        keep = np.exp(-run.dt / noise.levels.memory)
-        walk = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal(count))
-        n = happened.outputs["speed"]
-        at = np.interp(run.dt * np.arange(count), recording.experiment.dt * np.arange(n.size), np.abs(n))
-        walks = np.zeros((q, count))
-        walks[0] = level * noise.units[0] * walk * (at / np.sqrt(np.mean(at**2)) if by_speed else 1.0)
-        states = np.zeros((count, run.transition.shape[1], q))
-        driven_by(run.transition, run.push, walks, states)
-        m = run.transition.shape[1]
-        moved = states.sum(axis=2)[np.minimum(run.places, count - 1)]
-        left[run.rows] += np.einsum("km,km->k", run.readings[:, :m], moved)
-    return replace(fitted, residuals=left)
 
+    def walk(k: int, speeds: np.ndarray) -> np.ndarray:
+        keep = np.exp(-noise.linear[k].dt / noise.levels.memory)
+        drawn = lfilter([np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal(speeds.size))
+        return np.asarray(level * drawn * (np.abs(speeds) if by_speed else 1.0))
 
-def unlike_runs(fitted: Fitted, noise: Whitener, level: float) -> np.ndarray:
-    """Return what a coefficient does to the rows (R,) that is larger in one run and smaller in the other."""
-    problem = fitted.problem
-    moved = np.zeros(problem.known.size)
-    for sign, run, happened, recording in zip(
-        (1.0, -1.0), noise.linear, problem.happened(fitted.x), problem.recordings, strict=True
-    ):
-        count, m, q = run.push.shape
-        n = happened.outputs["speed"]
-        at = np.interp(run.dt * np.arange(count), recording.experiment.dt * np.arange(n.size), n)
-        walks = np.zeros((q, count))
-        walks[0] = sign * level * noise.units[0] * at / np.sqrt(np.mean(at**2))
-        states = np.zeros((count, m, q))
-        driven_by(run.transition, run.push, walks, states)
-        there = states.sum(axis=2)[np.minimum(run.places, count - 1)]
-        moved[run.rows] = np.einsum("km,km->k", run.readings[:, :m], there)
-    return moved
+    return replace(fitted, residuals=left + driven(fitted, noise, walk))
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
@@ -80,7 +76,7 @@ def test_a_push_that_grows_with_speed_is_told_from_one_that_does_not(
 
 def test_a_coefficient_that_is_another_in_each_run_is_no_push(fitted: tuple[Fitted, Whitener]) -> None:
     even = pushed(*fitted, by_speed=False, level=LEVEL, seed=1)
-    loose = unlike_runs(*fitted, level=3.0 * LEVEL)
+    loose = driven(*fitted, lambda k, speeds: 3.0 * LEVEL * (1.0, -1.0)[k] * speeds)
     other = replace(even, residuals=even.residuals + loose)
     learned = replace(fitted[1], levels=replace(fitted[1].levels, pushes=(2.0, 0.1, 0.1)))
     assert evidence_for_uneven_push(other, learned, np.zeros(loose.size)) > 20.0

@@ -19,7 +19,7 @@ from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import likelihood, log_evidence, settled, settled_with
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 from gap_diagnosis.vehicle.stage import log_prior
-from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.unknowns import Key, in_deviations, in_units
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.innovations import CHANNELS
 
@@ -144,16 +144,16 @@ def beyond_numbers(
         return [], {}
     bare = _rough(model, logs, free, ())
     found = [(own, _rough(model, logs, free, (each,))) for own, each in late_ones]
+    much = rules.ROUGH * bare.gained
 
     def beyond(bare: RoughFit) -> list[tuple[float, RoughFit]]:
         gains = [each.likelihood - bare.likelihood for _, each in found]
-        least = max(np.log(rules.CLAIM), rules.ROUGH * bare.gained, rules.ALSO_LATE * max(gains))
+        least = max(np.log(rules.CLAIM), much, rules.ALSO_LATE * max(gains))
         return [each for each, gain in zip(found, gains, strict=True) if gain >= least]
 
     # Numbers are fitted from where a delay's fit ended, too: it may have led to where they do as well without.
     for _, each in beyond(bare):
-        again = _rough(model, logs, free, (), each.values)
-        bare = max(bare, again._replace(gained=bare.gained), key=lambda one: one.likelihood)
+        bare = max(bare, _rough(model, logs, free, (), each.values), key=lambda one: one.likelihood)
     return beyond(bare), bare.values
 
 
@@ -166,13 +166,12 @@ def _rough(
     screen = Screen(model=model, runs=runs, values={})
     problem = Problem(screen=screen, nuisances=free, effects=tuple(each.hypothesis for each in on))
     sizes = [each.sizes for each in on]
-    start = np.array([values.get(key, 0.0) / deviation for key, deviation in free.items()])
+    start = in_deviations(values, free)
     before = problem.score(start, sizes)
     moved, sizes, _ = problem.most_likely(start, sizes)
     score = problem.score(moved, sizes)
-    values = {k: float(x) * d for (k, d), x in zip(free.items(), moved, strict=True)}
     effects = tuple(_of_size(h, s) for h, s in zip(problem.effects, sizes, strict=True))
-    return RoughFit(score - 0.5 * sum(map(log_determinant, runs)), score - before, values, effects)
+    return RoughFit(score - 0.5 * sum(map(log_determinant, runs)), score - before, in_units(moved, free), effects)
 
 
 def _of_size(h: Hypothesis, sizes: tuple[float, ...] = ()) -> Refined:

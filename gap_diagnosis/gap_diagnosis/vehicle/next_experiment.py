@@ -27,7 +27,7 @@ from gap_diagnosis.vehicle.refining import Fit, Problem
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown, stage_at
-from gap_diagnosis.vehicle.unknowns import acts_in
+from gap_diagnosis.vehicle.unknowns import acts_in, in_deviations
 from gap_diagnosis.vehicle.verdict import Verdict
 
 __all__ = ["NextExperiment", "Separation", "next_experiment"]
@@ -113,7 +113,7 @@ def _with_recording(found: Found, logs: Sequence[VehicleLog], programme: Program
     run = len(logs)
     prepared = prepared_with(model, log, run, learned_from(last.screen.runs), fit.values, effects, states)
     free = {k: d for k, d in nuisances(model, [*logs, log]).items() if acts_in(k, run)}
-    moved = np.array([fit.values.get(k, 0.0) / d for k, d in free.items()])
+    moved = in_deviations(fit.values, free)
     sizes = [a.sizes for a in fit.effects]
     problem = Problem(
         screen=Screen(model=model, runs=[prepared], values={}), nuisances=free,

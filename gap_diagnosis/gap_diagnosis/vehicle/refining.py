@@ -24,7 +24,7 @@ from gap_diagnosis.vehicle.descent import Columns, descended, normal
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
-from gap_diagnosis.vehicle.unknowns import Key, acts_in
+from gap_diagnosis.vehicle.unknowns import Key, acts_in, in_units
 from gap_diagnosis.vehicle.whitening import LOST
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
@@ -200,7 +200,7 @@ class Problem:
         return x
 
     def _values(self, x: Array) -> dict[Key, float]:
-        return {k: float(s) * d for (k, d), s in zip(self.nuisances.items(), x, strict=False)}
+        return in_units(x, self.nuisances)
 
     def _sizes(self, x: Array) -> list[tuple[float, ...]]:
         at, out = len(self.nuisances), []

@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
-from gap_diagnosis.vehicle.unknowns import Key
+from gap_diagnosis.vehicle.unknowns import Key, in_deviations, in_units
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood
 
 __all__ = ["likelihood", "log_evidence", "settled", "settled_with"]
@@ -71,7 +71,7 @@ def _in_turn(
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
     """Return recordings and fit where noises and numbers, in turn, have settled; afresh: learn noises anew at first."""
     effects = tuple(a.hypothesis for a in accepted)
-    moved = np.array([values.get(k, 0.0) / d for k, d in free.items()])
+    moved = in_deviations(values, free)
     sizes = [a.sizes for a in accepted]
 
     def asked(runs: list[Prepared]) -> Problem:
@@ -86,9 +86,8 @@ def _in_turn(
             break
         anew = turn == 0 and afresh
         nearby = None if anew else columns  # noises that are learned anew change too much
-        there = {k: float(s) * d for (k, d), s in zip(free.items(), moved, strict=True)}
         on = [h.active(s) for h, s in zip(effects, sizes, strict=True)]
-        runs = prepared(model, logs, there, on, runs, afresh=anew)
+        runs = prepared(model, logs, in_units(moved, free), on, runs, afresh=anew)
         problem = asked(runs)
     # screening compares columns: those of the numbers must be as good as those of what is tried
     return runs, problem.fit(moved, sizes, exact=True)

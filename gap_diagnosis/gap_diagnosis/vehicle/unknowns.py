@@ -19,12 +19,19 @@ Unknowns are named by keys:
     ("nameless", place, feature) wrench on an axis, or error of a reading, in proportion to a feature of the motion
 """
 
+from collections.abc import Iterable, Mapping
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
-__all__ = ["CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "unit_of", "words_of"]
+__all__ = [
+    "CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "in_deviations", "in_units", "unit_of",
+    "words_of",
+]  # fmt: skip
 
 Key = tuple[Any, ...]
 OF_RUN = ("gyro", "force", "tilt", "trim", "charge")
@@ -47,6 +54,16 @@ def acts_in(key: Key, run: int) -> bool:
     if key[0] == "trim":
         return bool(0 <= run <= key[2])
     return key[0] not in OF_RUN or key[1] == run
+
+
+def in_deviations(values: Mapping[Key, float], free: Mapping[Key, float]) -> NDArray[np.float64]:
+    """Return unknowns in the deviations that they are free by, (m,); what has no value is as believed."""
+    return np.array([values.get(key, 0.0) / deviation for key, deviation in free.items()])
+
+
+def in_units(moved: Iterable[float], free: Mapping[Key, float]) -> dict[Key, float]:
+    """Return the values of unknowns that have moved by so many of their deviations; what follows them counts not."""
+    return {key: float(x) * deviation for (key, deviation), x in zip(free.items(), moved, strict=False)}
 
 
 def words_of(key: Key) -> str:
