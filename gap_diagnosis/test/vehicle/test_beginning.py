@@ -1,11 +1,10 @@
 """Delays and drifts are found from where they begin: nothing that is small leads to them."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
+from restamped import restamped
 
 from gap_diagnosis.vehicle import beginning
 from gap_diagnosis.vehicle.beginning import RoughFit, beyond_numbers, delays_in, foreseen
@@ -22,12 +21,8 @@ from run_bag import write_run
 def test_a_drift_of_a_third_of_a_second_is_a_drift_and_no_delay(rate: float, tmp_path: Path) -> None:
     draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=40.0)
     model = load_model(draw.vehicle)
-    topics = [
-        replace(topic, stamps=1_000_000_000 + np.round((topic.stamps - 1_000_000_000) * (1.0 - rate)).astype(np.int64))
-        if topic.name.endswith("throttle")
-        else topic
-        for topic in recorded(draw, model.vehicle, model.sets, model.sensors)[0]
-    ]
+    topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
+    topics = restamped(topics, "throttle", lambda t: t * (1.0 - rate))
     logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
     found = delays_in(model, logs, hypotheses(model, told_in(logs)), foreseen(model, logs, ()))
     (_, likeliest), *_ = sorted(found, key=lambda each: -each[0])

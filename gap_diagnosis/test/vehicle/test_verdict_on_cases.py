@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from restamped import restamped
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
@@ -174,12 +175,7 @@ def test_stamps_that_are_wrong_are_an_effect_of_their_log(
     draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=20.0)
     model = load_model(draw.vehicle)
     topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
-    wrong = [
-        replace(topic, stamps=np.round(1e9 * stamp(np.asarray(topic.stamps) / 1e9 - 1.0) + 1e9).astype(np.int64))
-        if topic.name.endswith(of)
-        else topic
-        for topic in topics
-    ]
+    wrong = restamped(topics, of, stamp)
     logs, model = read_logs([write_run(tmp_path / "run", wrong)], model)
     tried = (effect, "log_alignment", "command_delay", "command_lag", "velocity_delay", "thrust_loss")
     found = diagnosed(model, logs, {"runs": ["sealed"]}, only=lambda h: h.effect in tried, how_far=False)
