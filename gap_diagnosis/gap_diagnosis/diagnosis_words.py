@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gap_diagnosis.diagnosis import Diagnosis
+from gap_diagnosis.investigation import Investigation
 from gap_diagnosis.prediction import Sizes
 from gap_diagnosis.verdict import Claim, power
 from thruster_model.effects.stages import LIBRARY
@@ -37,13 +38,15 @@ def in_words(diagnosis: Diagnosis) -> str:
     """Return the verdict as a paragraph of plain words; what to do next follows by itself, see `next_step`."""
     verdict = diagnosis.verdict
     said = {
-        "no_gap": "No gap: the simulator, as its parameters are stated, predicts these recordings to within noise.",
-        "parameters": _parameters_in_words(diagnosis),
-        "cannot_tell": _cannot_tell_in_words(diagnosis),
-        "unknown": _unknown_in_words(diagnosis),
-        "not_enough_data": "Not enough data: " + "; ".join(diagnosis.reasons) + ".",
-        "effect": _claims_in_words(verdict.claims, diagnosis.parameter_set.effects.sizes),
-    }[verdict.verdict]
+        "no_gap": lambda _: (
+            "No gap: the simulator, as its parameters are stated, predicts these recordings to within noise."
+        ),
+        "parameters": _parameters_in_words,
+        "cannot_tell": _cannot_tell_in_words,
+        "unknown": _unknown_in_words,
+        "not_enough_data": lambda _: "Not enough data: " + "; ".join(diagnosis.reasons) + ".",
+        "effect": lambda _: _claims_in_words(verdict.claims, diagnosis.parameter_set.effects.sizes),
+    }[verdict.verdict](diagnosis)
     return " ".join(part for part in (said, _errors_in_words(diagnosis), _log_in_words(diagnosis)) if part)
 
 
@@ -105,7 +108,8 @@ def _cannot_tell_in_words(diagnosis: Diagnosis) -> str:
         )
     ranked = sorted(verdict.probabilities.items(), key=lambda each: -each[1])[:4]
     listed = [f"{name} {p:.2f}" for name, p in ranked if p > 0.02]
-    return f"This data cannot tell: several explanations remain ({', '.join([*listed, f'none {verdict.none:.2f}'])})."
+    text = f"This data cannot tell: several explanations remain ({', '.join([*listed, f'none {verdict.none:.2f}'])})."
+    return text if found is None else text + _doubts_in_words(found)
 
 
 def _unknown_in_words(diagnosis: Diagnosis) -> str:
@@ -133,9 +137,13 @@ def _unknown_in_words(diagnosis: Diagnosis) -> str:
         share = 100.0 * found.named_share
         part = f"{share:.0f}" if share < 99.5 else "more than 99"
         text += f" What is at work resembles {named}, which takes off {part} % of what re-tuning leaves."
-        doubts = [f"{key} {' and '.join(reasons)}" for key, reasons in found.doubts.items()]
-        text += f" Not claimed: {'; '.join(doubts)}." if doubts else ""
+        text += _doubts_in_words(found)
     return text
+
+
+def _doubts_in_words(found: Investigation) -> str:
+    doubts = [f"{key} {' and '.join(reasons)}" for key, reasons in found.doubts.items()]
+    return f" Not claimed: {'; '.join(doubts)}." if doubts else ""
 
 
 def _errors_in_words(diagnosis: Diagnosis) -> str:

@@ -256,6 +256,16 @@ class Investigation:
         """Tell whether something is left that nothing explains."""
         return self.unexplained.evidence > RULES.nameless
 
+    @cached_property
+    def unnamed(self) -> float:
+        """Evidence, nats, for something without a name beside those effects of the best set that are not doubted."""
+        if not self.doubts:
+            return self.unexplained.evidence
+        sure = frozenset(self.best.keys) - set(self.doubts)
+        base = max((h for keys, h in self.search.weighed.items() if keys <= sure), key=self.search.score)
+        left = _left(base, _healthy(self.best)) if base.suspects else self.left_by_none
+        return _with_push(discrepancy(left.fitted, left.noise), left).evidence
+
 
 def investigate(
     problem: Problem,

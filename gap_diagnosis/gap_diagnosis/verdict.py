@@ -138,7 +138,7 @@ def _unknown(found: Investigation) -> float:
     best = found.best
     held = np.max(np.abs(best.fitted.x[: len(best.system.names)])) > RULES.held
     resembling = found.evident >= RULES.evident and sum(found.resembling.values()) > 1.0 - RULES.named
-    if held or resembling or _beyond(best):
+    if held or _beyond(best) or (resembling and found.unnamed > RULES.nameless):
         return 1.0 - RULES.resembles
     significant = float(expit((found.unexplained.evidence - RULES.nameless) / RULES.tempered))
     if best.suspects and found.named_share >= RULES.named:
