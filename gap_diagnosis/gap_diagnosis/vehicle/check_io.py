@@ -52,7 +52,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         model = replace(model, period=suited_period(runs, model.thrusters))
     for run in runs:
         try:
-            log = log_of(run, model.thrusters, model.period, imu=model.sensors.imu.rotation)
+            log = log_of(run, model.thrusters, model.period, stated=model.mounted)
         except RunError as error:
             found.append(Finding(kind="refused", run=run.name, sentence=str(error).removeprefix(f"{run.name}: ")))
             continue

@@ -23,21 +23,27 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mounted:
-    """How a sensor is mounted (3, 3), and log odds in each recording of that against what is stated."""
+    """How a sensor is mounted beside what is stated (3, 3), log odds in each recording of that, and what is stated."""
 
     R: Array
     log_odds: float
+    stated: Array
 
     @property
     def turned(self) -> bool:
         """Whether it is not as stated."""
         return not np.array_equal(self.R, MOUNTINGS[0])
 
+    @property
+    def axes(self) -> tuple[str, str, str]:
+        """Which reading of the sensor is forward, starboard and down."""
+        return named(self.R @ self.stated)
+
     def words(self, sensor: str) -> tuple[str, ...]:
         """Return a sentence where it is turned."""
         if not self.turned:
             return ()
-        forward, starboard, down = named(self.R)
+        forward, starboard, down = self.axes
         return (
             f"The {sensor} is mounted turned: its {forward} is forward, its {starboard} starboard, its {down} down.",
         )
@@ -85,15 +91,17 @@ class Conventions:
 
     def content(self) -> dict[str, Any]:
         """Return it for diagnosis.json."""
-        axes = {"imu_axes": list(named(self.imu.R)), "velocity_axes": list(named(self.velocity.R))}
+        axes = {"imu_axes": list(self.imu.axes), "velocity_axes": list(self.velocity.axes)}
         return {**self.wiring.content(), "verdict": self.verdict, "sentences": list(self.sentences), **axes}
 
 
 def conventions_of(model: Model, logs: Sequence[VehicleLog]) -> Conventions:
     """Return what these recordings show; a velocity log is looked at once the IMU is read aright."""
     wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
-    imu = Mounted(R=wiring.mounting, log_odds=0.5 * wiring.gain / len(logs))
+    stated = model.mounted.mountings
+    imu = Mounted(R=wiring.mounting, log_odds=0.5 * wiring.gain / len(logs), stated=stated[0])
     too = imu.turned and turned_too(logs, imu.R)
     read = [imu_mounted(log, imu.R, too) for log in logs] if imu.turned else logs
     R, gain = velocity_mounting(read)
-    return Conventions(wiring=wiring, imu=imu, velocity=Mounted(R=R, log_odds=0.5 * gain / len(logs)), attitude=too)
+    velocity = Mounted(R=R, log_odds=0.5 * gain / len(logs), stated=stated[1])
+    return Conventions(wiring=wiring, imu=imu, velocity=velocity, attitude=too)

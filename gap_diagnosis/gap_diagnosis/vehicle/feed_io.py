@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import log_of
 from gap_diagnosis.vehicle.rules import PERIOD
-from rov_sim.vehicle.sensors.coefficients import Vector
+from gap_diagnosis.vehicle.turns import Stated
 from run_bag import Channel, Run
 
 __all__ = ["Feed"]
@@ -28,14 +28,14 @@ class Feed:
 
     def __init__(
         self, thrusters: int, period: float = PERIOD, piece: float = 1.0, late: float = 0.15, silence: float = 1.0,
-        *, imu: Vector = (0.0, 0.0, 0.0),
+        *, stated: Stated | None = None,
     ) -> None:  # fmt: skip
         """Pieces of about so many seconds, in whole periods; one is complete when all is known up to `late` [s] after.
 
         A throttle is silent after `silence` [s], by the stamps of all readings: far longer than any loop's period.
-        imu: its rotation, see `log_of`.
+        stated: see `log_of`.
         """
-        self._imu = imu
+        self._stated = stated
         self._thrusters, self._late = thrusters, round(late * _NANO)
         self._period, self._count = period, max(round(piece / period), 1)
         self._piece, self._silence = round(self._count * period * _NANO), round(silence * _NANO)
@@ -91,7 +91,7 @@ class Feed:
         run = Run(name="watched", channels=self._channels(begin - round(_KEPT * _NANO)))
         first = (begin - run.start) / _NANO
         grid = np.asarray(first + self._period * np.arange(self._count), dtype=np.float64)
-        return log_of(run, self._thrusters, self._period, grid, imu=self._imu)
+        return log_of(run, self._thrusters, self._period, grid, stated=self._stated)
 
     def _channels(self, oldest: int) -> dict[str, Channel]:
         """Return all readings from the oldest instant [ns] on, and forget what came before."""

@@ -14,10 +14,9 @@ from gap_diagnosis.vehicle.lone_readings import lone_readings
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Oddity, cleaned
 from gap_diagnosis.vehicle.rules import LONE_EVERY, PERIOD
+from gap_diagnosis.vehicle.turns import Stated, attitudes_with, read_with
 from rov_sim.vehicle.innovations import LATE, PARTS
-from rov_sim.vehicle.sensors.coefficients import Vector
 from run_bag import MissingTopicError, Run, RunError, read_run
-from thruster_model.equations.attitude import quaternion_from_euler, quaternion_product, rotated_back
 from thruster_model.identification.preparation import noise_level
 from thruster_model.identification.speed_sign import on_lines
 
@@ -54,8 +53,7 @@ def read_logs(paths: Sequence[Path], model: Model, period: float | None = None) 
     """
     runs = [_read(path) for path in paths]
     period = suited_period(runs, model.thrusters) if period is None else period
-    imu = model.sensors.imu.rotation
-    return [log_of(run, model.thrusters, period, imu=imu) for run in runs], replace(model, period=period)
+    return [log_of(run, model.thrusters, period, stated=model.mounted) for run in runs], replace(model, period=period)
 
 
 def _read(path: Path) -> Run:
@@ -88,13 +86,13 @@ def suited_period(runs: Sequence[Run], thrusters: int) -> float:
 
 
 def log_of(
-    run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None, *, imu: Vector = (0.0, 0.0, 0.0)
+    run: Run, thrusters: int, period: float = PERIOD, grid: Array | None = None, *, stated: Stated | None = None
 ) -> VehicleLog:  # fmt: skip
     """Return a run as a log of a vehicle with so many thrusters; `grid`: its instants [s], else from the first reading.
 
     Without a grid the run is a whole recording: what its log shows to be wrong is taken out of the way, see `oddities`.
-    imu: roll, pitch, yaw from the body's axes to those of the IMU [rad]. An odometry's attitude and rates are the
-    body's, and told as the IMU would.
+    stated: how IMU and velocity log are mounted; None: as the body. What they tell is read in the body's axes. An
+    odometry's attitude and rates are those already.
 
     Raises:
         RunError: no throttles, nothing that tells the motion, readings that no vehicle gives, or far more time than
@@ -103,6 +101,7 @@ def log_of(
     if not 0.0 < period < np.inf:
         raise RunError(f"period of the filter [s]: expected a number above 0; found {period:g}")
     notes: list[str] = []
+    imu, log = (stated or Stated()).mountings
     throttles = [_throttle(run, i) for i in range(thrusters)]
     if all(each is None for each in throttles):
         raise RunError(f"{run.name}: expected thruster_<i>/throttle; found {', '.join(run)}")
@@ -114,8 +113,8 @@ def log_of(
     attitude, rates = _attitude(run, took, odd, imu), _rates(run, notes, odd, imu)
     if rates is None and attitude is None:
         raise RunError(f"{run.name}: expected rov/imu or rov/odometry with attitude or rates; found {', '.join(run)}")
-    force = _sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd)
-    velocity = _sensor(run, "velocity", [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"], odd)
+    force = _in_body(_sensor(run, "imu", [f"{_IMU}linear_acceleration.{a}" for a in "xyz"], odd), imu)
+    velocity = _in_body(_sensor(run, "velocity", [f"rov/velocity.twist.twist.linear.{a}" for a in "xyz"], odd), log)
     depth = _sensor(run, "depth", ["rov/depth.depth"], odd)
     gauges = {j: name for j, name in enumerate(_BATTERY) if name in run}
     battery = _sensor(run, "battery", list(gauges.values()), odd)
@@ -244,26 +243,29 @@ def _without_lone(
     return time[~alone], values[~alone]
 
 
+def _in_body(channel: tuple[Array, Array] | None, R: Array) -> tuple[Array, Array] | None:
+    """Return when a sensor that is mounted by R told something, and what, in the body's axes."""
+    return None if channel is None else (channel[0], read_with(channel[1], R))
+
+
 def _attitude(
-    run: Run, took: list[tuple[str, str]], odd: _Odd | None, imu: Vector
+    run: Run, took: list[tuple[str, str]], odd: _Odd | None, imu: Array
 ) -> tuple[Array, Array] | None:  # fmt: skip
     attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
     if attitude is not None and _turned(attitude[1]):
-        return attitude
+        return attitude[0], attitudes_with(attitude[1], imu)
     attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
-    if attitude is None:
-        return None
-    took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
-    return attitude[0], np.column_stack(quaternion_product(attitude[1].T, quaternion_from_euler(imu)))
+    if attitude is not None:
+        took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
+    return attitude
 
 
-def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Vector) -> tuple[Array, Array] | None:
+def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Array) -> tuple[Array, Array] | None:
     rates = _sensor(run, "imu", [f"{_IMU}angular_velocity.{a}" for a in "xyz"], odd)
     if rates is not None:
-        return rates
+        return _in_body(rates, imu)
     notes.append("rates of rov/odometry: there is no gyro")
-    rates = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
-    return None if rates is None else (rates[0], np.column_stack(rotated_back(quaternion_from_euler(imu), rates[1].T)))
+    return _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
 
 
 def _turned(q: Array) -> bool:

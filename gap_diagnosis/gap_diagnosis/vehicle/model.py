@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, SIZED, STEP
+from gap_diagnosis.vehicle.turns import Stated
 from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in
 from rov_sim.vehicle.effects.active import (
     VEHICLE_LIBRARY,
@@ -141,6 +142,7 @@ class Model:
     def _sensing(self) -> Callable[[tuple[tuple[Key, float], ...]], SensorCoefficients]:
         """Coefficients of the sensors with what is off of them, key and size each."""
         exact = sensor_coefficients(self.sensors, self.vehicle.values["gravity"])
+        exact = exact._replace(imu_read=exact.imu_rotation, velocity_read=exact.velocity_rotation)  # as `log_of` reads
 
         def off(sizes: tuple[tuple[Key, float], ...]) -> SensorCoefficients:
             found: SensorCoefficients = sensing_with(exact, [_of_sensor(key, size) for key, size in sizes])
@@ -152,6 +154,11 @@ class Model:
     def thrusters(self) -> int:
         """Number of thrusters."""
         return len(self.sets)
+
+    @property
+    def mounted(self) -> Stated:
+        """How its IMU and velocity log are stated to be mounted."""
+        return Stated(self.sensors.imu.rotation, self.sensors.velocity.rotation)
 
     def wrench_of_water(self, of: tuple[float, float]) -> Array:
         """Return the force and moment (6,) by which water pushes this vehicle where it pushes one of `SIZED` by these

@@ -1,7 +1,8 @@
 r"""Sensors whose axes are not the body's: the 24 right-handed ways to mount one at right angles, and logs read so.
 
-A mounting R is a signed permutation with det R = 1; a vector y_s of the sensor is y = R y_s in the body. An attitude q
-that was told with the IMU's turn becomes q * q(R)^-1. It was where its rates agree with the gyro as it was read:
+With a mounting R a vector y_s of the sensor is y = R y_s in the body. What a set states of it is any turn; what it may
+be beside that, unsaid, is a signed permutation with det R = 1. An attitude q that was told with the IMU's turn becomes
+q * q(R)^-1. It was where its rates agree with the gyro as it was read:
 
     sum |omega(q) - y_s|^2 < sum |omega(q) - R y_s|^2
 """
@@ -12,12 +13,12 @@ from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
 from gap_diagnosis.vehicle.rules import UPRIGHT
+from gap_diagnosis.vehicle.turns import attitudes_with, read_with, rotations
 
-__all__ = ["MOUNTINGS", "imu_mounted", "named", "read_with", "rotations", "turned_too", "upright", "velocity_mounted"]
+__all__ = ["MOUNTINGS", "imu_mounted", "named", "turned_too", "upright", "velocity_mounted"]
 
 Array = NDArray[np.float64]
 _SIGNED = [np.diag(s) @ np.eye(3)[list(p)] for p in permutations(range(3)) for s in product((1.0, -1.0), repeat=3)]
@@ -38,7 +39,7 @@ def imu_mounted(log: VehicleLog, R: Array, attitude: bool) -> VehicleLog:
         return log
     there = np.isfinite(log.attitude).all(axis=1)
     turned = log.attitude.copy()
-    turned[there] = (rotations(turned[there]) * Rotation.from_matrix(R).inv()).as_quat()[:, [3, 0, 1, 2]]
+    turned[there] = attitudes_with(turned[there], R)
     return replace(log, attitude=turned)
 
 
@@ -63,12 +64,6 @@ def upright(logs: Sequence[VehicleLog], R: Array) -> bool:
     return bool(mean[2] < -UPRIGHT * 9.81)
 
 
-def read_with(y: Array, R: Array) -> Array:
-    """Return vectors (..., 3) of the sensor in the body's axes; what is not told of one axis takes no other with it."""
-    rows = np.argmax(np.abs(R), axis=1)
-    return np.asarray(y[..., rows] * R[np.arange(3), rows])
-
-
 def turned_too(logs: Sequence[VehicleLog], R: Array) -> bool:
     """Return whether the attitude was told with the same turn as the gyro of an IMU that is mounted by R."""
     as_told = as_read = 0.0
@@ -83,8 +78,3 @@ def turned_too(logs: Sequence[VehicleLog], R: Array) -> bool:
         as_told += float(np.nansum((rates - y) ** 2))
         as_read += float(np.nansum((rates - read_with(y, R)) ** 2))
     return as_told < as_read
-
-
-def rotations(q: Array) -> Rotation:
-    """Return attitudes (K, 4), (w, x, y, z)."""
-    return Rotation.from_quat(q[:, [1, 2, 3, 0]])

@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.mounting import rotations
+from gap_diagnosis.vehicle.turns import rotations
 from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from gap_diagnosis.vehicle.whitening import whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect

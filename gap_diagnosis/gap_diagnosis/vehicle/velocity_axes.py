@@ -18,8 +18,9 @@ from scipy.integrate import cumulative_trapezoid
 from scipy.spatial.transform import Slerp
 
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.mounting import MOUNTINGS, rotations
+from gap_diagnosis.vehicle.mounting import MOUNTINGS
 from gap_diagnosis.vehicle.rules import TURNED_IMU, WIRING_MARGIN
+from gap_diagnosis.vehicle.turns import rotations
 from rov_sim.vehicle.innovations import LATE
 
 __all__ = ["velocity_mounting"]

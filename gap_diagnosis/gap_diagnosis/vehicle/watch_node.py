@@ -86,7 +86,7 @@ class VehicleWatch(Node):
             self._watch = Watch(model, learned, values["threshold"])
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
-        self._feed = Feed(model.thrusters, model.period, imu=model.sensors.imu.rotation)
+        self._feed = Feed(model.thrusters, model.period, stated=model.mounted)
         self._report_failures, self._reported = values["report_failures"], set[int]()
         self._diagnostics = Diagnostics(self)
         self._failures = RecordPublisher(self, ThrusterFailure, "rov/thruster_failure")

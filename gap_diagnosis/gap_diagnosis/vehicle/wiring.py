@@ -27,8 +27,9 @@ from scipy.signal import lfilter
 
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.mounting import MOUNTINGS, read_with, upright
+from gap_diagnosis.vehicle.mounting import MOUNTINGS, upright
 from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, TURNED_IMU, WIRING_MARGIN, WIRING_SEEN
+from gap_diagnosis.vehicle.turns import read_with
 
 __all__ = ["Wiring", "wiring_of"]
 

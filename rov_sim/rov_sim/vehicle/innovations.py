@@ -22,7 +22,7 @@ from rov_sim.vehicle.rates import load_share
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import AT, BODY, LEFT, SLOPE, SPEED, STATE, THRUST, TURNING, Body
 from thruster_model.compilation import borrowed, compiled, inlined
-from thruster_model.equations.attitude import conjugate, normalised, quaternion_product
+from thruster_model.equations.attitude import conjugate, normalised, quaternion_product, rotated
 from thruster_model.equations.rotation_vector import rotation, rotation_vector
 
 __all__ = [
@@ -107,7 +107,7 @@ def innovations(  # type: ignore[no-untyped-def]
             as in `kernel.advance`.
         commands: (K, PARTS, N) throttles [V], that act in each part of a period.
         extra: (K, 6) wrenches beside w [N, N m]; keep: share of w left after a period.
-        body, layout, p, e: `Tables`; c: `SensorCoefficients`.
+        body, layout, p, e: `Tables`; c: `SensorCoefficients`, with the turns in which attitude and `told` were read.
         tach: (N, 2), of each tachometer: scale, time constant of its lag in periods.
         attitude: (K, 4); told: (K, 13), first three unused; speeds: (K, N); battery: (K, 2) [V, A]; NaN: not measured.
         lateness: (K, 5 + N), by which readings of the sensors `LATE` and of the tachometers in row k were made before
@@ -199,12 +199,14 @@ def _tell_body(history, now, k, part, c, attitude, told, lateness, then, out):  
     old = c.imu_late / (PARTS * part)
     _then(history, now, old + lateness[k, 1], part, 3, _KNOWN, then)
     imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
-    for j in range(6):
-        out[k, 3 + j] = told[k, 3 + j] - imu[4 + j]
+    rate = rotated(c.imu_read, (imu[4], imu[5], imu[6]))
+    force = rotated(c.imu_read, (imu[7], imu[8], imu[9]))
+    for j in range(3):
+        out[k, 3 + j], out[k, 6 + j] = told[k, 3 + j] - rate[j], told[k, 6 + j] - force[j]
     if lateness[k, 0] != lateness[k, 1]:
         _then(history, now, old + lateness[k, 0], part, 3, _KNOWN, then)
         imu = imu_measured(then[3:7], then[7:13], then[13:19], then[20], c, _NO_IMU)
-    predicted = normalised((imu[0], imu[1], imu[2], imu[3]))
+    predicted = normalised(quaternion_product((imu[0], imu[1], imu[2], imu[3]), conjugate(c.imu_read)))
     turn = rotation_vector(
         quaternion_product(conjugate(predicted), (attitude[k, 0], attitude[k, 1], attitude[k, 2], attitude[k, 3]))
     )
@@ -212,8 +214,9 @@ def _tell_body(history, now, k, part, c, attitude, told, lateness, then, out):  
     _then(history, now, lateness[k, 2], part, 0, 7, then)
     out[k, 9] = told[k, 9] - depth_measured(then[0:3], then[3:7], c, (0.0,))
     _then(history, now, lateness[k, 3] + c.velocity_late / (PARTS * part), part, 7, 13, then)
-    log = velocity_measured(then[7:13], c, _NO_VELOCITY)
-    out[k, 10], out[k, 11], out[k, 12] = told[k, 10] - log.x, told[k, 11] - log.y, told[k, 12] - log.z
+    velocity = rotated(c.velocity_read, velocity_measured(then[7:13], c, _NO_VELOCITY))
+    for j in range(3):
+        out[k, 10 + j] = told[k, 10 + j] - velocity[j]
 
 
 @inlined

@@ -28,6 +28,8 @@ class SensorCoefficients(NamedTuple):
         compass: errors of the yaw by the heading psi [rad]: times sin psi, cos psi, sin 2 psi, cos 2 psi.
         velocity_position, velocity_rotation: of the velocity log, as for the IMU.
         velocity_scale: velocities times this [1], in its axes; velocity_late: by which its stamps are late [s].
+        imu_read, velocity_read: turns from a sensor's axes to those in which a filter takes its readings, as
+            quaternions; a plant's sensors tell in their own, and do not ask.
         depth_position: of the depth sensor [m]; depths times depth_scale [1], and depth_bias added [m].
         signed: 1 where tachometers tell the direction, else 0.
         nominal_voltage [V], current_at_full [A], idle_current [A]: of the battery.
@@ -47,6 +49,8 @@ class SensorCoefficients(NamedTuple):
     velocity_rotation: Quaternion
     velocity_scale: Vector
     velocity_late: float
+    imu_read: Quaternion
+    velocity_read: Quaternion
     depth_position: Vector
     depth_scale: float
     depth_bias: float
@@ -74,6 +78,8 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         velocity_rotation=_turn(sensors.velocity.rotation),
         velocity_scale=whole,
         velocity_late=0.0,
+        imu_read=(1.0, 0.0, 0.0, 0.0),
+        velocity_read=(1.0, 0.0, 0.0, 0.0),
         depth_position=sensors.depth.position,
         depth_scale=1.0,
         depth_bias=0.0,
