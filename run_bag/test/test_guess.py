@@ -178,12 +178,59 @@ def test_a_slow_time_has_the_unit_of_the_times_beside_it(tmp_path, capsys):
         ("Drehmoment", "load.wrench.torque.x"), ("SollWert", "throttle.commanded"), ("setpoint", "throttle.commanded"),
         ("Spannung", "state.supply_voltage"), ("Strom", "state.current"), ("bat/u", "state.supply_voltage"),
         ("Batterie U [V]", "state.supply_voltage"), ("bat/i", "state.current"), ("VOLT", "state.supply_voltage"),
-        ("rotor", "state.n"), ("drive", "throttle.commanded"),
+        ("rotor", "state.n"), ("drive", "throttle.commanded"), ("Soll", "throttle.commanded"), ("Drehgeber", "state.n"),
+        ("Kraftmessdose", "load.wrench.force.x"), ("ampere", "state.current"),
     ],
 )  # fmt: skip
 def test_names_of_laboratories_are_known(tmp_path, capsys, name, channel):
     found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 12.0 + WAVE}))
     assert f"thruster_0/{channel}" in found
+
+
+def test_german_names_of_a_vehicle_are_known(tmp_path, capsys):
+    columns = {f"Stellwert {k} [%]": 60 * WAVE for k in (1, 2)}
+    columns |= {f"Drehrate {a[1]} [deg/s]": rate for a, rate in GYRO.items()}
+    columns |= {f"Beschleunigung {a[1]} [m/s^2]": force for a, force in FORCE.items()}
+    columns |= {
+        "Rollen [deg]": 9 * WAVE,
+        "Nicken [deg]": 5 * WAVE,
+        "Kurs [deg]": 90 * WAVE,
+        "Wasserdruck_mbar": 1600 + WAVE,
+    }
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"Zeit [s]": TIME, **columns}))
+    assert "Not recognised" not in text
+    assert "'Drehrate z [deg/s]'" in found["rov/imu.angular_velocity.z"]
+    assert "'Beschleunigung z [m/s^2]'" in found["rov/imu.linear_acceleration.z"]
+    for angle, name in (("roll", "Rollen"), ("pitch", "Nicken"), ("yaw", "Kurs")):
+        assert f"'{name} [deg]'" in found[f"rov/imu.orientation.{angle}"]
+    assert "Wasserdruck_mbar" in found["rov/depth.depth"]
+
+
+@pytest.mark.parametrize("name", ["ampere", "Strom", "amps"])
+def test_a_column_that_is_called_as_its_unit_is_a_vehicle_s_current(tmp_path, capsys, name):
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 3.0 + WAVE, **GYRO}))
+    assert found["rov/battery.current"].startswith(f"{{column: {name}, unit: A, sign: -1}}")
+
+
+def test_a_column_of_time_that_a_file_alone_has_is_not_left_over(tmp_path, capsys):
+    most = wide(tmp_path / "a.csv", {"t": TIME, "pwm": PULSES, "tacho [rpm]": 900 * WAVE})
+    own = wide(tmp_path / "b.csv", {"ms": 1e3 * TIME, "thrust [N]": 9 * WAVE})
+    found, text = guessed(capsys, most, own)
+    assert "time_column: ms, time_unit: ms" in found["thruster_0/load.wrench.force.x"]
+    assert "Not recognised" not in text
+
+
+def test_a_few_texts_among_numbers_are_proposed_as_marks_and_more_are_not(tmp_path, capsys):
+    cells = [f"{15 + w:.3f}" for w in WAVE]
+    cells[7], cells[9], states = "-", "n/a", ["on", "off"] * 200
+    rows = [f"{t:.2f},{p:.0f},{c},{s}" for t, p, c, s in zip(TIME, PULSES, cells, states, strict=True)]
+    (tmp_path / "x.csv").write_text("\n".join(["t,pwm,battery,state", *rows]))
+    found, text = guessed(capsys, tmp_path / "x.csv")
+    entry = found["thruster_0/state.supply_voltage"]
+    assert entry.startswith("{column: battery, unit: V, nan: ['-', n/a]}   # 14 to 16, 398 samples; unit by its values")
+    assert "# state no numbers" in text
+    run = imported(tmp_path, text, tmp_path / "x.csv")
+    assert np.isfinite(run["thruster_0/state.supply_voltage"].values).sum() == 398
 
 
 @pytest.mark.parametrize(
@@ -224,7 +271,7 @@ def test_names_of_vehicles_logs_are_known_by_their_last_part_too(tmp_path, capsy
     assert "Not recognised" not in text
     forces = {f"f{a[-1]}_mps2": force for a, force in FORCE.items()}
     found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **forces, **GYRO}))
-    assert found["rov/imu.linear_acceleration.z"].startswith("{column: fz_mps2, unit: m/s^2}   # -9.8 to -9.8")
+    assert found["rov/imu.linear_acceleration.z"].startswith("{column: fz_mps2, unit: m/s^2}   # always -9.8")
 
 
 @pytest.mark.parametrize(

@@ -79,6 +79,22 @@ def depth(types: Any, header: Any, k: int) -> Any:
     return types["std_msgs/msg/Float64"](DEPTH[k])
 
 
+def push(types: Any, header: Any, k: int) -> Any:
+    vector, none = types["geometry_msgs/msg/Vector3"], types["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)
+    return types["geometry_msgs/msg/WrenchStamped"](
+        header, types["geometry_msgs/msg/Wrench"](vector(PULSES[k, 0] - 1500.0, 0.0, 0.0), none)
+    )
+
+
+def stick(types: Any, header: Any, k: int) -> Any:
+    axes = ((PULSES[k, :1] - 1500) / 400).astype(np.float32)
+    return types["sensor_msgs/msg/Joy"](header, axes, np.zeros(0, np.int32))
+
+
+def below(types: Any, header: Any, k: int) -> Any:
+    return types["geometry_msgs/msg/PointStamped"](header, types["geometry_msgs/msg/Point"](0.0, 0.0, DEPTH[k]))
+
+
 IMU, DVL = ("sensor_msgs/msg/Imu", imu), ("geometry_msgs/msg/TwistStamped", dvl)
 OUT = ("mavros_msgs/msg/RCOut", sent(PULSES, 0.0, 0.0))
 
@@ -133,3 +149,52 @@ def test_an_import_tells_of_a_velocity_log_whose_axes_were_forgotten(tmp_path: P
         error = capsys.readouterr().err
         assert ("rov/velocity: its z is positive while the depth shrinks" in error) == told
         assert "messages of depth have no header: their times are those at which the recorder got them" in error
+
+
+def test_an_import_says_nothing_of_the_recorder_s_times_of_commands_whose_clock_is_stated(
+    tmp_path: Path, capsys: Any
+) -> None:
+    topics = {"/imu": IMU, "/thruster_cmd": ("std_msgs/msg/Float32MultiArray", shares)}
+    bag = write_bag(tmp_path / "bag", topics)
+    _, text = guessed(capsys, bag)
+    for name, stated in (("said", ""), ("stated", ", clock_deviation: 0.005")):
+        (tmp_path / f"{name}.yaml").write_text(text.replace(", hold: previous}", f", hold: previous{stated}}}"))
+        assert main([str(bag), "--map", str(tmp_path / f"{name}.yaml"), "--out", str(tmp_path / name)]) == 0
+        assert ("messages of thruster_cmd have no header" in capsys.readouterr().err) is (name == "said")
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "made", "field"),
+    [
+        ("/mavros/rc/out", "mavros_msgs/msg/RCOut", sent(PULSES[:, :1], 1500.0, 1500.0), "mavros/rc/out.channels[0]"),
+        ("/joy", "sensor_msgs/msg/Joy", stick, "joy.axes[0]"),
+    ],
+)
+def test_a_bench_s_bag_is_proposed_with_its_one_command_its_load_cell_and_its_flow(
+    topic: str, kind: str, made: Any, field: str, tmp_path: Path, capsys: Any
+) -> None:
+    topics = {topic: (kind, made), "/load_cell": ("geometry_msgs/msg/WrenchStamped", push), "/wrench_cmd": DVL}
+    topics |= {"/adv/axial": DVL, "/current_meter": DVL, "/esc/states": ("sensor_msgs/msg/JointState", joints)}
+    bag = write_bag(tmp_path / "bag", topics)
+    found, text = guessed(capsys, bag)
+    assert [name for name in found if name.endswith("commanded")] == ["thruster_0/throttle.commanded"]
+    assert f"{{field: '{field}', " in found["thruster_0/throttle.commanded"]
+    assert "by its values alone: is it?" in found["thruster_0/throttle.commanded"]
+    assert "{field: load_cell.wrench.force.x, unit: N}" in found["thruster_0/load.wrench.force.x"]
+    assert "{field: adv/axial.twist.linear.x, unit: m/s}" in found["thruster_0/flow.axial"]
+    assert "of the water around? at the propeller it is flow.axial" in found["thruster_0/flow.ambient"]
+    assert "wrench.torque" not in "".join(found) and "# 0 in all messages: " in text, "nobody measured a torque"
+    found, _ = guessed(capsys, write_bag(tmp_path / "vehicle", topics | {"/imu": IMU}))
+    assert not any(name.startswith(("thruster_0/load", "thruster_0/flow")) for name in found)
+
+
+def test_several_sticks_are_no_commands_and_a_point_below_the_surface_is_a_depth(tmp_path: Path, capsys: Any) -> None:
+    def sticks_of_joy(types: Any, header: Any, k: int) -> Any:
+        axes = ((PULSES[k] - 1500) / 400).astype(np.float32)
+        return types["sensor_msgs/msg/Joy"](header, axes, np.zeros(0, np.int32))
+
+    topics = {"/imu": IMU, "/joy": ("sensor_msgs/msg/Joy", sticks_of_joy)}
+    bag = write_bag(tmp_path / "bag", topics | {"/keller/depth": ("geometry_msgs/msg/PointStamped", below)})
+    found, _ = guessed(capsys, bag)
+    assert not any("commanded" in name for name in found)
+    assert found["rov/depth.depth"].startswith("{field: keller/depth.point.z, unit: m}")

@@ -277,7 +277,7 @@ def test_words_within_names_and_units_in_brackets_suggest_too(tmp_path, capsys):
     )
     assert "thruster_0/state.current: {column: motor current, unit: A}" in text
     assert (
-        "load.wrench.force.x: {column: 'Zug (kgf)', unit: kgf}   # 0.5 to 0.5 kgf, 2 samples; by its unit alone" in text
+        "load.wrench.force.x: {column: 'Zug (kgf)', unit: kgf}   # always 0.5 kgf, 2 samples; by its unit alone" in text
     )
 
 

@@ -105,12 +105,13 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
 def _of_two_clocks(source: BagSource, told: RecordingMap) -> str:
     """Return what is odd where some of a bag's times are of sensors and some of the recorder, "" where they are not."""
     used = {str(e.column).strip("/").partition(".")[0] for e in told.mapped if source.has(e)}
-    by_recorder = sorted(topic for topic in used if not source.stamped(topic))
-    if len(by_recorder) in (0, len(used)):
+    by_recorder = {topic for topic in used if not source.stamped(topic)}
+    stated = {str(e.column).strip("/").partition(".")[0] for e in told.mapped if e.clock_deviation}
+    if len(by_recorder) == len(used) or by_recorder <= stated:
         return ""
     return (
-        f"messages of {', '.join(by_recorder)} have no header: their times are those at which the recorder got them, "
-        "beside others' own stamps; the way to the recorder is a delay of theirs"
+        f"messages of {', '.join(sorted(by_recorder - stated))} have no header: their times are those at which the "
+        "recorder got them, beside others' own stamps; the way to the recorder is a delay of theirs"
     )
 
 

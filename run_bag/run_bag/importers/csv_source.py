@@ -29,6 +29,7 @@ from .sources import Array, Series
 MAX_BYTES = 2 << 30
 MAX_SPAN_S = float((1 << 31) - 2)
 LOOK = 100  # lines
+MOST_MARKS = 3  # of "not measured" in one column
 NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
@@ -74,6 +75,7 @@ class CsvSource:
             self._units = dict(zip(self.heading, (_BRACKETS.sub(r"\1", c.strip()) for c in below[1]), strict=True))
             self.last_heading = below[0]
         self._columns: dict[tuple[int, frozenset[str]], Array] = {}
+        self._marks: dict[int, frozenset[str]] = {}
         self.quick = self._uniform()
         if not self.quick:
             for _ in self.rows():  # refuses a row of another width
@@ -168,6 +170,20 @@ class CsvSource:
             read = self._read({index: nan}) if self.quick else None
             self._columns[key] = self._slowly(index, nan) if read is None else read[:, 0]
         return self._columns[key]
+
+    def marks(self, index: int) -> frozenset[str]:
+        """Return the texts in a column of numbers that are few and have no digit, as marks of "not measured"."""
+        if index not in self._marks:
+            cells: list[str] = []
+            try:
+                self.numbers(index)
+            except RecordingError:
+                cells = [cell for _, row in self.rows() if (cell := row[index].strip()) and not _nan(cell)]
+            texts = [cell for cell in cells if (value := self.number(cell)) is None or math.isinf(value)]
+            few = len(set(texts)) <= MOST_MARKS and 2 * len(texts) < len(cells)
+            told = few and not any(letter.isdigit() for text in set(texts) for letter in text)
+            self._marks[index] = frozenset(texts if told else ())
+        return self._marks[index]
 
     def refusal(self, entry: Mapped, row: int, expected: str) -> RecordingError:
         """Return the error about the cell of an entry in a 0-based row."""

@@ -16,10 +16,10 @@ from .bag_source import BagSource
 from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import BY_UNIT, LOGS, OF_TYPE, THRUSTER, UNTOLD, VEHICLE, WHICH_FLOW, Rule
+from .guess_rules import BY_UNIT, LOGS, OF_BENCH, OF_TYPE, THRUSTER, UNTOLD, VEHICLE, WHICH_FLOW, OfType, Rule
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time, values_of
-from .guessed_commands import alike_commands
+from .guessed_commands import alike_commands, moves
 from .guessed_depth import WHICH_WATER, depths_of_pressures
 from .guessed_names import beside, numbered, told_units, told_words, without_suffix
 from .guessed_turning import gyro_by_attitude
@@ -64,26 +64,28 @@ def guess(sources: Sequence[Source]) -> str:
     left: list[tuple[Source, str]] = []
     vehicle = any(map(_of_vehicle, sources))
     for source in sources:
-        rules = _rules(source, vehicle=vehicle)
-        times = (clock, *own_times(source)) if isinstance(source, CsvSource) else ()
-        for name in source.names():
+        rules, types = _rules(source, vehicle=vehicle)
+        times = (_clock_in(source, clock), *own_times(source)) if isinstance(source, CsvSource) else ()
+        for name in _in_order(source):
             if isinstance(source, CsvSource) and (is_time(source, name) or name in times):
                 continue
-            each = _propose(source, name, rules)
+            each = _propose(source, name, rules, types)
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
             if (
                 each is None
                 or each.channel in found
+                or _nobody_fills(each)
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
                 left.append((source, name))
             else:
                 found[each.channel] = each
-    for each in _parted(found.values()):
+    for each in [*_parted(found.values()), *_behind_the_last(found.values())]:
         del found[each.channel]
         left.append((each.source, each.name))
     columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
-    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(left)
+    fields = [(source, name) for source, name in left if not isinstance(source, LogSource)]
+    unnamed = [] if any(channel.endswith(".commanded") for channel in found) else _commands(fields)
     for each in [*unnamed, *(_by_pressure(columns) if vehicle else _by_unit(columns))]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
@@ -103,9 +105,12 @@ def guess(sources: Sequence[Source]) -> str:
         head.append("# No command of a thruster was recognised, and nothing is done without one: which field is it?")
     lines = [*head, *_axes(found.values(), sources, [*told, *entries]), *entries]
     left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
+    empty = {each for each in left if not isinstance(each[0], CsvSource) and _is_0(*each)}
+    left = [each for each in left if each not in empty]
     lines += ["# Not recognised:"] if left else []
     lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
+    lines += [f"# 0 in all messages: {len(empty)} fields more"] if empty else []
     return "\n".join(lines) + "\n"
 
 
@@ -123,6 +128,25 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
         for part, each in own.items()
         if part not in kept
     ]
+
+
+def _behind_the_last(found: Iterable[_Found]) -> list[_Found]:
+    """Return a log's outputs behind the last one that ever moves: it has more of them than there are thrusters."""
+    commands = [e for e in found if isinstance(e.source, LogSource) and e.channel.endswith(".commanded")]
+    moving = [k for k, e in enumerate(commands) if moves(e.source, e.name)]
+    return commands[max(moving, default=-1) + 1 :]
+
+
+def _nobody_fills(each: _Found) -> bool:
+    """Tell whether a field of a bag or log is 0 in all messages, as where nothing is measured; of parts of vectors and
+    commands one may be."""
+    single = each.group == each.channel and not each.channel.endswith(".commanded")
+    return single and not each.entry and not isinstance(each.source, CsvSource) and _is_0(each.source, each.name)
+
+
+def _is_0(source: Source, name: str) -> bool:
+    values = values_of(source, name)
+    return values is not None and not np.nan_to_num(values).any()
 
 
 def _commands(fields: Sequence[tuple[Source, str]]) -> list[_Found]:
@@ -174,11 +198,19 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     return name, [f"time: {{column: {_quoted(name)}, unit: {_quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
-def _rules(source: Source, *, vehicle: bool) -> tuple[Rule, ...]:
-    """Return the rules of names for a source."""
-    if not vehicle or isinstance(source, LogSource):
-        return (*LOGS, *THRUSTER)
-    return (*LOGS, *VEHICLE, *THRUSTER)
+def _rules(source: Source, *, vehicle: bool) -> tuple[tuple[Rule, ...], tuple[OfType, ...]]:
+    """Return the rules of names and those of types for a source."""
+    if isinstance(source, LogSource):
+        return LOGS, ()
+    return ((*LOGS, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*LOGS, *THRUSTER), (*OF_BENCH, *OF_TYPE))
+
+
+def _in_order(source: Source) -> list[str]:
+    """Return the names of a source; of a log those first that go before others of their channel."""
+    if not isinstance(source, LogSource):
+        return source.names()
+    ranks = {name: [k for k, rule in enumerate(LOGS) if re.fullmatch(rule.names, name)] for name in source.names()}
+    return sorted(ranks, key=lambda name: (not ranks[name], ranks[name]))
 
 
 def _of_vehicle(source: Source) -> bool:
@@ -194,7 +226,7 @@ def _of_vehicle(source: Source) -> bool:
     return len(commands) > 1 or bool(unnamed) or any(_propose(source, name, gyro) for name in source.names())
 
 
-def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
+def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[OfType] = ()) -> _Found | None:
     """Return the channel that a name suggests."""
     table = isinstance(source, CsvSource)
     if not table:
@@ -202,7 +234,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
         if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
             return _Found(name, source, name, entry=f"unit: {_quoted(unit)}")
         kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
-        typed = [each for each in OF_TYPE if re.fullmatch(each.types, kind)]
+        typed = [each for each in types if re.fullmatch(each.types, kind)]
         for each in typed:
             match = re.fullmatch(each.path, path)
             if match and re.search(each.topics, topic):
@@ -234,7 +266,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule]) -> _Found | None:
                 channel = _channel(rule, match, number) if match else ""
                 known_units = not units or any(_may_be_in(channel, unit) for unit in units)
                 if match and known_units and (not rule.together or set(rule.together) <= beside(source, name)):
-                    return _Found(channel, source, name, rule.unit, rule.sign)
+                    return _Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why)
     return None
 
 
@@ -276,12 +308,13 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool, fo
     source, name = each.source, each.name
     table, notes = isinstance(source, CsvSource), _seen(source, name)
     place = "column" if table else "field"
-    file = f", file: {source.path.name}" if shared else ""
+    more = f", file: {source.path.name}" if shared else ""
     if isinstance(source, CsvSource):
-        file += _own_clock(source, name, clock)
+        marks = ", ".join(map(_quoted, sorted(source.marks(source.names().index(name)))))
+        more += _own_clock(source, name, clock) + (f", nan: [{marks}]" if marks else "")
     if each.entry:
         notes = ";".join(filter(None, (notes, each.why)))
-        return f"{each.channel}: {{{place}: {_quoted(name)}, {each.entry}{file}}}   #{notes}"
+        return f"{each.channel}: {{{place}: {_quoted(name)}, {each.entry}{more}}}   #{notes}"
     topic, _, path = each.channel.partition(".")
     command = path == "commanded"
     parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
@@ -302,7 +335,7 @@ def _line(each: _Found, group: Sequence[_Found], clock: str, *, shared: bool, fo
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
     notes = ";".join(part for part in (notes, f" {why}" if why else "", each.why, doubt) if part)
-    return f"{each.channel}: {{{text}{file}}}{'   #' + notes if notes else ''}"
+    return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
 
 
 def _rows(parts: Sequence[_Found]) -> dict[str, Array]:
@@ -315,21 +348,25 @@ def _rows(parts: Sequence[_Found]) -> dict[str, Array]:
 
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
     """Return the keys about the time of a column whose time is not that of most."""
-    own = time_of(source, name)
-    if not own and clock and clock not in source.names():
-        own = (clock_of([source]) or (source, ""))[1]
-    if not own:
+    own = time_of(source, name) or _clock_in(source, clock)
+    if own in ("", clock):
         return ""
     unit, _ = unit_of_time(source, own)
     return f", time_column: {_quoted(own)}, time_unit: {_quoted(unit)}"
+
+
+def _clock_in(source: CsvSource, clock: str) -> str:
+    """Return the column of time of a table: that of most, or its own."""
+    return clock if not clock or clock in source.names() else (clock_of([source]) or (source, ""))[1]
 
 
 def _seen(source: Source, name: str) -> str:
     values = values_of(source, name)
     if values is None:
         return " no numbers"
-    unit, count = source.unit(name), np.isfinite(values).sum()
-    return f" {np.nanmin(values):.4g} to {np.nanmax(values):.4g}{' ' + unit if unit else ''}, {count} samples"
+    unit, count, low, high = source.unit(name), np.isfinite(values).sum(), np.nanmin(values), np.nanmax(values)
+    span = f"always {low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    return f" {span}{' ' + unit if unit else ''}, {count} samples"
 
 
 def _quoted(text: str) -> str:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from .guessed_depth import WHICH_WATER, depth_of_pressure
 
-__all__ = ["BY_UNIT", "LOGS", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "OfType", "Rule"]
+__all__ = ["BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "OfType", "Rule"]
 
 
 class Rule(NamedTuple):
@@ -15,7 +15,7 @@ class Rule(NamedTuple):
 
     {i} is the thruster's number from 0, of groups `one` or `zero` or of the name's end; {axis} that of a group `axis`,
     or the name of the group that matched. `together`: plain names that must all be there for the rule to hold.
-    `alone`: no word of a longer name: rotor_temp is no rotor's speed.
+    `alone`: no word of a longer name: rotor_temp is no rotor's speed. `entry`, `why`: as in `OfType`.
     """
 
     channel: str
@@ -24,14 +24,22 @@ class Rule(NamedTuple):
     sign: int = 1
     together: tuple[str, ...] = ()
     alone: bool = False
+    entry: str = ""
+    why: str = ""
 
 
 _AXIS = r"(?P<axis>[xyz])"
-_ANGLE = r"((?P<roll>roll|phi)|(?P<pitch>pitch|theta)|(?P<yaw>yaw|heading|psi))"
-_TURN = r"((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw|heading))_?(rate|speed|velocity|vel)"
-_GYRO = rf"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?)_?{_AXIS}"
-_FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
-_LOG_VELOCITY = rf"(dvl|vel(ocity)?|v)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
+_ANGLE = (
+    r"((?P<roll>roll(en|winkel)?|phi)|(?P<pitch>pitch|nick(en|winkel)|theta)|"
+    r"(?P<yaw>yaw|heading|kurs(winkel)?|gier(en|winkel)|psi))"
+)
+_TURN = r"((?P<x>roll)|(?P<y>pitch|nick)|(?P<z>yaw|heading|gier))_?(rate|speed|velocity|vel)"
+_GYRO = (
+    r"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?|drehrate|(dreh|winkel)geschwindigkeit)_?"
+    rf"{_AXIS}"
+)
+_FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschleunigung|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
+_LOG_VELOCITY = rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
 _BATTERY = r"(bat(t(ery|erie)?)?|akku)"
 _SUPPLY = (
@@ -39,37 +47,45 @@ _SUPPLY = (
     r"volts?|(versorgungs)?spannung"
 )
 _OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|cmd|command|raw)"
-_CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amps?|strom)(_a)?|({_BATTERY}|supply)_(a|i)"
+_CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amp(s|ere)?|strom)(_a)?|({_BATTERY}|supply)_(a|i)"
 
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
-    Rule("thruster_{i}/state.n", r"ESC\[(?P<zero>\d+)\]\.RPM|ESC_TELEMETRY_1_TO_4\.rpm\[(?P<zero2>\d+)\]", "rpm"),
+    Rule("thruster_{i}/state.n", r"ESC\[(?P<zero>\d+)\]\.RPM", "rpm"),
     Rule("thruster_{i}/state.supply_voltage", r"ESC\[(?P<zero>\d+)\]\.Volt", "V"),
     Rule("thruster_{i}/state.current", r"ESC\[(?P<zero>\d+)\]\.Curr", "A"),
+    *(Rule(f"thruster_{i}/state.{path}", rf"ESC_TELEMETRY_{first}_TO_{first + 3}\.{field}\[{i - first + 1}\]", unit)
+      for path, field, unit in (("n", "rpm", "rpm"), ("supply_voltage", "voltage", "cV"), ("current", "current", "cA"))
+      for first in (1, 5, 9, 13) for i in range(first - 1, first + 3)),
     Rule("rov/battery.voltage", r"BAT(\[0\])?\.Volt|SYS_STATUS\.voltage_battery", "V"),
     Rule("rov/battery.current", r"BAT(\[0\])?\.Curr|SYS_STATUS\.current_battery", "A", -1),
     Rule("rov/imu.angular_velocity.{axis}", r"IMU(\[0\])?\.Gyr(?P<axis>[XYZ])", "rad/s"),
-    Rule("rov/imu.angular_velocity.{axis}", r"(SCALED_IMU2|RAW_IMU)\.(?P<axis>[xyz])gyro", "mrad/s"),
+    Rule("rov/imu.angular_velocity.{axis}", r"(SCALED_IMU2?|RAW_IMU)\.(?P<axis>[xyz])gyro", "mrad/s"),
     Rule("rov/imu.linear_acceleration.{axis}", r"IMU(\[0\])?\.Acc(?P<axis>[XYZ])", "m/s^2"),
-    Rule("rov/imu.linear_acceleration.{axis}", r"(SCALED_IMU2|RAW_IMU)\.(?P<axis>[xyz])acc", "mg"),
+    Rule("rov/imu.linear_acceleration.{axis}", r"(SCALED_IMU2?|RAW_IMU)\.(?P<axis>[xyz])acc", "mg"),
     Rule("rov/odometry.pose.pose.orientation.{angle}", r"ATT\.(?P<angle>Roll|Pitch|Yaw)", "deg"),
     Rule("rov/odometry.pose.pose.orientation.{angle}", r"ATTITUDE\.(?P<angle>roll|pitch|yaw)", "rad"),
     Rule("rov/odometry.twist.twist.angular.{axis}", r"ATTITUDE\.((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw))speed", "rad/s"),
     Rule("rov/depth.depth", r"CTUN\.Alt|VFR_HUD\.alt", "m", -1),
+    Rule("rov/depth.depth", r"BARO\[1\]\.Alt", "m", -1),
+    Rule("rov/depth.depth", r"BARO(\[0\])?\.Alt", "m", -1),
+    Rule("rov/depth.depth", r"SCALED_PRESSURE2\.press_abs", entry=depth_of_pressure(100.0), why=WHICH_WATER),
+    Rule("rov/depth.depth", r"BARO(\[[01]\])?\.Press", entry=depth_of_pressure(1.0), why=WHICH_WATER),
 )  # fmt: skip
-"""Fields of ArduPilot's autopilot and of MAVLink, whose altitudes are positive up and whose currents are positive while
-they are drawn. An autopilot's attitude comes at times of its own, so it is no part of the IMU's topic."""
+"""Fields of ArduPilot's autopilot and of MAVLink, those first that go before others of their channel. Altitudes are
+positive up, currents positive while they are drawn. An autopilot's attitude comes at times of its own, so it is no part
+of the IMU's topic. An ArduSub's second barometer is the one outside."""
 
 THRUSTER = (
     Rule("thruster_{i}/state.n", r"(esc|motor|thr(uster)?|prop)_?(k?rpm|rps|revs?)"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
-    Rule("thruster_{i}/throttle.commanded", r"setpoint|drive|(soll|stell)wert|stellgr(ö|oe)(ß|ss)e", alone=True),
+    Rule("thruster_{i}/throttle.commanded", r"setpoint|drive|soll|(soll|stell)wert|stellgr(ö|oe)(ß|ss)e", alone=True),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|rps|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
     Rule("thruster_{i}/state.n", r"rotor", alone=True),
-    Rule("thruster_{i}/state.n", r"(motor|propeller)?_?drehzahl"),
-    Rule("thruster_{i}/load.wrench.force.x", r"schub(kraft)?|kraft"),
+    Rule("thruster_{i}/state.n", r"(motor|propeller)?_?drehzahl(messer|geber)?|drehgeber"),
+    Rule("thruster_{i}/load.wrench.force.x", r"schub(kraft)?|kraft(messdose|sensor|aufnehmer)?"),
     Rule("thruster_{i}/load.wrench.torque.x", r"dreh_?moment"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
     Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
@@ -78,7 +94,7 @@ THRUSTER = (
     Rule("thruster_{i}/flow.ambient", r"str(ö|oe)mung(s_?geschwindigkeit)?"),
     Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/state.supply_voltage", _SUPPLY),
-    Rule("thruster_{i}/state.current", r"(current|curr|amps?|i|strom)(_a)?"),
+    Rule("thruster_{i}/state.current", r"(current|curr|amp(s|ere)?|i|strom)(_a)?"),
 )
 """Of tables and other bags: the whole name, or its last part."""
 
@@ -133,8 +149,17 @@ class OfType(NamedTuple):
 _MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
 _LOG, _ROTORS = rf"{_MEASURED}(dvl|doppler|bottom|veloc|twist)", rf"{_MEASURED}(thruster|motor|rotor|prop|esc|rpm)"
 _TWIST = r"(pose\.pose\.(orientation\.[wxyz]|position\.[xyz])|twist\.twist\.(linear|angular)\.[xyz])"
+_PUSH = rf"{_MEASURED}(load|cell|force|wrench|thrust|(^|[/_])ft([/_]|$))"
+_FLOWS, _ALONG = r"geometry_msgs/msg/(Twist|Vector3)(Stamped)?", r"(twist\.)?linear\.x|(vector\.)?x"
 _OURS = "rov/velocity.twist.twist.linear"
 _IMU = r"(orientation\.[wxyz]|(angular_velocity|linear_acceleration)\.[xyz])"
+OF_BENCH = (
+    OfType(r"geometry_msgs/msg/Wrench(Stamped)?", r"(wrench\.)?(?P<part>(force|torque)\.x)",
+           "thruster_0/load.wrench.{part}", _PUSH),
+    OfType(_FLOWS, _ALONG, "thruster_0/flow.axial", rf"{_MEASURED}(axial|duct)", "m/s"),
+    OfType(_FLOWS, _ALONG, "thruster_0/flow.ambient", rf"{_MEASURED}(ambient|adv|flow|current_?meter|water)", "m/s"),
+)  # fmt: skip
+"""Of bags without a vehicle, before the others: a bench's load cell and current meters, along x."""
 OF_TYPE = (
     OfType(r"sensor_msgs/msg/Imu", _IMU, "rov/imu.{path}"),
     OfType(r"nav_msgs/msg/Odometry", _TWIST, "rov/odometry.{path}"),
@@ -147,8 +172,11 @@ OF_TYPE = (
         r"sensor_msgs/msg/FluidPressure", r"fluid_pressure", "rov/depth.depth", entry=depth_of_pressure(1.0),
         why=WHICH_WATER,
     ),
+    OfType(r"geometry_msgs/msg/PointStamped", r"point\.z", "rov/depth.depth", rf"{_MEASURED}(depth|tiefe)", "m"),
     OfType(r"thruster_msgs/msg/Depth", r"depth", "rov/depth.{path}"),
 )  # fmt: skip
 """Fields of bags whose type tells what they are, whatever a topic is called."""
-UNTOLD = re.compile(r"covariance\[|(^|\.)layout\.|\.variance$|(^|\.)header\.")
+UNTOLD = re.compile(
+    r"covariance\[|(^|\.)layout\.|\.variance$|(^|\.)header\.|^(FMTU|UNIT|MULT)\.|\.time_(usec|boot_ms)$"
+)
 """Fields of messages that no channel holds: nobody looks for them among what was not recognised."""

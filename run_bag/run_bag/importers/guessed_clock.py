@@ -81,7 +81,8 @@ def values_of(source: Source, name: str) -> Array | None:
     """Return the values of a column or field, None where they are no numbers."""
     try:
         if isinstance(source, CsvSource):
-            values = source.numbers(source.names().index(name))
+            index = source.names().index(name)
+            values = source.numbers(index, source.marks(index))
         else:
             own = Entry(channel=name, topic="", type="", path="", unit="")
             entry = Mapped(**vars(own), column=name, is_field=True)

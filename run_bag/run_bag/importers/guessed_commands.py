@@ -22,12 +22,15 @@ from .guessed_names import numbered
 from .guessed_units import named_units, pulses
 from .sources import Source
 
-__all__ = ["Alike", "alike_commands"]
+__all__ = ["Alike", "alike_commands", "moves"]
 
-_STICKS = "mavros_msgs/msg/RCIn"
+_STICKS = ("mavros_msgs/msg/RCIn", "sensor_msgs/msg/Joy")
+"""What a pilot moves: no command of several thrusters, but one stick may be that of a bench."""
+_JOINTS = "sensor_msgs/msg/JointState"
+"""Of one thruster it is as likely what was measured: a torque is within -1 and 1, too."""
 _OUTPUT = re.compile(
-    r"(^|[^a-z])(thr(uster)?s?|throttles?|motors?|m|cmd|commands?|pwm|escs?|actuators?|servos?|ch(annel)?s?|out(put)?s?|u)"
-    r"([^a-z]|$)",
+    r"(^|[^a-z])(thr(uster)?s?|throttles?|motors?|m|cmd|commands?|pwm|escs?|actuators?|servos?|ch(annel)?s?|out(put)?s?|u|"
+    r"joy)([^a-z]|$)",
     re.IGNORECASE,
 )
 """Words one of which a name has whose numbers within -1 and 1 are commands; many other things are as large."""
@@ -47,30 +50,38 @@ class Alike(NamedTuple):
 def alike_commands(fields: Sequence[tuple[Source, str]]) -> list[Alike]:
     """Return commands of several thrusters; none where two groups may be them.
 
-    An array may be longer than there are thrusters: elements behind the last one that ever changes are none.
+    An array may be longer than there are thrusters: elements behind the last one that ever changes are none. One that
+    is left alone is a bench's.
     """
     groups: dict[tuple[str, str], list[Alike]] = {}
     for source, name in fields:
         bare = bare_name(name) if isinstance(source, CsvSource) else name
         stem, thruster = numbered(bare, source.names())
-        of_sticks = isinstance(source, BagSource) and source.types.get(name.partition(".")[0]) == _STICKS
-        if stem != bare and not of_sticks:
+        if stem != bare:
             each = Alike(source, name, thruster, _tells_a_command(source, name, stem))
             groups.setdefault((str(source.path), stem.lower()), []).append(each)
-    likely = [own for group in groups.values() if len(own := _used(group)) > 1 and all(each.told for each in own)]
-    return likely[0] if len(likely) == 1 else []
+    likely = [own for group in groups.values() if (own := _used(group)) and all(each.told for each in own)]
+    several = [own for own in likely if len(own) > 1 and _type_of(own[0]) not in _STICKS]
+    single = [own for own in likely if len(own) == 1 and _type_of(own[0]) not in ("", _JOINTS)]
+    found = several or single
+    return found[0] if len(found) == 1 else []
 
 
 def _used(group: list[Alike]) -> list[Alike]:
     """Return a table's columns, and an array's elements up to the last one that changes."""
     if isinstance(group[0].source, CsvSource):
         return group
-    moving = [each.thruster for each in group if _moves(each)]
+    moving = [each.thruster for each in group if moves(each.source, each.name)]
     return [each for each in group if each.thruster <= max(moving, default=-1)]
 
 
-def _moves(each: Alike) -> bool:
-    values = values_of(each.source, each.name)
+def _type_of(each: Alike) -> str:
+    return each.source.types.get(each.name.partition(".")[0], "") if isinstance(each.source, BagSource) else ""
+
+
+def moves(source: Source, name: str) -> bool:
+    """Tell whether a field ever changes."""
+    values = values_of(source, name)
     return values is not None and bool(np.nanmin(values) < np.nanmax(values))
 
 

@@ -11,7 +11,9 @@ from .csv_source import CsvSource
 
 __all__ = ["WHICH_WATER", "depth_of_pressure", "depths_of_pressures"]
 
-_NAMES = re.compile(r"(abs(olute)?_?)?press(ure)?(_?abs(olute)?)?(_?(?P<unit>mbar|bar|hpa|kpa|pa))?", re.IGNORECASE)
+_NAMES = re.compile(
+    r"((abs(olute)?_?)?(press(ure)?|(wasser)?druck)(_?abs(olute)?)?_?)?(?P<unit>mbar|bar|hpa|kpa|pa)?", re.IGNORECASE
+)
 _PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
 _DENSITY, _SURFACE = 1000.0, 101325.0
 """Fresh water [kg/m^3], and the pressure at its surface [Pa]."""

@@ -48,7 +48,8 @@ _WORDS = {
     "gram": "gf", "lbf": "lbf", "lb": "lbf", "lbs": "lbf", "n": "N", "newton": "N", "newtons": "N", "mn": "mN",
     "kn": "kN", "nm": "N m", "mnm": "mN m", "ncm": "N cm", "mps": "m/s", "cms": "cm/s", "mms": "mm/s", "mv": "mV",
     "cv": "cV", "v": "V", "volt": "V", "volts": "V", "ma": "mA", "ca": "cA", "a": "A", "amp": "A", "amps": "A",
-    "s": "s", "sec": "s", "seconds": "s", "degc": "degC", "celsius": "degC", "degf": "degF", "mah": "mAh",
+    "ampere": "A", "s": "s", "sec": "s", "seconds": "s", "degc": "degC", "celsius": "degC", "degf": "degF",
+    "mah": "mAh",
 }  # fmt: skip
 """Words of names that are units."""
 _PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", ("r", "min"): "rpm", ("u", "min"): "rpm",

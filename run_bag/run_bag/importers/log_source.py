@@ -33,6 +33,8 @@ _SIGNATURE = 13
 _HEAD = 3  # bytes before the fields of an autopilot's message
 _LAST = 2.0**53  # [us]
 _MOST_WARNINGS = 20
+_INSTANCES = ("Instance", "Inst", "I")
+"""Fields that tell instances apart where the log's FMTU messages do not say which one does."""
 _EARLIEST, _LATEST = 10**15, 10**16  # [us] of the epoch: 2001 to 2286
 
 
@@ -153,7 +155,8 @@ class LogSource:
         if clock not in names:
             return
         times = rows[clock].astype(np.float64) * (1.0 if clock == "TimeUS" else 1e3)
-        which = form.instance_field if form.instance_field in names else None
+        counts = [name for name, kind, *_ in fields if kind == "u1" and name in _INSTANCES]
+        which = form.instance_field if form.instance_field in names else next(iter(counts), None)
         parts = [("", slice(None))]
         if which is not None:
             parts = [(f"[{i}]", rows[which] == i) for i in np.unique(rows[which])]
