@@ -18,6 +18,7 @@ from thruster_model.identification.experiment_io import PreparationOptions, prep
 from thruster_model.identification.foresight import foreseen
 from thruster_model.identification.identifiability import Determination
 from thruster_model.parameter_set import ParameterSet
+from thruster_model.unmoved import moved_by_parameter
 
 __all__ = ["check", "topics_within"]
 
@@ -123,15 +124,18 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
     known = [each.name for each in judged if each.status == "determined"]
     told = f"{', '.join(known) or 'none'}, each by itself: {len(known)} of {len(judged)}"
     kept = Finding(kind="good" if known else "note", about="parameters that a fit would determine", sentence=told)
-    return [
-        kept,
-        *(
-            Finding(
-                kind="good" if each.settled else "note",
-                about=f"parameter {each.name} of a fit ({each.status})",
-                sentence=each.sentence,
-            )
-            for each in judged
-            if each.status != "determined"
-        ),
-    ]
+    signals = {signal for each in experiments for signal in each.measurements}
+    others = [each for each in judged if each.status != "determined"]
+    return [kept, *(_undetermined(each, parameter_set, signals) for each in others)]
+
+
+def _undetermined(each: Determination, parameter_set: ParameterSet, signals: set[str]) -> Finding:
+    """Return why a fit would not determine a parameter: no programme helps where its only sensor is missing."""
+    about, moved = f"parameter {each.name} of a fit", moved_by_parameter(parameter_set, each.name)
+    if each.status != "not excited" or not moved or moved & signals:
+        return Finding(
+            kind="good" if each.settled else "note", about=f"{about} ({each.status})", sentence=each.sentence
+        )
+    lacking = " or ".join(SIGNALS[name].title.lower() for name in SIGNALS if name in moved)
+    told = f"only {lacking} would show it; not measured"
+    return Finding(kind="good" if moved == {"torque"} else "note", about=f"{about} (no sensor)", sentence=told)

@@ -39,7 +39,7 @@ def lines_of(found: Sequence[Finding]) -> list[str]:
     count = len({each.run for each in found} - {""})
     lines = []
     for (kind, about, sentence), of in runs.items():
-        whose = "each run" if len(of) == count > 1 else ", ".join(filter(None, of))
+        whose = "each run" if len(of) == count > 1 else ", ".join(filter(None, of)) + " alike" * (len(of) > 1)
         lines.append(_MARKS[kind] + ": ".join(filter(None, (whose, about, sentence))))
     refused = sum(kind == "refused" for kind, _, _ in runs)
     notes = f"{sum(kind == 'note' for kind, _, _ in runs)} notes (?)"

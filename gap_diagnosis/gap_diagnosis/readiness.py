@@ -17,7 +17,7 @@ from system_identification.rating import UNMOVED, rated, tried
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.parameter_set import ParameterSet
-from thruster_model.unmoved import unmoved
+from thruster_model.unmoved import moved_by_effects
 
 __all__ = ["excitation", "readiness"]
 
@@ -87,12 +87,19 @@ def _effects(problem: Problem) -> list[Finding]:
     offered = suspects(signals)
     looks = rated(base, noise, tried(base, offered, lambda each: problem.tried(base.x, each)))
     # An effect that no equation has may still shorten a step, and change the last digits.
-    without = unmoved([problem.parameter_set])
-    idle = sorted(each.suspect.key for each in looks if each.visibility <= UNMOVED or each.suspect.effect in without)
-    seen = {each.suspect.key: each.visibility for each in looks if each.suspect.key not in idle}
+    moved = moved_by_effects(problem.parameter_set)
+    without = [name for name, names in moved.items() if not names]
+    unread = {name: names for name, names in moved.items() if names and not names & signals}
+    still = {each.suspect.key: each.suspect.effect for each in looks if each.visibility <= UNMOVED}
+    still |= {each.suspect.key: each.suspect.effect for each in looks if each.suspect.effect in without}
+    idle = sorted(key for key, effect in still.items() if effect not in unread)
+    seen = {each.suspect.key: each.visibility for each in looks if each.suspect.key not in still}
     shown = sorted(key for key, visibility in seen.items() if visibility > RULES.visible)
     hidden = sorted(seen.keys() - set(shown))
-    blind = [name for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())]
+    blind = {
+        name: e.channel.split() for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())
+    }
+    blind |= {name: sorted(unread[name]) for name in sorted({*still.values()} & unread.keys())}
     logged = [name for name in found_by("log", "gates") if name not in blind]
     found = [
         Finding(
@@ -109,7 +116,7 @@ def _effects(problem: Problem) -> list[Finding]:
         told = f"{', '.join(idle)}: the model has no such part, or these recordings do not reach where they begin"
         found.append(Finding(kind="note", about="effects that would change nothing", sentence=told))
     if blind:
-        lacking = dict.fromkeys(s for n in blind for s in LIBRARY[n].channel.split() if s in SIGNALS)
+        lacking = dict.fromkeys(s for own in blind.values() for s in own if s in SIGNALS)
         wanted = ", ".join(SIGNALS[s].title.lower() for s in lacking)
         told = f"{', '.join(blind)}: not measured is {wanted}"
         found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=told))

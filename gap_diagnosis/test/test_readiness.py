@@ -84,6 +84,33 @@ def test_a_sensor_that_is_missing_takes_its_effects_away():
     assert "not measured is" in blind and "thrust" in blind
 
 
+def test_effects_of_thrust_that_nobody_measured_lack_a_sensor_and_no_part_of_the_model():
+    stated, recordings = campaign(runs=1, duration=12.0, channels=("n",), model="simplified")
+    found = kinds(readiness(recordings, stated), "note")
+    idle, (blind, lacking) = (
+        found["effects that would change nothing"],
+        found["effects that cannot be looked for"].split(": not measured is "),
+    )
+    for name in ("thrust_loss", "thrust_asymmetry", "cavitation", "axial_flow_loss"):
+        assert name in blind and name not in idle
+    assert "thrust" in lacking and "flow_lag" in idle, "the model has no flow"
+
+
+def test_a_parameter_whose_only_sensor_is_missing_is_told_so_and_torque_is_no_note(tmp_path, capsys):
+    programme = dict(list(rich_campaign(np.random.default_rng(5), duration=12.0).items())[:1])
+    truth = Truth(model="simplified", parameters=dict(load_parameter_set("simplified").values))
+    (made,) = generate(truth, programme, closed_loop=False, seed=5)
+    run = write_generated_run(made, tmp_path, ("n",))
+    assert main([str(run), "--set", "simplified"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert "? parameter c_T1 of a fit (no sensor): only thrust would show it; not measured" in lines
+    (torque,) = (line for line in lines if "parameter c_Q1 of a fit" in line)
+    assert "no sensor" not in torque, "the rotor tells its torque in this model"
+    main([str(run), "--set", "yoerger"])
+    said = capsys.readouterr().out
+    assert "\n  parameter c_Q of a fit (no sensor): only torque would show it; not measured\n" in said
+
+
 def test_what_is_as_loud_as_noise_is_said_to_hide(rich):
     stated, recordings = rich
     deaf = []
@@ -186,6 +213,6 @@ def test_what_holds_of_all_runs_is_one_line_and_one_note():
         Finding(kind="note", run=run, about="not measured", sentence=sentence)
         for run, sentence in (("a", "depth"), ("b", "depth"), ("c", "battery"))
     ]
-    assert lines_of(found) == ["? a, b: not measured: depth", "? c: not measured: battery", "usable: 2 notes (?)"]
+    assert lines_of(found) == ["? a, b alike: not measured: depth", "? c: not measured: battery", "usable: 2 notes (?)"]
     assert lines_of(found[:2]) == ["? each run: not measured: depth", "usable: 1 notes (?)"]
     assert lines_of(found[2:]) == ["? c: not measured: battery", "usable: 1 notes (?)"]

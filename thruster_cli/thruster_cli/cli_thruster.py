@@ -76,7 +76,8 @@ def _call(name: str, arguments: list[str]) -> int:
         return int(module.main(arguments, program=f"thruster {name}"))
     finally:
         if program.of_vehicle and not vehicle and {"--help", "-h"} & set(arguments):
-            print(f"\nof a vehicle: thruster {name} --vehicle SET ...; options: thruster {name} --vehicle SET --help")
+            print("\nof a vehicle:")
+            importlib.import_module(program.of_vehicle).main(["--help"], program=f"thruster {name}")
 
 
 class _PassedOn(TyperCommand):

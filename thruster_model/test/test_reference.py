@@ -11,7 +11,7 @@ from thruster_model.effects.stages import LIBRARY, effect_values
 from thruster_model.models import MODELS
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.stepper import ROWS
-from thruster_model.unmoved import unmoved
+from thruster_model.unmoved import moved_by_effects, moved_by_parameter, unmoved
 from thruster_model.whole_run import simulated_rows
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -62,6 +62,14 @@ def test_what_changes_nothing_in_a_model_changes_no_simulated_run_of_it_and_all_
             there = simulated({effect.id: typical_sizes(effect)})
             alike = all(np.array_equal(there[signal], plain[signal]) for signal in plain)
             assert alike == (name in told.get(effect.id, ())), (name, effect.id)
+
+
+def test_a_parameter_shows_in_the_signals_that_its_equations_move():
+    bessa, hl = load_parameter_set("bessa"), load_parameter_set("hl")
+    assert moved_by_parameter(bessa, "c_T1") == {"thrust"} and moved_by_parameter(bessa, "c_Q") == {"torque"}
+    assert moved_by_parameter(hl, "k_w") == {"axial", "thrust"}, "v' has it, and T has v"
+    assert "speed" in moved_by_parameter(hl, "c_n_Q")
+    assert moved_by_effects(bessa)["thrust_loss"] == {"thrust"} and not moved_by_effects(bessa)["flow_lag"]
 
 
 def test_every_model_and_each_of_its_parameters_stands_in_the_reference():
