@@ -9,6 +9,7 @@ from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag.command_line import user_arguments
 from thruster_model.effects.effect import EffectParameter
 from thruster_model.vehicle_coefficients import STIR
+from thruster_model.vehicle_layout import FRAMES
 from thruster_model.vehicle_parameters import DEFAULTS, defined
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
@@ -70,6 +71,10 @@ def reference() -> str:
         "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n\n" + _IDLE + "\n" + _SUPPLY
     )
     vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
+    frames = (
+        "\n## Frames of ArduSub\n\nWhich way a positive command of motor 1, 2, ... pushes; 45 degrees between two "
+        "directions. Motor 1 is `thruster_0`.\n\n| frame | motors |\n|---|---|\n"
+    ) + "".join(f"{_row([f'`{name}`', '; '.join(map(_way, axes))])}\n" for name, axes in FRAMES.items())
     heads = ["effect", "what it is", "enters", "equation", "parameters", "acts on"]
     lines = [
         "\n## Effects of a vehicle\n",
@@ -85,7 +90,7 @@ def reference() -> str:
         "v in (4.4); losses of thrust in this table do not.",
         *(f"- `{effect.id}`: {effect.note}." for effect in VEHICLE_LIBRARY.values() if effect.note),
     ]
-    return head + equations + vehicles + "\n".join(lines) + "\n"
+    return head + equations + vehicles + frames + "\n".join(lines) + "\n"
 
 
 def _vehicle(name: str, vehicle: VehicleSet) -> str:
@@ -101,6 +106,12 @@ def _vehicle(name: str, vehicle: VehicleSet) -> str:
         position, axis = (", ".join(f"{x:.6g}" for x in each) for each in (thruster.position, thruster.axis))
         lines.append(_row([thruster.name, position, axis, thruster.hand or "not known"]))
     return "\n".join(lines) + "\n"
+
+
+def _way(axis: Sequence[float]) -> str:
+    """Return a direction in body axes in words."""
+    words = (("backward", "forward"), ("port", "starboard"), ("up", "down"))
+    return " and ".join(both[x > 0.0] for x, both in zip(axis, words, strict=True) if x)
 
 
 def _effect(effect: VehicleEffect) -> str:

@@ -68,6 +68,11 @@ def effects() -> str:
         'that it has where none is given ("else"). "Alike": effects that recordings of one thruster cannot tell from '
         "it.",
         "",
+        "A run starts, and its t is 0, with its first command, whatever the stamps are. What was before, for effects "
+        "that remember: `thermal_fade` begins cold, `tank_recirculation` with U = 0, `load_cell_resonance` at rest. "
+        "`tach_lag` and `flow_delay` begin at their first value. `command_delay` and `command_lag` begin with the u of "
+        "[models.md](models.md): 0, or the first command where the rotor already turns.",
+        "",
         "What each does to what sensors read, less what they read without it, at half its range (`reference --picture "
         "FILE`). The number is the largest change; grey: none.",
         "",
@@ -110,13 +115,17 @@ def _of_block(block: Block) -> list[str]:
             "In models without gamma it is what drives the rotor: k_3 u, g(u), or x of `force_table`.",
         ]
     if block == "rotor":
-        return ["k_n is k_1 in `bessa` and `two_state`, and `rate` in `first_order` and `force_table`."]
+        return [
+            "k_n is k_1 in `bessa` and `two_state`. In `first_order` and `force_table` it is the `rate` of the term "
+            "-rate n alone: more of it lowers the steady speed, too."
+        ]
     if block == "thrust":
         last = in_stage("thrust_dynamics")
         order = _order([*(effect for effect in in_stage("loads") if effect not in last), *last])
         return [
             "The T that drives v and U is this one: where thrust is lost, the water is driven less, too. Q stays where "
             "an equation does not name it.",
+            "v is the axial flow of the model: in `kim_chung` k_s U cos(inflow_angle) + k_r n, in `four_quadrant` U.",
             f"Order: {order}. Each takes the T that those before it have left.",
         ]
     if block == "sensor":
@@ -161,7 +170,8 @@ def reference() -> str:
         "Where there is a u_dot_max, u follows its command at that rate at most. It begins at 0, or where the rotor "
         "already turns at the first command. All equations have this u. No fit and no diagnosis adjusts u_dot_max: at "
         "100 V/s a step of 3 V takes 30 ms. State yours where your controller is faster, 1e5 for a step at once. A "
-        "slower one is the effect `throttle_rate_limit`.\n"
+        "slower one is the effect `throttle_rate_limit`. Which effect changes nothing in which model: [effects.md]"
+        "(effects.md#which-model-knows-which-effect).\n"
     )
     sets = {name: load_parameter_set(name) for name in available_sets()}
     return head + "".join(_model(model, sets) for model in MODELS.values())

@@ -66,5 +66,7 @@ CURVES = (
     "x = command_scale (u - delta_u1) below delta_u1, command_scale (u - delta_u2) above delta_u2, 0 between",
     "dn/dt = rate (n_s(x, supply) - n), n_s: speed of the table at a command that is x beyond the table's dead zone",
     "T = thrust_scale F_s(n, supply), F_s: force of the table at the speed that the rotor has",
+    "n_s, F_s: straight lines between the table's points and between its supplies; beyond both the ends hold",
+    "the table's dead zone: the commands that move nothing at any of its supplies",
     "supply: the recorded voltage, or nominal_supply",
 )

@@ -90,8 +90,8 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: boo
         told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
     elif alone and abs(values[0]) > 0.05 * np.max(np.abs(values)):
         told.append(
-            f"{name}: begins with {values[0]:.3g} V: how it moved then is estimated from the first readings; expected "
-            "two seconds of rest, the throttle at zero, at the start of the next recording"
+            f"{name}: begins with {values[0]:.3g} V: a diagnosis estimates how it moved then and leaves out the first "
+            "second; expected two seconds of rest, the throttle at zero, at the start of the next recording"
         )
     if not hold and moves_between(time, values):
         taken = "a fit holds it, a diagnosis tries straight lines too" if alone else "it is taken as held"

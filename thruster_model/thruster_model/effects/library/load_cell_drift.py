@@ -26,7 +26,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="rate", unit="N/s", meaning="of the reading", lower=0.0, upper=0.1, both_signs=True),
     ),
-    note="t is the time since the start of the run",
+    note="t is the time since the run's first command",
     sample=sample,
     floats=floats,
     channel="thrust",

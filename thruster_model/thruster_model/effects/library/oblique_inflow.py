@@ -23,6 +23,7 @@ EFFECT = Effect(
     block="thrust",
     equation="U cos(s) in place of U for the propeller, not for the instrument",
     parameters=(EffectParameter(name="angle", unit="rad", meaning="of the flow to the axis", lower=0.0, upper=1.2),),
-    note="the equations of v, T and Q have U cos(s), with the current of `ambient_current` in U; (4.5) has U",
+    note="the equations of v, T and Q have U cos(s), with the current of `ambient_current` in U; (4.5) has U. In "
+    "`kim_chung` cosines multiply: U cos(s) cos(inflow_angle)",
     hooks={"approach": approach},
 )
