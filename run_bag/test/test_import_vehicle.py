@@ -292,6 +292,20 @@ def test_sensors_of_one_message_are_told_apart_without_the_log_s_units_and_the_o
     np.testing.assert_allclose(run["rov/depth.depth"].values, 3.0)
 
 
+def test_messages_of_older_logs_with_the_sensor_s_number_in_their_name_are_known(tmp_path, capsys):
+    data = message_format(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
+    names = ("ESC1", "ESC2", "BARO", "BAR2")
+    for kind, name in enumerate(names, 10):
+        data += message_format(kind, 3 + 8 + 4, name, "Qf", "TimeUS,RPM" if name.startswith("ESC") else "TimeUS,Alt")
+    for k in range(COUNT):
+        for kind, value in enumerate((600.0, 700.0, -0.1, -3.0), 10):
+            data += b"\xa3\x95" + bytes([kind]) + struct.pack("<Qf", 5_000_000 + 40_000 * k, value + 0.01 * k)
+    (tmp_path / "x.BIN").write_bytes(data)
+    text = guessed(capsys, tmp_path / "x.BIN")
+    assert "thruster_1/state.n: {field: ESC2.RPM, unit: rpm}" in text
+    assert "rov/depth.depth: {field: BAR2.Alt, unit: m, sign: -1}" in text
+
+
 def test_a_ground_station_s_inertial_sensors_depth_and_all_its_escs_are_guessed(tmp_path, capsys):
     from pymavlink.dialects.v20 import ardupilotmega as link
 

@@ -48,12 +48,13 @@ _SUPPLY = (
 )
 _OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|cmd|command|raw)"
 _CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amp(s|ere)?|strom)(_a)?|({_BATTERY}|supply)_(a|i)"
+_ESC = r"ESC(\[(?P<zero>\d+)\]|(?P<one>\d+))"
 
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
-    Rule("thruster_{i}/state.n", r"ESC\[(?P<zero>\d+)\]\.RPM", "rpm"),
-    Rule("thruster_{i}/state.supply_voltage", r"ESC\[(?P<zero>\d+)\]\.Volt", "V"),
-    Rule("thruster_{i}/state.current", r"ESC\[(?P<zero>\d+)\]\.Curr", "A"),
+    Rule("thruster_{i}/state.n", rf"{_ESC}\.RPM", "rpm"),
+    Rule("thruster_{i}/state.supply_voltage", rf"{_ESC}\.Volt", "V"),
+    Rule("thruster_{i}/state.current", rf"{_ESC}\.Curr", "A"),
     *(Rule(f"thruster_{i}/state.{path}", rf"ESC_TELEMETRY_{first}_TO_{first + 3}\.{field}\[{i - first + 1}\]", unit)
       for path, field, unit in (("n", "rpm", "rpm"), ("supply_voltage", "voltage", "cV"), ("current", "current", "cA"))
       for first in (1, 5, 9, 13) for i in range(first - 1, first + 3)),
@@ -67,7 +68,7 @@ LOGS = (
     Rule("rov/odometry.pose.pose.orientation.{angle}", r"ATTITUDE\.(?P<angle>roll|pitch|yaw)", "rad"),
     Rule("rov/odometry.twist.twist.angular.{axis}", r"ATTITUDE\.((?P<x>roll)|(?P<y>pitch)|(?P<z>yaw))speed", "rad/s"),
     Rule("rov/depth.depth", r"CTUN\.Alt|VFR_HUD\.alt", "m", -1),
-    Rule("rov/depth.depth", r"BARO\[1\]\.Alt", "m", -1),
+    Rule("rov/depth.depth", r"(BARO\[1\]|BAR2)\.Alt", "m", -1),
     Rule("rov/depth.depth", r"BARO(\[0\])?\.Alt", "m", -1),
     Rule("rov/depth.depth", r"SCALED_PRESSURE2\.press_abs", entry=depth_of_pressure(100.0), why=WHICH_WATER),
     Rule("rov/depth.depth", r"BARO(\[[01]\])?\.Press", entry=depth_of_pressure(1.0), why=WHICH_WATER),
