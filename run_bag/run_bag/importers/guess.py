@@ -282,7 +282,7 @@ def _ours(channel: str) -> str:
 
 def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
     groups = {key.rstrip("2"): value.lower() for key, value in match.groupdict().items() if value is not None}
-    number = int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", thruster))
+    number = rule.first + (int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", thruster)))
     (last, *_) = [key for key in groups if key not in ("axis", "angle", "part")] or [""]  # (?P<x>surge): axis x
     own = {key: groups.get(key, last) for key in ("axis", "angle", "part")}
     return rule.channel.format(i=number, **own)

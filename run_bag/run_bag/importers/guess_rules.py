@@ -15,7 +15,8 @@ class Rule(NamedTuple):
 
     {i} is the thruster's number from 0, of groups `one` or `zero` or of the name's end; {axis} that of a group `axis`,
     or the name of the group that matched. `together`: plain names that must all be there for the rule to hold.
-    `alone`: no word of a longer name: rotor_temp is no rotor's speed. `entry`, `why`: as in `OfType`.
+    `alone`: no word of a longer name: rotor_temp is no rotor's speed. `entry`, `why`: as in `OfType`. `first`: the
+    thruster that the name counts from.
     """
 
     channel: str
@@ -26,6 +27,7 @@ class Rule(NamedTuple):
     alone: bool = False
     entry: str = ""
     why: str = ""
+    first: int = 0
 
 
 _AXIS = r"(?P<axis>[xyz])"
@@ -55,9 +57,9 @@ LOGS = (
     Rule("thruster_{i}/state.n", rf"{_ESC}\.RPM", "rpm"),
     Rule("thruster_{i}/state.supply_voltage", rf"{_ESC}\.Volt", "V"),
     Rule("thruster_{i}/state.current", rf"{_ESC}\.Curr", "A"),
-    *(Rule(f"thruster_{i}/state.{path}", rf"ESC_TELEMETRY_{first}_TO_{first + 3}\.{field}\[{i - first + 1}\]", unit)
+    *(Rule(f"thruster_{{i}}/state.{path}", rf"ESC_TELEMETRY_{k}_TO_{k + 3}\.{field}\[(?P<zero>\d)\]", unit, first=k - 1)
       for path, field, unit in (("n", "rpm", "rpm"), ("supply_voltage", "voltage", "cV"), ("current", "current", "cA"))
-      for first in (1, 5, 9, 13) for i in range(first - 1, first + 3)),
+      for k in (1, 5, 9, 13)),
     Rule("rov/battery.voltage", r"BAT(\[0\])?\.Volt|SYS_STATUS\.voltage_battery", "V"),
     Rule("rov/battery.current", r"BAT(\[0\])?\.Curr|SYS_STATUS\.current_battery", "A", -1),
     Rule("rov/imu.angular_velocity.{axis}", r"IMU(\[0\])?\.Gyr(?P<axis>[XYZ])", "rad/s"),
