@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered
@@ -30,12 +31,19 @@ _TOLD = {
     **{f"velocity {a}": 10 + k for k, a in enumerate("xyz")},
 }  # fmt: skip
 """Columns of `VehicleLog.told` that an error of a reading may be in."""
+_ANGLES = {"roll angle": (1.0, 0.0, 0.0), "pitch angle": (0.0, 1.0, 0.0)}
+"""Axes of the body about which a told attitude may be turned."""
+_PULLED = {"roll angle": "acceleration along y", "pitch angle": "acceleration along x"}
+"""What pulls them where an attitude follows the accelerometer."""
+_PULLED_IN = 1.0
+"""[s] In which an attitude follows it: a filter of gyro and accelerometer takes some tenths to some seconds."""
 _PROBES = {
     **dict.fromkeys(_AXES[:3], 1.0), **dict.fromkeys(_AXES[3:], 0.1),
     **{place: 0.01 if place.startswith("gyro") else 0.02 for place in _TOLD}, "heading": 0.02,
+    **dict.fromkeys(_ANGLES, 0.01),
 }  # fmt: skip
 """[N, N m, rad/s, rad, m, m/s] By which nameless dependences are tried, by what they act on."""
-READINGS = {**{place: place.split()[0] for place in _TOLD}, "heading": "attitude"}
+READINGS = {**{place: place.split()[0] for place in _TOLD}, **dict.fromkeys(("heading", *_ANGLES), "attitude")}
 """Places of nameless dependences that are errors of a reading, not wrenches, with their sensor (`VehicleLog.there`)."""
 
 
@@ -150,9 +158,10 @@ class Screen:
 
 def _misread(log: VehicleLog, place: str, size: Array) -> VehicleLog:
     """Return a log whose readings of one kind are larger by so much (K,)."""
-    if place == "heading":
-        q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
-        turned = Rotation.from_rotvec(np.outer(size, [0.0, 0.0, 1.0])) * rotations(q)
+    if place == "heading" or place in _ANGLES:
+        q = rotations(np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0]))
+        turn = Rotation.from_rotvec(np.outer(size, _ANGLES.get(place, (0.0, 0.0, 1.0))))
+        turned = q * turn if place in _ANGLES else turn * q
         return replace(log, attitude=np.where(np.isfinite(log.attitude), turned.as_quat()[:, [3, 0, 1, 2]], np.nan))
     told = log.told.copy()
     told[:, _TOLD[place]] += size
@@ -175,6 +184,7 @@ def nameless_names(model: Model, there: Mapping[str, bool]) -> list[Key]:
     errors: dict[str, tuple[str, ...]] = {f"gyro {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "pqr", strict=True)}
     errors |= {f"velocity {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "uvw", strict=True)}
     errors |= {"depth": ("u|u|", "time"), "heading": ("time",)}
+    errors |= {angle: (by, "time") for angle, by in _PULLED.items()}
     return of_body + [("nameless", place, f) for place, of in errors.items() for f in of if there[READINGS[place]]]
 
 
@@ -190,6 +200,10 @@ def features(prepared: Prepared, feature: str) -> Array:
         out = np.linspace(-1.0, 1.0, len(nu)) ** 2
     elif feature == "depth":
         out = states.position[:, 2] - np.mean(states.position[:, 2])
+    elif feature.startswith("acceleration"):  # of a body that turns, what a filter of this time makes of it
+        slow, dt = np.exp(-prepared.log.period / _PULLED_IN), prepared.log.period
+        felt = np.gradient(nu[:, :3], dt, axis=0) + np.cross(nu[:, 3:], nu[:, :3])
+        out = lfilter([1.0 - slow], [1.0, -slow], felt[:, "xyz".index(feature[-1])])
     elif feature.endswith("|"):
         a = "uvwpqr".index(feature[0])
         out = nu[:, a] * np.abs(nu[:, a])
