@@ -23,6 +23,7 @@ EFFECTS = {
     "velocity_misalignment": (("velocity",), {"angle": 0.1}, {"axis": "z"}),
     "sensor_lever_arm": (("depth",), {"offset": 0.2}, {"sensor": "depth", "axis": "x"}),
     "depth_bias": (("depth",), {"offset": 0.4}, {}),
+    "heading_bias": (("imu",), {"angle": 0.3}, {}),
     "depth_scale": (("depth",), {"share": 0.05}, {}),
     "magnetic_disturbance": (("imu",), {"angle": 0.2}, {}),
     "compass_deviation": (
@@ -163,6 +164,13 @@ def test_the_thrusters_current_turns_the_heading_and_nothing_else() -> None:
     turn = Rotation.from_quat(after[:, [1, 2, 3, 0]]) * Rotation.from_quat(before[:, [1, 2, 3, 0]]).inv()
     off = np.outer(0.2 * TRUTH.current[1:], [0.0, 0.0, 1.0])
     np.testing.assert_allclose(turn.as_rotvec(), off, atol=1e-12)
+
+
+def test_a_biased_heading_is_turned_by_one_angle_about_down_whatever_the_attitude() -> None:
+    before, after = read(exact())["imu", -1].values, read(exact(), of("heading_bias"))["imu", -1].values
+    np.testing.assert_array_equal(after[:, 4:], before[:, 4:])
+    turn = Rotation.from_quat(after[:, [1, 2, 3, 0]]) * Rotation.from_quat(before[:, [1, 2, 3, 0]]).inv()
+    np.testing.assert_allclose(turn.as_rotvec(), np.tile([0.0, 0.0, 0.3], (400, 1)), atol=1e-12)
 
 
 def test_a_compass_beside_iron_errs_by_the_formula_of_compass_adjusters_and_in_the_heading_alone() -> None:

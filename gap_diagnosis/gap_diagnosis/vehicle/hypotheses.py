@@ -46,6 +46,7 @@ class Hypothesis:
         grid: sizes to fit from where the neutral one is infinite; it is then screened at its probe alone.
         read_by: sensor without which it cannot be shown, or "".
         watched: sizes of its first parameter that a watch follows.
+        sudden: size from half of which on a watch looks for it as a jump within one reading of `read_by`, or 0.
         tolerance: deviation of its only parameter where nothing is wrong, or 0.
     """
 
@@ -66,6 +67,7 @@ class Hypothesis:
     grid: tuple[float, ...] = ()
     read_by: str = ""
     watched: tuple[float, ...] = ()
+    sudden: float = 0.0
     tolerance: float = 0.0
 
     @property
@@ -118,9 +120,13 @@ WIRING = ("thruster_swap", "thruster_polarity")
 """Which command drives which thruster, and which way round."""
 
 
-def hypotheses(model: Model, there: Mapping[str, bool]) -> list[Hypothesis]:
-    """Return all hypotheses that these sensors (`VehicleLog.there`) could show anything of."""
-    return [h for h in _all(model, there) if not h.read_by or there.get(h.read_by, False)]
+def hypotheses(model: Model, there: Mapping[str, bool], *, sudden: bool = False) -> list[Hypothesis]:
+    """Return all hypotheses that these sensors (`VehicleLog.there`) could show anything of.
+
+    sudden: those instead that only show as they begin.
+    """
+    shown = [h for h in _all(model, there) if not h.read_by or there.get(h.read_by, False)]
+    return [h for h in shown if (h.sudden > 0.0) == sudden]
 
 
 def _all(model: Model, there: Mapping[str, bool]) -> Iterator[Hypothesis]:
@@ -176,6 +182,7 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
         grid=suspected.grid,
         read_by={"imu": "accelerometer"}.get(sensor, sensor) if sensor else suspected.read_by,
         watched=suspected.watched,
+        sudden=suspected.sudden,
         tolerance=suspected.tolerance,
         **place,
     )

@@ -126,6 +126,11 @@ WATCH_THRUST = 0.01
 """Share of a thrust by which it is not known: speeds and manoeuvres come that no healthy recording held."""
 WATCH_SETTLING = 5.0
 """[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
+WATCH_JUMP = (5.0, 30.0)
+"""[s] for which a sensor's jump is followed before its readings are freed of it; in which it must have been believed: a
+slow sensor needs two dozen readings. Set by reason."""
+WATCH_TOLD = 60.0
+"""[s] for which it is told from then on. Set by reason."""
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
 model of it many small things differ, and none of them is what anybody would repair."""

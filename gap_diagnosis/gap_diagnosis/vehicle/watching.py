@@ -17,34 +17,29 @@ failure of size s changes in the readings, c = r_well - r_failure, tells how lar
 with theta of the false alarms' tail, by which log ratios are worth less than they say (`false_alarms`).
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import Baseline
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
-from gap_diagnosis.vehicle.filtering import at_rest, followed, initial_state, rotor_decay, starting
+from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, starting
 from gap_diagnosis.vehicle.gains import filter_gains, motion_of, rotor_gains, slopes
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.inflow import inflow, thrusts_at
+from gap_diagnosis.vehicle.jumps import Jump
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
-from rov_sim.vehicle.kernel import FINE
-from rov_sim.vehicle.plant import sheet_of
-from rov_sim.vehicle.tables import STATE
-from thruster_model.compilation import compiled
+from rov_sim.vehicle.innovations import states_of
 
 __all__ = ["Alarm", "Watch"]
 
 Array = NDArray[np.float64]
-_FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 _BEND = 0.1
 """Share of its distance from the size that was followed by which a size errs, as readings are no straight line in it:
 losses of 0.6, told by filters of 0.3, came out as 0.60 to 0.67 (tuning seeds 5 and 6)."""
@@ -87,78 +82,6 @@ def _told(value: float, deviation: float) -> str:
     return f"{value:.{places}f} ± {deviation:.{places}f}"
 
 
-class _Branch:
-    """One filter of the bank with its state."""
-
-    def __init__(
-        self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog
-    ) -> None:
-        built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
-        self.body = built.settings.coefficients
-        self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
-        self._sensing = built.sensors, built.tach / [1.0, log.period]
-        self._steps = built.steps(log.period)
-        self._wrench, self._charge = np.zeros(6), followed(log, built)
-        self._past = np.full(past_width(log.thrusters), np.nan)
-
-    def follow(self, other: "_Branch") -> None:
-        """Take the state of another branch of this bank."""
-        self._sheet[STATE] = other._sheet[STATE]
-        self._wrench, self._charge, self._past = other._wrench, other._charge.copy(), other._past.copy()
-
-    def step(self, log: VehicleLog, gains: Array, speed_gains: Array, keep: Array, out: tuple[Array, ...]) -> bool:
-        """Fill out as `innovations` does and return whether the state stayed finite; keep: (K,), of the wrench."""
-        carried = self._wrench * keep[:-1, None]
-        kernel: Any = innovations
-        done = kernel(
-            self._sheet, np.ascontiguousarray(log.commands), *self._steps, FINE, carried,
-            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
-            log.lateness, gains, speed_gains, self._charge, self._past, *out,
-        )  # fmt: skip
-        self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
-        return bool(done == log.count)
-
-
-@compiled
-def _accumulated(  # type: ignore[no-untyped-def]
-    body, rotor, whitener, spread, most, doubt, forget, period, begun, ratios, sums, since
-):
-    """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
-
-    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
-    most^2 / 2, and failures are still told from each other where all of them are far off. One that a failure's filter
-    no longer foresees, since its state is not finite, is as far off as can be.
-    """
-    B, K, M = body.shape
-    N = rotor.shape[2]
-    believed, gained, fitted, changed = np.zeros(M + N), np.zeros(B), np.zeros(B), np.zeros(B)
-    for k in range(K):
-        now = begun + (k + 1) * period
-        for j in range(B):
-            gained[j], fitted[j], changed[j] = 0.0, 0.0, 0.0
-            for i in range(M + N):
-                if i < M:
-                    there, r = np.isfinite(body[0, k, i]), 0.0
-                    for m in range(M):
-                        r += whitener[k, i, m] * body[j, k, m] if np.isfinite(body[0, k, m]) else 0.0
-                else:
-                    there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
-                if there:
-                    r = min(max(r, -_FARTHEST), _FARTHEST) if np.isfinite(r) else _FARTHEST
-                    believed[i] = r if j == 0 else believed[i]
-                    well = believed[i]
-                    weight = 1.0 / (1.0 + (well / most) ** 2)
-                    gained[j] += weight * (well * well - r * r - doubt * (well - r) ** 2)
-                    fitted[j] += well * (well - r)
-                    changed[j] += (well - r) ** 2
-        for j in range(B - 1):
-            ratios[j] += 0.5 * gained[j + 1] - forget * period
-            sums[0, j] += fitted[j + 1]
-            sums[1, j] += changed[j + 1]
-            if ratios[j] < 0.0:
-                ratios[j], sums[0, j], sums[1, j], since[j] = 0.0, 0.0, 0.0, now
-
-
 class Watch:
     """All of it; fed with pieces of a log that follow each other without a gap."""
 
@@ -169,12 +92,15 @@ class Watch:
         self.threshold = threshold
         self._model, self._values, self._noises = model, healthy.values, healthy.noises
         self._conventions = healthy.conventions
-        self.followed = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
-        """Failures, each at a size."""
+        lasting = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
+        self._sudden = hypotheses(model, healthy.there, sudden=True)
+        self._lasting = slice(0, len(lasting))
+        self.followed = lasting + [(h, h.sudden) for h in self._sudden]
+        """Failures, each at a size; those that jump last."""
         self.ratios = np.zeros(len(self.followed))
-        self._sums = np.zeros((2, len(self.followed)))
+        self._sums = np.zeros((2, len(lasting)))
         """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
-        self._since, self._found = np.zeros(len(self.followed)), np.full(len(self.followed), np.nan)
+        self._since, self._found = np.zeros(len(lasting)), np.full(len(self.followed), np.nan)
         self.time = 0.0
         self.begin()
 
@@ -186,19 +112,26 @@ class Watch:
 
     def begin(self) -> None:
         """Begin anew with what sensors tell next: after a gap, or where the vehicle was lost."""
-        self._branches: list[_Branch] = []
+        self._branches: list[Branch] = []
+        self._jumps: list[Jump] = []
         self._P: Array | None = None
         self._flows: Array | None = None
         self._P_n: Array | None = None
         self._state: Array | None = None
         self._begun = self.time
+        self.ratios[self._lasting.stop :] = 0.0
 
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
         log = self._conventions.read(log)
+        self._know_jumps()
+        for jump in self._jumps:
+            log = jump.freed(log)
         if not self._branches:
-            bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in self.followed)]
-            self._branches = [_Branch(self._model, self._values, effects, log) for effects in bank]
+            lasting = self.followed[self._lasting]
+            bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in lasting)]
+            self._branches = [Branch(self._model, self._values, effects, log) for effects in bank]
+            self._jumps = [Jump(h, Branch(self._model, self._values, (), log)) for h in self._sudden]
         first, noises = self._branches[0], self._noises
         nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
         rates = log.told[:, 3:6]
@@ -221,29 +154,55 @@ class Watch:
         decay = rotor_decay(self._model, log.period)
         speed_gains, spread, self._P_n = rotor_gains(driven, decay, noises, self._P_n)
         keep = np.exp(-log.period / noises.time) ** np.arange(log.count + 1)
-        for ratio, branch in zip(self.ratios, self._branches[1:], strict=True):
+        by = Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep)
+        ratios, ends = self.ratios[self._lasting], self.time + log.count * log.period
+        settling = ends < self._begun + rules.WATCH_SETTLING
+        for ratio, branch in zip(ratios, self._branches[1:], strict=True):
             if ratio <= 0.0:  # a failure that is not believed has not begun yet
-                branch.follow(first)
-        B, K = len(self._branches), log.count
-        out = [np.full((B, K, width), np.nan) for width in (13, N, 2, states_width(N))]
-        done = [
-            branch.step(log, gains.gains, speed_gains, keep, tuple(each[j] for each in out))
-            for j, branch in enumerate(self._branches)
-        ]
-        _accumulated(
+                branch.state = first.state
+        for jump in self._jumps:
+            if jump.outdated(self.time, self.threshold):
+                jump.forget(first)
+        before = ratios.copy(), self._sums.copy(), self._since.copy()
+        out = outputs(log.count, N, len(self._branches))
+        done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(self._branches)]
+        accumulated(
             out[0], out[1], gains.whitener, spread, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET,
-            log.period, self.time, self.ratios, self._sums, self._since,
+            log.period, self.time, ratios, self._sums, self._since,
         )  # fmt: skip
-        self.time += K * log.period
+        for jump in self._jumps:
+            if settling:
+                jump.forget(first)
+            else:
+                jump.step(by, out[0][0], out[1][0], self.time)
+            if jump.back:
+                jump.correct(first)
+        if any(jump.size for jump in self._jumps):  # what moves the healthy vehicle's filter is no evidence for others
+            ratios[:], self._sums[:], self._since[:] = before
+        self.time = ends
         self._state = out[3][0, -1]
-        if self.time < self._begun + rules.WATCH_SETTLING:
-            self.ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        self.ratios[len(ratios) :] = [jump.ratio(self.time) for jump in self._jumps]
+        if settling:
+            ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
         if not done[0]:  # the vehicle is lost
             self.begin()
         over = self.ratios >= self.threshold
         self._found[over & np.isnan(self._found)] = self.time
         self._found[self.ratios <= 0.0] = np.nan
         return self._alarms()
+
+    def _know_jumps(self) -> None:
+        """Take what is believed of jumps as known once one has settled; all else begins anew from the state with it."""
+        if not any(jump.settled(self.time, self.threshold) for jump in self._jumps):
+            return
+        first, believed = self._branches[0], [jump for jump in self._jumps if jump.believed(self.threshold)]
+        for jump in believed:
+            jump.know(first, self.time)
+        for jump in self._jumps:
+            jump.forget(first)
+        self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        if len(believed) > 1:  # each had a state that the other's jump had moved
+            self._begun = self.time
 
     def _alarms(self) -> list[Alarm]:
         """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""
@@ -260,11 +219,15 @@ class Watch:
         ]
 
     def _alarm(self, j: int, probability: float) -> Alarm:
-        failure, size = self.followed[j]
-        fitted, deviation = _fitted(size, *self._sums[:, j])
+        failure, along = self.followed[j]
+        if failure.sudden:
+            jump = self._jumps[j - len(self.followed)]
+            size, deviation, since = jump.total, jump.deviation, jump.since
+        else:
+            (size, deviation), since = _fitted(along, *self._sums[:, j]), float(self._since[j])
         return Alarm(
-            failure=failure, size=fitted, deviation=deviation, log_ratio=float(self.ratios[j]),
-            probability=probability, since=float(self._since[j]), found=float(self._found[j]),
+            failure=failure, size=size, deviation=deviation, log_ratio=float(self.ratios[j]), probability=probability,
+            since=since, found=float(self._found[j]),
         )  # fmt: skip
 
 

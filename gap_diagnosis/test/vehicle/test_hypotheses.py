@@ -62,6 +62,14 @@ def test_a_new_effect_of_a_vehicle_is_looked_for_wherever_its_file_says(monkeypa
     assert not [h for h in hypotheses(MODEL, BLIND) if h.effect == new.id]
 
 
+def test_what_only_shows_as_it_begins_is_none_for_a_diagnosis_and_needs_its_sensor() -> None:
+    there = {**BLIND, "depth": True, "attitude": True}
+    sudden = {h.effect for h in hypotheses(MODEL, there, sudden=True)}
+    assert sudden == {"depth_bias", "heading_bias"}
+    assert not sudden & {h.effect for h in hypotheses(MODEL, there)}
+    assert [h.effect for h in hypotheses(MODEL, {**BLIND, "depth": True}, sudden=True)] == ["depth_bias"]
+
+
 def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> None:
     with pytest.raises(ValueError, match="velocity_scale: suspected: expected parameters among share; found size"):
         replace(VEHICLE_LIBRARY["velocity_scale"], suspected=(Suspected(sizes={"size": (1.0, 0.1)}),))

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle import branch
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
-from gap_diagnosis.vehicle.watching import Alarm, _accumulated, _fitted
+from gap_diagnosis.vehicle.watching import Alarm, _fitted
 
 
 def test_a_size_is_a_regression_along_the_size_that_was_followed() -> None:
@@ -54,7 +55,7 @@ def test_a_deviation_is_never_said_to_be_nothing_nor_an_alarm_to_be_certain() ->
 def accumulated(body, rotor, whitener, spread, ratios):  # type: ignore[no-untyped-def]
     """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, far beyond 4, doubt 0.3."""
     sums, since = np.zeros((2, len(ratios))), np.zeros(len(ratios))
-    _accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
+    branch.accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
     return ratios, sums, since
 
 

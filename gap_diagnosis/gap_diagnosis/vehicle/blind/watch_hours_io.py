@@ -4,6 +4,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.blind.draws import SETS, Draw
@@ -27,9 +28,11 @@ _BASELINE, _LOSSES, _FAILURES = 1000, 2000, 3000
 EFFECTS = {
     "gyro": "imu_bias.rate", "accelerometer": "imu_bias.force", "velocity log": "velocity_scale.share",
     "tachometer": "tach_scale.share", "foam lost": "buoyancy_offset.force",
+    "depth sensor": "depth_bias.offset", "compass": "heading_bias.angle",
 }  # fmt: skip
 """What fails beside thrusters, and the effect and its parameter that tell of it: a gyro off by 0.03 rad/s, an
-accelerometer by 0.4 m/s^2, a velocity log by a quarter, a tachometer that tells 0, 5 N of foam."""
+accelerometer by 0.4 m/s^2, a velocity log by a quarter, a tachometer that tells 0, 5 N of foam, jumps of a depth sensor
+by 0.3 to 1 m, of a compass by 0.3 to 1 rad."""
 
 
 def watched_draw(seed: int) -> Draw:
@@ -92,6 +95,7 @@ class Watched:
         told, speeds, begun = log.told.copy(), log.speeds.copy(), round(LATE / log.period)
         place: str | int | None = None
         axis, sign = int(rng.integers(3)), float(rng.choice((-1.0, 1.0)))
+        jump, attitude = float(rng.uniform(0.3, 1.0)) * sign, log.attitude.copy()
         if name == "gyro":
             place, told[begun:, 3 + axis] = "xyz"[axis], told[begun:, 3 + axis] + 0.03 * sign
         elif name == "accelerometer":
@@ -101,7 +105,13 @@ class Watched:
         elif name == "tachometer":
             place = int(rng.integers(self.model.thrusters))
             speeds[begun:, place] = 0.0
-        spoiled = replace(log, told=told, speeds=speeds)
+        elif name == "depth sensor":
+            told[begun:, 9] += jump
+        elif name == "compass":
+            read = begun + np.flatnonzero(np.isfinite(attitude[begun:]).all(axis=1))
+            turned = Rotation.from_euler("z", jump) * Rotation.from_quat(np.roll(attitude[read], -1, axis=1))
+            attitude[read] = np.roll(turned.as_quat(), 1, axis=1)
+        spoiled = replace(log, told=told, speeds=speeds, attitude=attitude)
         return {"kind": kind, "failure": name, **self._climbs(spoiled, EFFECTS[name], place)}
 
     def _climbs(self, log: VehicleLog, effect: str, place: str | int | None) -> dict[str, list[float]]:

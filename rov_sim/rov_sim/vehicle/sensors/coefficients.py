@@ -24,6 +24,7 @@ class SensorCoefficients(NamedTuple):
         gyro_scale, gyro_bias: rates times the one plus the other [1, rad/s], in the axes of the IMU.
         force_bias: of the specific force [m/s^2], in the axes of the IMU.
         attitude_bias: by which the attitude is turned further than the IMU, about its axes [rad].
+        heading_bias: error of the yaw [rad].
         magnetic_yaw: error of the yaw at all thrusters' full current [rad].
         compass: errors of the yaw by the heading psi [rad]: times sin psi, cos psi, sin 2 psi, cos 2 psi.
         velocity_position, velocity_rotation: of the velocity log, as for the IMU.
@@ -43,6 +44,7 @@ class SensorCoefficients(NamedTuple):
     gyro_bias: Vector
     force_bias: Vector
     attitude_bias: Vector
+    heading_bias: float
     magnetic_yaw: float
     compass: tuple[float, float, float, float]
     velocity_position: Vector
@@ -72,6 +74,7 @@ def sensor_coefficients(sensors: VehicleSensors, gravity: float = 9.81) -> Senso
         gyro_bias=nothing,
         force_bias=nothing,
         attitude_bias=nothing,
+        heading_bias=0.0,
         magnetic_yaw=0.0,
         compass=(0.0, 0.0, 0.0, 0.0),
         velocity_position=sensors.velocity.position,

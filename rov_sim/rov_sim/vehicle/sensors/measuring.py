@@ -3,7 +3,7 @@ r"""What each sensor tells at an instant: of the truth, its coefficients `c` and
 With R of the body's attitude q (body to earth), R_s of the sensor's axes and r of its place, both in body axes:
 
 attitude          q_yaw * q * q_s * exp((b + e) / 2)         b = c.attitude_bias; q_yaw: error of the yaw about down,
-                  c.magnetic_yaw i + c.compass . (sin psi, cos psi, sin 2 psi, cos 2 psi)
+                  c.heading_bias + c.magnetic_yaw i + c.compass . (sin psi, cos psi, sin 2 psi, cos 2 psi)
 angular velocity  c.gyro_scale R_s^T omega + c.gyro_bias + e                                       [rad/s]
 specific force    R_s^T (a - R^T g) + c.force_bias + e                                             [m/s^2]
                   a = dnu_1/dt + omega x nu_1 + domega/dt x r + omega x (omega x r)
@@ -86,7 +86,7 @@ def imu_measured(attitude, velocity, acceleration, current, c, e):  # type: igno
     nu = (velocity[0], velocity[1], velocity[2])
     omega = (velocity[3], velocity[4], velocity[5])
     turning = (acceleration[3], acceleration[4], acceleration[5])
-    yaw = c.magnetic_yaw * current + _compass_deviation(q, c.compass)
+    yaw = c.heading_bias + c.magnetic_yaw * current + _compass_deviation(q, c.compass)
     told = quaternion_product((cos(0.5 * yaw), 0.0, 0.0, sin(0.5 * yaw)), q)
     b = c.attitude_bias
     turned = rotation((b[0] + e[0], b[1] + e[1], b[2] + e[2]))

@@ -1,7 +1,7 @@
 """A depth sensor off its zero: tared at another pressure of the air, or in the water."""
 
 from rov_sim.vehicle.effects.effect import VehicleEffect
-from thruster_model.effects.effect import EffectParameter
+from thruster_model.effects.effect import EffectParameter, Suspected
 
 
 def sensing(c, active):  # type: ignore[no-untyped-def]
@@ -16,6 +16,7 @@ EFFECT = VehicleEffect(
     equation="y + s",
     parameters=(EffectParameter(name="offset", unit="m", meaning="added to the depth", lower=-2.0, upper=2.0),),
     note="the water is alike at all depths, so that no other reading goes with it: a diagnosis begins at the depth "
-    "that is read first, and does not look for this effect",
+    "that is read first, and does not look for this effect; a watch finds it where it begins",
     sensing=sensing,
+    suspected=(Suspected(sizes={"offset": (0.3, 0.3)}, read_by="depth", sudden=0.3),),
 )

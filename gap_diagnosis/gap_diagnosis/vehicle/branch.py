@@ -1,0 +1,127 @@
+"""One filter of a bank that goes through the same pieces of a log side by side."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle.filtering import followed, initial_state
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import Key
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
+from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
+from rov_sim.vehicle.kernel import FINE
+from rov_sim.vehicle.plant import sheet_of
+from rov_sim.vehicle.tables import STATE
+from thruster_model.compilation import compiled
+
+__all__ = ["Branch", "Steered", "accumulated", "outputs"]
+
+Array = NDArray[np.float64]
+_FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
+
+
+class Steered(NamedTuple):
+    """What all filters of a bank share in a piece of K instants: the log; gains (K, 16, 13), of the rotors (K, N);
+    whitener (K, 13, 13) and spread (K, N) of the innovations; share of a wrench that is kept for 0 to K periods,
+    (K + 1,)."""
+
+    log: VehicleLog
+    gains: Array
+    speed_gains: Array
+    whitener: Array
+    spread: Array
+    keep: Array
+
+    def part(self, first: int, last: int) -> "Steered":
+        """Return instants first to before last."""
+        at = slice(first, last)
+        return Steered(
+            self.log.part(first, last), self.gains[at], self.speed_gains[at], self.whitener[at], self.spread[at],
+            self.keep[: last - first + 1],
+        )  # fmt: skip
+
+
+class Branch:
+    """One filter of the bank with its state."""
+
+    def __init__(
+        self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog
+    ) -> None:
+        built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
+        self.body = built.settings.coefficients
+        self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
+        self._sensing = built.sensors, built.tach / [1.0, log.period]
+        self._steps = built.steps(log.period)
+        self._wrench, self._charge = np.zeros(6), followed(log, built)
+        self._past = np.full(past_width(log.thrusters), np.nan)
+
+    @property
+    def state(self) -> tuple[Array, ...]:
+        """Of the filter, to be given back to it or to another one of this bank."""
+        return self._sheet[STATE].copy(), self._wrench, self._charge.copy(), self._past.copy()
+
+    @state.setter
+    def state(self, given: tuple[Array, ...]) -> None:
+        self._sheet[STATE], self._wrench = given[:2]
+        self._charge, self._past = given[2].copy(), given[3].copy()
+
+    def step(self, by: Steered, out: tuple[Array, ...]) -> bool:
+        """Fill out as `innovations` does and return whether the state stayed finite."""
+        log, keep = by.log, by.keep
+        carried = self._wrench * keep[:-1, None]
+        kernel: Any = innovations
+        done = kernel(
+            self._sheet, np.ascontiguousarray(log.commands), *self._steps, FINE, carried,
+            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
+            log.lateness, by.gains, by.speed_gains, self._charge, self._past, *out,
+        )  # fmt: skip
+        self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
+        return bool(done == log.count)
+
+
+def outputs(count: int, thrusters: int, *branches: int) -> list[Array]:
+    """Return what `innovations` fills in so many instants, for so many branches, if any, as the first axis."""
+    return [np.full((*branches, count, width), np.nan) for width in (13, thrusters, 2, states_width(thrusters))]
+
+
+@compiled
+def accumulated(  # type: ignore[no-untyped-def]
+    body, rotor, whitener, spread, most, doubt, forget, period, begun, ratios, sums, since
+):
+    """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
+
+    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
+    most^2 / 2, and failures are still told from each other where all of them are far off. One that a failure's filter
+    no longer foresees, since its state is not finite, is as far off as can be.
+    """
+    B, K, M = body.shape
+    N = rotor.shape[2]
+    believed, gained, fitted, changed = np.zeros(M + N), np.zeros(B), np.zeros(B), np.zeros(B)
+    for k in range(K):
+        now = begun + (k + 1) * period
+        for j in range(B):
+            gained[j], fitted[j], changed[j] = 0.0, 0.0, 0.0
+            for i in range(M + N):
+                if i < M:
+                    there, r = np.isfinite(body[0, k, i]), 0.0
+                    for m in range(M):
+                        r += whitener[k, i, m] * body[j, k, m] if np.isfinite(body[0, k, m]) else 0.0
+                else:
+                    there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
+                if there:
+                    r = min(max(r, -_FARTHEST), _FARTHEST) if np.isfinite(r) else _FARTHEST
+                    believed[i] = r if j == 0 else believed[i]
+                    well = believed[i]
+                    weight = 1.0 / (1.0 + (well / most) ** 2)
+                    gained[j] += weight * (well * well - r * r - doubt * (well - r) ** 2)
+                    fitted[j] += well * (well - r)
+                    changed[j] += (well - r) ** 2
+        for j in range(B - 1):
+            ratios[j] += 0.5 * gained[j + 1] - forget * period
+            sums[0, j] += fitted[j + 1]
+            sums[1, j] += changed[j + 1]
+            if ratios[j] < 0.0:
+                ratios[j], sums[0, j], sums[1, j], since[j] = 0.0, 0.0, 0.0, now
