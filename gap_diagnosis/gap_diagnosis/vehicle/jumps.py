@@ -35,10 +35,8 @@ __all__ = ["Jump"]
 Array = NDArray[np.float64]
 _OFTEN = 2.0
 """Times the innovation before it that a jump is: a vehicle that moves unforeseen, or a drift, has come nearer to it."""
-_MOVED = np.r_[CHANNELS_OF["gyro"], CHANNELS_OF["accelerometer"], CHANNELS_OF["velocity"]]
-"""Channels that tell of the motion in between."""
 _MISLED = 1.0
-"""[s] before a jump in which none of these was off as an outlier is: that leads a filter astray, too."""
+"""[s] before a jump in which no reading that tells of the motion was an outlier that leads a filter as far astray."""
 
 
 class _Sensor(NamedTuple):
@@ -163,7 +161,8 @@ class Jump:
             S = _covariances(rest.whitener)
             sizes, deviations = _sizes(S, out[0], sight[at:])
             now = begun + by.log.period * np.arange(at, K, dtype=np.float64)
-            misled = self._misled_last(S, out[0], now)
+            astray = _astray(S, out[0], by.log.period, self._least)
+            misled = np.maximum.accumulate(np.where(astray, now, self._misled))
             first = self._surprise(sizes, deviations, now - misled > _MISLED, int(jumped))
             self._misled = float(misled[min(first, K - at - 1)])
             if first < K - at:  # again, up to there
@@ -181,13 +180,6 @@ class Jump:
         out = outputs(by.log.count, by.log.thrusters)
         log = self._of.freed(by.log, self.size) if self.size else by.log
         return out, not self._branch.step(by._replace(log=log), tuple(out))
-
-    def _misled_last(self, S: Array, e: Array, now: Array) -> Array:
-        """Return when the filter was last led astray [s], up to each of these instants [s]."""
-        with np.errstate(invalid="ignore"):
-            far = e**2 > rules.LONE_NOISE**2 * np.einsum("kii->ki", S)
-        astray = far[:, _MOVED].any(axis=1)
-        return np.maximum.accumulate(np.where(astray, now, self._misled))
 
     def _surprise(self, sizes: Array, deviations: Array, led: NDArray[np.bool_], first: int) -> int:
         """Return the first row, from `first` on, in which a jump begins; their count where none does."""
@@ -241,3 +233,12 @@ def _sizes(S: Array, e: Array, sight: Array) -> tuple[Array, Array]:
     told = np.einsum("ki,ki->k", sight, np.where(sight == 0.0, 0.0, e))
     with np.errstate(invalid="ignore"):
         return told / square, np.sqrt(np.einsum("ki,kij,kj->k", sight, S, sight)) / square
+
+
+def _astray(S: Array, e: Array, period: float, least: float) -> NDArray[np.bool_]:
+    """Return which rows of innovations e (K, 13) lead a filter astray: outliers of what tells of the motion that move
+    it by `least` [rad, m] in `_MISLED`; an acceleration acts for a period [s]."""
+    speeds = np.abs(e) * np.repeat((0.0, 1.0, period, 0.0, 1.0), (3, 3, 3, 1, 3))
+    with np.errstate(invalid="ignore"):
+        far = e**2 > rules.LONE_NOISE**2 * np.einsum("kii->ki", S)
+        return np.asarray((far & (_MISLED * speeds > least)).any(axis=1))

@@ -15,6 +15,8 @@ failure of size s changes in the readings, c = r_well - r_failure, tells how lar
     size = s sum(r_well c) / sum(c^2),     deviation^2 = theta s^2 / sum(c^2) + (BEND (size - s))^2
 
 with theta of the false alarms' tail, by which log ratios are worth less than they say (`false_alarms`).
+
+Sensors that jump have filters of their own kind (`jumps`).
 """
 
 from collections.abc import Mapping
