@@ -124,6 +124,15 @@ def test_of_both_sensors_that_jump_at_once_both_are_told(dive: Dive) -> None:
         assert each == {"depth_bias": pytest.approx(0.6, abs=0.06), "heading_bias": pytest.approx(-0.5, abs=0.05)}
 
 
+def test_a_watch_that_begins_anew_takes_what_is_told_then_for_right(dive: Dive) -> None:
+    log = deeper(dive.log, at(dive.log, BEGUN), 0.5)
+    watch, told = dive.watched(log, 30)
+    assert told[-1]
+    watch.begin()
+    piece = round(1.0 / log.period)
+    assert not any(watch.step(log.part(k * piece, (k + 1) * piece)) for k in range(30, 45))
+
+
 def test_a_depth_that_drifts_away_is_no_jump(dive: Dive) -> None:
     rows = at(dive.log, BEGUN)
     watch, _ = dive.watched(deeper(dive.log, rows, 0.2 * dive.log.period * np.arange(len(rows))))
