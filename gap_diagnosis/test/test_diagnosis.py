@@ -56,6 +56,19 @@ def test_what_explains_less_than_the_nameless_rest_only_resembles(coulomb):
     assert left.named_share == pytest.approx(1.0 / 3.0, abs=0.05) and found.named_share > 0.99
 
 
+def test_a_doubted_effect_is_unknown_where_parameters_leave_something_without_a_name_else_nothing_can_be_told(coulomb):
+    found, plain = replace(coulomb.investigation), replace(coulomb.investigation)
+    for each in (found, plain):
+        each.__dict__["helps"] = {"coulomb_friction": 0.1}
+    assert coulomb.investigation.unnamed < 6.0 < found.unnamed
+    assert verdict_of(found, ()).verdict == "unknown"
+    plain.__dict__["unnamed"] = 0.0
+    verdict = verdict_of(plain, ())
+    assert (verdict.verdict, verdict.reason, verdict.claims) == ("cannot_tell", "several", ())
+    words = in_words(replace(coulomb, investigation=plain, verdict=verdict))
+    assert "Not claimed: coulomb_friction makes runs that were left out less probable." in words
+
+
 def test_how_probable_something_nameless_is_follows_from_its_evidence_and_from_what_is_named(coulomb):
     found = coulomb.investigation
     gained = found.gained["coulomb_friction"]
