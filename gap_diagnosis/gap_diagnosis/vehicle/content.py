@@ -43,7 +43,7 @@ def _class(h: Hypothesis, shrink: Share | None, told: Errors | None) -> str | No
 
 def _effect(claim: Claim, shrink: Share | None, told: Errors | None) -> dict[str, Any]:
     h = claim.refined.hypothesis
-    rows = zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+    rows = zip(h.parameters, claim.refined.told, claim.refined.deviations, strict=True)
     return {
         **place_of(h),
         "channel": None,

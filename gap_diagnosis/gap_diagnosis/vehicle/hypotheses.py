@@ -1,11 +1,12 @@
 """What may be wrong: every effect of both libraries on every thruster, pair, axis and sensor that it can act on."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import in_brackets
@@ -16,6 +17,7 @@ from thruster_model.effects.effect import Suspected
 
 __all__ = ["WIRING", "Hypothesis", "described", "hypotheses", "sized"]
 
+Array = NDArray[np.float64]
 _FURTHER = (0.3, 1.0, 2.0)
 """Sizes, in expected ones, from which what is bent is looked for."""
 
@@ -41,6 +43,7 @@ class Hypothesis:
         probe: sizes at which they are tried.
         lower, upper: their range.
         fixed: the other parameters.
+        about: of each parameter that is fitted, the value that its size 0 stands for; (): 0 for all.
         carrier: parameter that the later ones multiply (a mass at a place), or "".
         switch: whether it is either on or off.
         grid: sizes to fit from where the neutral one is infinite; it is then screened at its probe alone.
@@ -62,6 +65,7 @@ class Hypothesis:
     lower: tuple[float, ...]
     upper: tuple[float, ...]
     fixed: Mapping[str, float] = field(default_factory=dict, hash=False)
+    about: tuple[float, ...] = ()
     carrier: str = ""
     switch: bool = False
     grid: tuple[float, ...] = ()
@@ -104,15 +108,16 @@ class Hypothesis:
         pair = "" if self.other is None else f" and {self.other}"
         return f"{described(self.effect).title}{thruster}{pair}{in_brackets(self.kind, self.axis, self.sensor)}"
 
+    def told(self, sizes: Sequence[float] | Array) -> tuple[float, ...]:
+        """Return the values of its parameters, in their units."""
+        return tuple(float(about + s) for about, s in zip(self.about or (0.0,) * len(sizes), sizes, strict=True))
+
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""
-        held = {
-            n: float(np.clip(s, a, b))
-            for n, s, a, b in zip(self.parameters, sizes, self.lower, self.upper, strict=True)
-        }
+        held = zip(self.parameters, self.told(np.clip(sizes, self.lower, self.upper)), strict=True)
         return ActiveVehicleEffect(
-            id=self.effect, sizes={**self.fixed, **held}, thruster=self.thruster, other=self.other, axis=self.axis,
-            sensor=self.sensor, kind=self.kind,
+            id=self.effect, sizes={**self.fixed, **dict(held)}, thruster=self.thruster, other=self.other,
+            axis=self.axis, sensor=self.sensor, kind=self.kind,
         )  # fmt: skip
 
 
@@ -168,15 +173,17 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
     known = {p.name: p for p in effect.parameters}
     own = [known[name] for name in suspected.sizes]
     least = {p.name: -p.upper if p.both_signs else min(p.lower, p.neutral) for p in own} | dict(suspected.lower)
+    about = {p.name: suspected.about.get(p.name, 0.0) for p in own}
     sensor = place.get("sensor")
     return Hypothesis(
         effect=effect.id,
         parameters=tuple(suspected.sizes),
         scale=tuple(expected for expected, _ in suspected.sizes.values()),
         probe=tuple(probe for _, probe in suspected.sizes.values()),
-        lower=tuple(least[p.name] for p in own),
-        upper=tuple(p.upper for p in own),
+        lower=tuple(least[p.name] - about[p.name] for p in own),
+        upper=tuple(p.upper - about[p.name] for p in own),
         fixed=suspected.fixed,
+        about=tuple(about.values()) if suspected.about else (),
         carrier=own[0].name if suspected.carries else "",
         switch=not own,
         grid=suspected.grid,

@@ -58,6 +58,11 @@ class Refined:
         """The effect, switched on."""
         return self.hypothesis.active(self.sizes)
 
+    @property
+    def told(self) -> tuple[float, ...]:
+        """The values of its parameters, in their units."""
+        return self.hypothesis.told(self.sizes)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Fit:

@@ -78,7 +78,7 @@ def _weighed_again(
         rest, columns = _all_but(fit, k, len(free))
         product, again = product_of(columns), []
         for _, rival in rivals[k][: rules.REFINED_BACK]:
-            if rival.hypothesis.place in {a.hypothesis.place for a in rest}:
+            if rival.hypothesis.place in {a.hypothesis.place for a in fit.effects}:
                 continue
             effects = (*(a.hypothesis for a in rest), rival.hypothesis)
             problem = Problem(screen=screen, nuisances=free, effects=effects)

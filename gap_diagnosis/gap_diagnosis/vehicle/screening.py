@@ -113,6 +113,8 @@ class Screen:
         return [Column((h, name), 1.0, self._probe(h, j)) for j, name in enumerate(h.parameters)]
 
     def _probe(self, h: Hypothesis, j: int) -> Any:
+        if j > 0 and h.about:  # where there is no effect it is the same wherever it would begin
+            return lambda k: np.zeros_like(self.residual(k))
         sizes = tuple(p if i == j else 0.0 for i, p in enumerate(h.probe))
         return lambda k: self._changed(k, h, sizes) * (h.scale[j] / h.probe[j])
 

@@ -94,7 +94,8 @@ def stage_at(
     offered = []
     for h, at in places.items():
         gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
-        if len(at) == 1 and not h.switch and h.lower[0] >= 0.0 and solution(gram, [*base, *at])[0][-1] < 0.0:
+        one_sided = (len(at) == 1 or h.about) and not h.switch and h.lower[0] >= 0.0
+        if one_sided and solution(gram, [*base, *at])[0][len(base)] < 0.0:
             continue
         offered.append((gain + log_prior(h, tried), h))
     gains = [of_any_size(gram, base, first + j) - nothing for j in range(len(nameless_of))]
@@ -138,20 +139,22 @@ def _centred(gram: Gram, moved: Array) -> Gram:
 
 
 def least_shown(gram: Gram, numbers: Sequence[int]) -> tuple[tuple[Hypothesis, float], ...]:
-    """Return the least size at which each hypothesis of one size would be claimed: log(odds) = gain.
+    """Return the least size at which each hypothesis of one size, in each place, would be claimed: log(odds) = gain.
 
     numbers: columns of the numbers that are uncertain.
     """
     base = list(numbers)
     H = np.linalg.inv(gram.A[np.ix_(base, base)] + np.eye(len(base)))
-    out = []
+    out: dict[object, tuple[Hypothesis, float]] = {}
     for j, name in enumerate(gram.names):
         if not (isinstance(name, tuple) and isinstance(name[0], Hypothesis)) or name[0].switch:
             continue
         h = name[0]
-        if len(h.parameters) != 1:
+        if name[1] != h.parameters[0] or (len(h.parameters) != 1 and not h.about):
             continue
         left = gram.A[j, j] - gram.A[base, j] @ H @ gram.A[base, j]
         need = 2.0 * gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
-        out.append((h, float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))))
-    return tuple(out)
+        least = float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))
+        if h.place not in out or least < out[h.place][1]:
+            out[h.place] = h, least
+    return tuple(out.values())

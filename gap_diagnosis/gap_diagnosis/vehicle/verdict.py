@@ -197,7 +197,8 @@ def worth_claiming(accepted: Refined) -> bool:
     if h.switch or h.grid:
         return True
     sizes, scale = np.abs(accepted.sizes), np.array(h.scale)
-    return bool(sizes[0] > rules.WORTH * scale[0]) if h.carrier else bool(np.any(sizes > rules.WORTH * scale))
+    worth = sizes > rules.WORTH * scale
+    return bool(worth[0]) if h.carrier or h.about else bool(np.any(worth))
 
 
 def _nameless_is_better(found: Found) -> bool:
@@ -259,7 +260,7 @@ def _summary(
         h = claim.refined.hypothesis
         sizes = ", ".join(
             sized(p, s, d, h.units[p])
-            for p, s, d in zip(h.parameters, claim.refined.sizes, claim.refined.deviations, strict=True)
+            for p, s, d in zip(h.parameters, claim.refined.told, claim.refined.deviations, strict=True)
             if not h.switch  # it is, or it is not
         )
         says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")

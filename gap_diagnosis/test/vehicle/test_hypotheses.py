@@ -1,17 +1,26 @@
 """Which effects are looked for: none that the sensors at hand cannot tell from a healthy vehicle."""
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle import hypotheses as searched
+from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.hypotheses import hypotheses
+from gap_diagnosis.vehicle.filtering import prepared_with
+from gap_diagnosis.vehicle.hypotheses import described, hypotheses
+from gap_diagnosis.vehicle.learning import first_noises
+from gap_diagnosis.vehicle.log_io import read_logs
+from gap_diagnosis.vehicle.refining import Problem
+from gap_diagnosis.vehicle.screening import Screen
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect, body_with
 from rov_sim.vehicle.plant import simulate
 from rov_sim.vehicle.settings import vehicle_settings
 from rov_sim.vehicle.truth import at_rest
+from run_bag import write_run
 from thruster_model.effects.effect import Suspected
 
 MODEL = load_model("ngs")
@@ -73,3 +82,28 @@ def test_what_only_shows_as_it_begins_is_none_for_a_diagnosis_and_needs_its_sens
 def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> None:
     with pytest.raises(ValueError, match="velocity_scale: suspected: expected parameters among share; found size"):
         replace(VEHICLE_LIBRARY["velocity_scale"], suspected=(Suspected(sizes={"size": (1.0, 0.1)}),))
+
+
+def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range() -> None:
+    found = [h for h in hypotheses(MODEL, BLIND) if h.effect == "cavitation" and h.thruster == 2]
+    onset = described("cavitation").parameters[1]
+    assert len(found) > 3 and len({h.place for h in found}) == 1
+    for h in found:
+        assert h.parameters == ("share", "onset")
+        assert h.active((0.3, -2.0)).sizes == {"share": 0.3, "onset": h.about[1] - 2.0}
+        assert [h.active((0.3, far)).sizes["onset"] for far in (-1e3, 1e3)] == [onset.lower, onset.upper]
+
+
+def test_cavitation_is_found_with_the_speed_at_which_it_begins(tmp_path: Path) -> None:
+    hidden = ("cavitation", {"thruster": 2}, {"share": 0.6, "onset": 77.0})
+    draw = Draw(seed=19, vehicle="ngs", effects=(hidden,), deviations=0.0, kinds=("steps",), duration=40.0)
+    (topics,) = recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], MODEL)
+    screen = Screen(model=model, runs=[prepared_with(model, log, 0, first_noises(model, [log]), {})], values={})
+    fits = [
+        Problem(screen=screen, nuisances={}, effects=(h,)).fit(np.zeros(0), [(0.3, 0.0)])
+        for h in hypotheses(model, log.there)
+        if h.effect == "cavitation" and h.thruster == 2
+    ]
+    (found,) = max(fits, key=lambda fit: fit.log_evidence).effects
+    assert found.told == pytest.approx((0.6, 77.0), rel=0.1)

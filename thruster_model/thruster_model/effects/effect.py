@@ -114,6 +114,7 @@ class Suspected:
         sizes: by parameter that is fitted, the deviation expected of it and the size by which it is probed; none: the
             effect is either on, at `fixed`, or off.
         fixed: the other parameters, where not neutral.
+        about: by parameter that is fitted beside the first one, the value about which it is looked for.
         lower: by parameter, where its range begins, if not where it does otherwise.
         grid: sizes to begin at where the neutral one is infinite.
         carries: whether the first parameter, a mass at a place, multiplies the later ones.
@@ -132,6 +133,7 @@ class Suspected:
 
     sizes: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     fixed: Mapping[str, float] = field(default_factory=dict)
+    about: Mapping[str, float] = field(default_factory=dict)
     lower: Mapping[str, float] = field(default_factory=dict)
     grid: tuple[float, ...] = ()
     carries: bool = False

@@ -86,7 +86,7 @@ def _case(seed: int, kind: str | None) -> dict[str, Any]:
     hidden = [{"id": e, **place, "sizes": dict(sizes)} for e, place, sizes in draw.effects]
     shown = []
     for e, place, sizes in draw.effects:
-        size = max((abs(s) for s in sizes.values()), default=np.inf)
+        size = abs(next(iter(sizes.values()), np.inf))
         shown.append(bool(size > least.get((e, place.get("thruster"), place.get("other"), place.get("axis")), 0.0)))
     return {
         "seed": seed, "vehicle": draw.vehicle, "hidden": hidden, "outside": draw.outside, "missing": draw.missing,

@@ -205,9 +205,9 @@ def _add(
     elif effect == "command_lag":
         table[i, at["lag"]] = s
     elif effect == "cavitation":
-        table[i, at["cav_share"]], table[i, at["cav_onset"]] = s, 100.0
+        table[i, at["cav_share"]], table[i, at["cav_onset"]] = s, sizes["onset"]
     elif effect == "thermal_fade":
-        table[i, at["fade"]] = s
+        table[i, at["fade"]], table[i, at["fade_time"]] = s, sizes["time_constant"]
     elif effect == "thruster_failure":
         table[i, at["turning"]] = 0.0
     elif effect == "thruster_polarity":

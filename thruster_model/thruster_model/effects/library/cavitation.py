@@ -33,5 +33,8 @@ EFFECT = Effect(
     ),
     note="what is left of T is never below 0",
     hooks={"loads": loads},
-    suspected=(Suspected(sizes={"share": (0.5, 0.1)}, fixed={"onset": 100.0}),),
+    suspected=tuple(
+        Suspected(sizes={"share": (0.5, 0.1), "onset": (0.15 * onset, 0.05 * onset)}, about={"onset": onset})
+        for onset in (100.0, 50.0, 70.0, 140.0, 200.0)
+    ),
 )

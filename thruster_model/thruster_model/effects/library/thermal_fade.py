@@ -38,5 +38,8 @@ EFFECT = Effect(
     note="u_max is 5 V; the motor is cold, h = 0, at the start of a run",
     hooks={"drive": drive, "heat": heat},
     steady=False,
-    suspected=(Suspected(sizes={"share": (0.3, 0.1)}, fixed={"time_constant": 30.0}),),
+    suspected=tuple(
+        Suspected(sizes={"share": (0.3, 0.1), "time_constant": (0.3 * tau, 0.1 * tau)}, about={"time_constant": tau})
+        for tau in (30.0, 12.0, 75.0)
+    ),
 )
