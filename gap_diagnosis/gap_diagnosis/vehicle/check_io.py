@@ -171,11 +171,11 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
 
 def _grouped(hidden: Sequence[Hypothesis]) -> str:
     """Return effects in words, each once, with where it would be."""
-    where: dict[str, list[str]] = {}
+    where: dict[str, dict[str, None]] = {}
     for h in hidden:
         thruster = "" if h.thruster is None else f"thruster {h.thruster}"
         place = ", ".join(filter(None, (h.kind, h.axis, h.sensor, thruster))).replace("_", " ")
-        where.setdefault(described(h.effect).title, []).append(place or _everywhere(h))
+        where.setdefault(described(h.effect).title, {})[place or _everywhere(h)] = None
     return "; ".join(f"{title} ({', '.join(places)})" for title, places in where.items())
 
 

@@ -50,7 +50,7 @@ class Foreseen:
 def foreseen(model: Model, logs: Sequence[VehicleLog]) -> Foreseen:
     """Return what these recordings could tell at best of effects on one part of the vehicle, and of its numbers."""
     there = told_in(logs)
-    tried = [h for h in hypotheses(model, there) if len(h.parameters) == 1 and h.other is None]
+    tried = [h for h in hypotheses(model, there) if h.of_one_size and h.other is None]
     free = nuisances(model, logs)
     runs = unlearned(model, logs, {})
     screen = Screen(model=model, runs=runs, values={})

@@ -92,6 +92,11 @@ class Hypothesis:
         return tuple((size, *(0.0 for _ in self.parameters[1:])) for size in sizes)
 
     @property
+    def of_one_size(self) -> bool:
+        """Whether its first parameter tells by itself how much of it there is."""
+        return len(self.parameters) == 1 or bool(self.about)
+
+    @property
     def most(self) -> float:
         """Magnitude of the largest size that its first parameter may have."""
         return max(abs(self.lower[0]), abs(self.upper[0]))

@@ -94,7 +94,7 @@ def stage_at(
     offered = []
     for h, at in places.items():
         gain = (evidence(gram, base, on=at) if h.switch else evidence(gram, [*base, *at])) - nothing
-        one_sided = (len(at) == 1 or h.about) and not h.switch and h.lower[0] >= 0.0
+        one_sided = h.of_one_size and h.lower[0] >= 0.0
         if one_sided and solution(gram, [*base, *at])[0][len(base)] < 0.0:
             continue
         offered.append((gain + log_prior(h, tried), h))
@@ -150,7 +150,7 @@ def least_shown(gram: Gram, numbers: Sequence[int]) -> tuple[tuple[Hypothesis, f
         if not (isinstance(name, tuple) and isinstance(name[0], Hypothesis)) or name[0].switch:
             continue
         h = name[0]
-        if name[1] != h.parameters[0] or (len(h.parameters) != 1 and not h.about):
+        if name[1] != h.parameters[0] or not h.of_one_size:
             continue
         left = gram.A[j, j] - gram.A[base, j] @ H @ gram.A[base, j]
         need = 2.0 * gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
