@@ -90,8 +90,8 @@ def _effects(problem: Problem) -> list[Finding]:
     moved = moved_by_effects(problem.parameter_set)
     without = [name for name, names in moved.items() if not names]
     unread = {name: names for name, names in moved.items() if names and not names & signals}
-    still = {each.suspect.key: each.suspect.effect for each in looks if each.visibility <= UNMOVED}
-    still |= {each.suspect.key: each.suspect.effect for each in looks if each.suspect.effect in without}
+    quiet = (each.suspect for each in looks if each.visibility <= UNMOVED or each.suspect.effect in without)
+    still = {suspect.key: suspect.effect for suspect in quiet}
     idle = sorted(key for key, effect in still.items() if effect not in unread)
     seen = {each.suspect.key: each.visibility for each in looks if each.suspect.key not in still}
     shown = sorted(key for key, visibility in seen.items() if visibility > RULES.visible)

@@ -73,12 +73,12 @@ def _weighed_again(
     of mass was a payload, by 400, while the IMU's delay was not settled.
     """
     on, screen = fit.effects, Screen(model=model, runs=runs, values={})
-    found = []
+    taken, found = {a.hypothesis.place for a in on}, []
     for k, own in enumerate(on):
         rest, columns = _all_but(fit, k, len(free))
         product, again = product_of(columns), []
         for _, rival in rivals[k][: rules.REFINED_BACK]:
-            if rival.hypothesis.place in {a.hypothesis.place for a in fit.effects}:
+            if rival.hypothesis.place in taken:
                 continue
             effects = (*(a.hypothesis for a in rest), rival.hypothesis)
             problem = Problem(screen=screen, nuisances=free, effects=effects)

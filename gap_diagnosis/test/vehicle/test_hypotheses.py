@@ -82,6 +82,10 @@ def test_what_only_shows_as_it_begins_is_none_for_a_diagnosis_and_needs_its_sens
 def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> None:
     with pytest.raises(ValueError, match="velocity_scale: suspected: expected parameters among share; found size"):
         replace(VEHICLE_LIBRARY["velocity_scale"], suspected=(Suspected(sizes={"size": (1.0, 0.1)}),))
+    with pytest.raises(ValueError, match="velocity_scale: suspected: expected parameters among share; found onset"):
+        replace(
+            VEHICLE_LIBRARY["velocity_scale"], suspected=(Suspected(sizes={"share": (1.0, 0.1)}, about={"onset": 1.0}),)
+        )
 
 
 def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range() -> None:

@@ -222,7 +222,7 @@ def check_suspected(effect: str, parameters: Iterable[EffectParameter], suspecte
     """Raise a ValueError where an effect is suspected by sizes that are none of its parameters."""
     known = {p.name for p in parameters}
     for each in suspected:
-        unknown = {*each.sizes, *each.fixed, *each.lower} - known
+        unknown = {*each.sizes, *each.fixed, *each.lower, *each.about} - known
         if unknown or not (each.sizes or each.fixed):
             found = f"found {', '.join(sorted(unknown)) or 'none'}"
             raise ValueError(f"{effect}: suspected: expected parameters among {', '.join(sorted(known))}; {found}")
