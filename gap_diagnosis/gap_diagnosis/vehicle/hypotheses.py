@@ -80,6 +80,11 @@ class Hypothesis:
         return self.effect, self.thruster, self.other, self.axis, self.sensor, self.kind
 
     @property
+    def error(self) -> tuple[Any, ...]:
+        """Place and what is off there, about whatever it is sought: biases of gyro and accelerometer have one place."""
+        return self.place, self.parameters
+
+    @property
     def further(self) -> tuple[tuple[float, ...], ...]:
         """Sizes beside small ones from which it is looked for: of delays, lags and drifts, and of what is at a place.
 

@@ -73,12 +73,12 @@ def _weighed_again(
     of mass was a payload, by 400, while the IMU's delay was not settled.
     """
     on, screen = fit.effects, Screen(model=model, runs=runs, values={})
-    taken, found = {a.hypothesis.place for a in on}, []
+    found = []
     for k, own in enumerate(on):
         rest, columns = _all_but(fit, k, len(free))
-        product, again = product_of(columns), []
+        product, again, taken = product_of(columns), [], {a.hypothesis.place for a in rest}
         for _, rival in rivals[k][: rules.REFINED_BACK]:
-            if rival.hypothesis.place in taken:
+            if rival.hypothesis.place in taken or rival.hypothesis.error == own.hypothesis.error:
                 continue
             effects = (*(a.hypothesis for a in rest), rival.hypothesis)
             problem = Problem(screen=screen, nuisances=free, effects=effects)

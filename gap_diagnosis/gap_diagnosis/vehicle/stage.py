@@ -155,6 +155,6 @@ def least_shown(gram: Gram, numbers: Sequence[int]) -> tuple[tuple[Hypothesis, f
         left = gram.A[j, j] - gram.A[base, j] @ H @ gram.A[base, j]
         need = 2.0 * gram.scatter[j] * (np.log(rules.CLAIM) + 6.0 + 0.5 * np.log1p(max(left, 0.0)))
         least = float(h.scale[0] * np.sqrt(need / max(left, 1e-12)))
-        if h.place not in out or least < out[h.place][1]:
-            out[h.place] = h, least
+        if h.error not in out or least < out[h.error][1]:
+            out[h.error] = h, least
     return tuple(out.values())

@@ -91,7 +91,9 @@ def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> No
 def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range() -> None:
     found = [h for h in hypotheses(MODEL, BLIND) if h.effect == "cavitation" and h.thruster == 2]
     onset = described("cavitation").parameters[1]
-    assert len(found) > 3 and len({h.place for h in found}) == 1
+    assert len(found) > 3 and len({h.error for h in found}) == 1
+    biases = [h for h in hypotheses(MODEL, dict.fromkeys(BLIND, True)) if h.effect == "imu_bias" and h.axis == "x"]
+    assert len({h.place for h in biases}) == 1 and len({h.error for h in biases}) == 2
     for h in found:
         assert h.parameters == ("share", "onset")
         assert h.active((0.3, -2.0)).sizes == {"share": 0.3, "onset": h.about[1] - 2.0}
