@@ -1,8 +1,8 @@
 """Where whitened innovations are most likely, with a prior about their unknowns: by steps of Gauss and Newton.
 
-What the data tell is often a product, a number times what an effect leaves: a whole step along that curved valley ends
-uphill, and the next one, with columns made there, falls back into it far ahead. So one step uphill is allowed, and
-damped ones (Levenberg and Marquardt) where it leads nowhere; from then on they alone.
+Where a whole step does not gain, damped ones do (Levenberg and Marquardt). What the data tell is often a product, a
+number times what an effect leaves: along that curved valley these creep, a whole step ends uphill, and the next one,
+with columns made there, falls back into it far ahead. So where they creep one step uphill is allowed.
 """
 
 from collections.abc import Iterator, Sequence
@@ -24,6 +24,9 @@ _DAMPINGS = (0.01, 0.1, 1.0, 10.0, 100.0)
 """Of steps from where an undamped one does not gain, over the curvature of each unknown by itself."""
 _ENOUGH = 0.25 * rules.SETTLED
 """Gain in log likelihood below which a step is the last one: new columns for a fifth of that were a third of all."""
+_CREEP, _WORTH = 0.5, 3.0 * rules.SETTLED
+"""Share of what columns foresee to be gained, below which damped steps creep (along the valley of a product they gain
+14 to 35 %), and least gain for which a step uphill is worth its columns."""
 _WALL = 0.05
 """Share of what columns foresee to be gained, below which damped steps end: they creep towards a wall. Where a thruster
 turns slowly against a stream the filter may be wrong about the flow for seconds: 300 in log likelihood, at once."""
@@ -72,21 +75,23 @@ def descended(
     """
     r, score = target.scored(x)
     first = here = best = (score, x, r)
-    uphill = spent = False
+    uphill, spent = False, bool(columns)
     for _ in range(rules.FIT_STEPS):
         given, nearby = nearby, None
         fresh, made = given or target.made(here[1], here[2], columns), here[1]
         end, J, step, settled = _along(target, fresh, here, columns, product)
         if given and end[0] <= best[0] and not settled:
             continue
-        if end[0] <= best[0] and not (uphill or spent or settled or columns):
-            x, uphill = target.held(here[1] + step), True
-            r, score = target.scored(x)
-            here = (score, x, r)
-            continue
         if end[0] <= best[0] and (uphill or not settled):
             spent |= uphill
-            end, settled = _damped(target, target.made(best[1], best[2], columns), best, product)
+            end, foreseen = _damped(target, target.made(best[1], best[2], columns), best, product)
+            gained = end[0] - best[0]
+            settled = gained < max(_WALL * foreseen, rules.SETTLED)
+            if gained < _CREEP * foreseen and foreseen > _WORTH and not spent:
+                x, uphill = target.held(here[1] + step), True
+                r, score = target.scored(x)
+                here = (score, x, r)
+                continue
         gained, uphill = end[0] - best[0], False
         here = best = max(end, best, key=lambda point: point[0])
         if settled or gained < max(_ENOUGH, rough * (best[0] - first[0])):
@@ -94,9 +99,9 @@ def descended(
     return Descent(best, J, fresh, made)
 
 
-def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> tuple[Point, bool]:
-    """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start, and whether these end
-    at a wall or gain no more than its roughness."""
+def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> tuple[Point, float]:
+    """Return the best point that damped steps lead to (Levenberg and Marquardt), or the start, and what the columns
+    foresee to be gained."""
     best = score, x, r = start
     H, slope = normal(J, r, x, target.weight, product)
     H += np.diag(np.maximum(target.weight, _LEAST))
@@ -107,8 +112,7 @@ def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> 
             best = (further, there, r_there)
         elif best[0] > score:
             break
-    foreseen = 0.5 * float(slope @ np.linalg.solve(H, slope))
-    return best, best[0] - score < max(_WALL * foreseen, rules.SETTLED)
+    return best, 0.5 * float(slope @ np.linalg.solve(H, slope))
 
 
 def _along(

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.rules import PERIOD, SIZED, STEP
 from gap_diagnosis.vehicle.turns import Stated
-from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in
+from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in, share_of_trim
 from rov_sim.vehicle.effects.active import (
     VEHICLE_LIBRARY,
     ActiveVehicleEffect,
@@ -303,8 +303,7 @@ def _changes(values: Mapping[Key, float], run: int) -> _Changes:
         if key[0] == "vehicle" and value:
             found[key[1]] = found.get(key[1], 0.0) + value
         elif key[0] == "trim" and value and acts_in(key, run):
-            last = key[2]
-            found[key[1]] = found.get(key[1], 0.0) + value * (last if run == last else -1.0) / (last + 1.0)
+            found[key[1]] = found.get(key[1], 0.0) + value * share_of_trim(key[2], run)
     return tuple(found.items())
 
 

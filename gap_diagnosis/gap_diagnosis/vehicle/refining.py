@@ -24,7 +24,7 @@ from gap_diagnosis.vehicle.descent import Columns, descended, normal
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.side_by_side import side_by_side
-from gap_diagnosis.vehicle.unknowns import Key, acts_in, in_units
+from gap_diagnosis.vehicle.unknowns import Key, acts_in, in_units, sum_of
 from gap_diagnosis.vehicle.whitening import LOST
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 
@@ -276,9 +276,9 @@ class Problem:
             if known:
                 J[:, :first] = known[k]
 
+            sums = {j: of for j, key in enumerate(keys[first:], first) if (of := sum_of(key, k, self.nuisances))}
+
             def fill(j: int, k: int = k, here: Array = here, J: NDArray[np.float32] = J) -> None:
-                if j < len(keys) and not acts_in(keys[j], k):
-                    return
                 for step in (steps[j], -steps[j]):
                     there = x.copy()
                     there[j] += step
@@ -291,7 +291,10 @@ class Problem:
                         J[:, j] = (found - here) / moved
                         break
 
-            side_by_side(fill, range(first, len(x)))
+            alone = [j for j in range(first, len(x)) if j >= len(keys) or (acts_in(keys[j], k) and j not in sums)]
+            side_by_side(fill, alone)
+            for j, of in sums.items():
+                J[:, j] = sum(share * J[:, keys.index(key)] for key, share in of.items())
             out.append(J)
         return out
 

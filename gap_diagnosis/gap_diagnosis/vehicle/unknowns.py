@@ -29,8 +29,8 @@ from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
 __all__ = [
-    "CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "in_deviations", "in_units", "unit_of",
-    "words_of",
+    "CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "in_deviations", "in_units",
+    "share_of_trim", "sum_of", "unit_of", "words_of",
 ]  # fmt: skip
 
 Key = tuple[Any, ...]
@@ -54,6 +54,27 @@ def acts_in(key: Key, run: int) -> bool:
     if key[0] == "trim":
         return bool(0 <= run <= key[2])
     return key[0] not in OF_RUN or key[1] == run
+
+
+def sum_of(key: Key, run: int, free: Mapping[Key, float]) -> dict[Key, float]:
+    """Return those other unknowns, with their shares, that change in a run together what this one changes there, all in
+    the deviations that they are free by; none: it changes what no others do.
+
+    What all thrusters share is what each has of its own, in all; what a run differs by is the vehicle's, in that run.
+    """
+    others: dict[Key, float] = {}
+    if key[0] == "shared":
+        others = {other: 1.0 for other in free if other[0] == "own" and other[1] == key[1]}
+    elif key[0] == "trim" and acts_in(key, run):
+        others = {("vehicle", key[1]): share_of_trim(key[2], run)}
+    if not all(other in free for other in others):
+        return {}
+    return {other: share * free[key] / free[other] for other, share in others.items()}
+
+
+def share_of_trim(last: int, run: int) -> float:
+    """Return the share of a number by which a run differs from the mean of those before the last one, in that run."""
+    return (last if run == last else -1.0) / (last + 1.0)
 
 
 def in_deviations(values: Mapping[Key, float], free: Mapping[Key, float]) -> NDArray[np.float64]:

@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import installed, levelled, off, placed, rested, slanted
+from gap_diagnosis.vehicle.blind.truth import installed, levelled, metered, off, placed, rested, slanted, started
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -19,7 +19,8 @@ from gap_diagnosis.vehicle.learning import _all_prepared, _blocks, _scaled, firs
 from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.unknowns import PRODUCTS
+from gap_diagnosis.vehicle.nuisances import nuisances
+from gap_diagnosis.vehicle.unknowns import PRODUCTS, sum_of
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.library.thruster_misalignment import normals
@@ -71,6 +72,12 @@ KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u
 """Of the model, in the order of the sealed world's groups."""
 
 
+def begun_with(draw: Draw) -> dict[Any, float]:
+    """Return by what a case's IMU is off in its first run."""
+    found = zip(("tilt", "gyro", "force"), (levelled(draw, 0), *started(draw, 0)), strict=True)
+    return {(kind, 0, axis): float(size) for kind, sizes in found for axis, size in enumerate(sizes)}
+
+
 def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     """Return the values of the unknowns that make the model the sealed world's vehicle."""
     numbers, factors = off(draw, model.vehicle)
@@ -93,7 +100,10 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     if "battery" in draw.missing:
         level, fall = rested(draw, 0)
         values |= {("charge", 0, "level"): float(level) - 1.0, ("charge", 0, "rate"): -float(fall)}
-    values |= {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
+    else:
+        metered_as = dict(zip(("nominal_voltage", "idle_current", "current_at_full"), metered(draw), strict=True))
+        values |= {("power", n): float(v / getattr(model.sensors, n)) - 1.0 for n, v in metered_as.items()}
+    values |= begun_with(draw)
     sensors = installed(draw)
     values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
     for name, sizes in sensors._asdict().items():
@@ -133,7 +143,7 @@ def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
     for _ in range(2):
         found = prepared_with(model, log, 0, noises, values, effects, found.base.states)
     r = whitened(found, found.base)[round(rules.START / log.period) :]
-    # readings at 100 Hz are means of several samples, quieter than one; biases of the start are in them
+    # readings at 100 Hz are means of several samples, quieter than one
     assert found.base.done
     assert np.sqrt(np.mean(r[:, :13] ** 2, axis=0)).max() < 1.2
     assert np.sqrt(np.mean(r[:, 13 : 13 + model.thrusters] ** 2, axis=0)).max() < 1.2
@@ -202,7 +212,7 @@ def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp
     model = load_model(draw.vehicle)
     (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
     logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
-    level = {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
+    level = begun_with(draw)
     found = prepared(model, logs, level)
     best, noises, states = sum(map(log_likelihood, found)), learned_from(found), [p.base.states for p in found]
     blocks = _blocks(found)
@@ -251,3 +261,27 @@ def test_slopes_by_coarse_steps_are_those_by_fine_ones(tmp_path: Path) -> None:
         fine, coarse = (changed(how, *point) for how in (False, True))
         assert np.linalg.norm(fine) > 1.0
         assert np.linalg.norm(coarse - fine) < 0.05 * np.linalg.norm(fine)
+
+
+@pytest.mark.parametrize("run", [0, 1])
+@pytest.mark.parametrize("whole", [("shared", "rotor"), ("shared", "thrust"), ("trim", "volume", 1)])
+def test_what_is_shared_or_differs_from_run_to_run_changes_what_the_numbers_that_it_is_made_of_do(
+    whole: Any, run: int, tmp_path: Path
+) -> None:
+    draw = Draw(seed=1211, vehicle="bluerov2_heavy", kinds=("pulses",), duration=20.0)
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    (log,), model = read_logs([write_run(tmp_path / "run", topics)], model)
+    free = nuisances(model, [log, log])
+    found = prepared_with(model, log, run, first_noises(model, [log]), {})
+    here = whitened(found, filtered(model, found, {}))
+
+    def column(key: Any) -> Any:
+        return (whitened(found, filtered(model, found, {key: 0.02 * free[key]})) - here) / 0.02
+
+    parts = sum_of(whole, run, free)
+    assert len(parts) == (model.thrusters if whole[0] == "shared" else 1)
+    expected = column(whole)
+    made = sum(share * column(key) for key, share in parts.items())
+    assert np.linalg.norm(expected) > 1.0
+    assert np.linalg.norm(made - expected) < 0.01 * np.linalg.norm(expected)

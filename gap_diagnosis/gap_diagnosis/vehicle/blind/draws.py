@@ -142,7 +142,9 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
         if effect == "payload":
             sizes |= {a: float(rng.uniform(-0.25, 0.25)) for a in "xyz"}
         if effect == "tether_drag":
-            sizes |= {"x": -0.2, "y": 0.0, "z": float(rng.uniform(-0.2, 0.2))}
+            anchor = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(87,)))
+            sizes |= {"x": float(anchor.uniform(-0.3, 0.0)), "y": float(anchor.uniform(-0.1, 0.1))}
+            sizes |= {"z": float(rng.uniform(-0.2, 0.2))}
         effects.append((effect, _place(rng, effect, thrusters), sizes))
     return Draw(
         seed=seed, vehicle=vehicle, effects=tuple(effects),

@@ -11,7 +11,20 @@ from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
-__all__ = ["GROUPS", "Installed", "Truth", "installed", "levelled", "off", "placed", "rested", "slanted", "truth_of"]
+__all__ = [
+    "GROUPS",
+    "Installed",
+    "Truth",
+    "installed",
+    "levelled",
+    "metered",
+    "off",
+    "placed",
+    "rested",
+    "slanted",
+    "started",
+    "truth_of",
+]
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -109,6 +122,19 @@ def rested(draw: Draw, run: int) -> Array:
     """Return the battery's relative voltage at rest as a run begins, and by how much it falls in a second [1/s]."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(83, run)))
     return rng.uniform((0.93, 0.5e-4), (1.03, 3e-4))
+
+
+def metered(draw: Draw) -> tuple[float, float, float]:
+    """Return what a case's battery sensor reads: volts of a full one, current of nothing and of all at full [A]."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(85,)))
+    of_volts, of_idle, of_full = draw.deviations * np.array([0.03, 0.4, 0.15]) * rng.normal(size=3)
+    return 16.0 * (1.0 + of_volts), 1.5 * np.exp(of_idle), 100.0 * (1.0 + of_full)
+
+
+def started(draw: Draw, run: int) -> tuple[Array, Array]:
+    """Return biases of a gyro [rad/s] and an accelerometer [m/s^2] in a run, (3,) each."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(86, run)))
+    return rng.normal(size=3) * rng.uniform(0.0005, 0.002), rng.normal(size=3) * rng.uniform(0.01, 0.04)
 
 
 def levelled(draw: Draw, run: int) -> Array:
