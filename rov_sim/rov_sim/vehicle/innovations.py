@@ -17,7 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from rov_sim.vehicle.kernel import advance, known_rates
+from rov_sim.vehicle.kernel import COARSE, advance, known_rates
 from rov_sim.vehicle.rates import load_share
 from rov_sim.vehicle.sensors.measuring import battery_measured, depth_measured, imu_measured, velocity_measured
 from rov_sim.vehicle.tables import AT, BODY, LEFT, SLOPE, SPEED, STATE, THRUST, TURNING, Body
@@ -183,7 +183,8 @@ def innovations(  # type: ignore[no-untyped-def]
                     states[k, j] = sheet[STATE, j]
                 for j in range(6):
                     states[k, 13 + j] = w[j]
-            advance(sheet, commands[k, piece], steps, step, gate, wrench, fed, layout, p, e, False, piece > 0, stages)
+            known = piece > 0 or stages == COARSE  # what a correction changes of the rates is little in a difference
+            advance(sheet, commands[k, piece], steps, step, gate, wrench, fed, layout, p, e, False, known, stages)
         for j in range(6):
             w[j] *= keep
         for j in range(BODY + 4 * N):
