@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.stuck import longest_unchanged
 from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 
 __all__ = ["Baseline", "baseline"]
@@ -18,13 +19,15 @@ __all__ = ["Baseline", "baseline"]
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything; doubt:
-    what speaks against a healthy vehicle, in words, "": nothing."""
+    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything, and
+    the longest time without a new reading [s] of each; doubt: what speaks against a healthy vehicle, in words, "":
+    nothing."""
 
     conventions: Conventions
     values: Mapping[Key, float]
     noises: Noises
     there: Mapping[str, bool]
+    unchanged: Mapping[str, float]
     doubt: str = ""
 
 
@@ -38,5 +41,6 @@ def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     doubt = f"Baseline: {far} Was the vehicle healthy? What ailed it then is not found." if far else ""
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
     return Baseline(
-        conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs), doubt=doubt
+        conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs),
+        unchanged=longest_unchanged(logs), doubt=doubt,
     )  # fmt: skip

@@ -131,6 +131,9 @@ WATCH_JUMP = (5.0, 30.0)
 slow sensor needs two dozen readings. Set by reason."""
 WATCH_TOLD = 60.0
 """[s] for which it is told from then on. Set by reason."""
+WATCH_STUCK = (5.0, 3.0)
+"""[s] without a new reading after which a sensor is stuck or silent, at least; times the healthy vehicle's longest: its
+readings may be coarse. Set by reason."""
 WORTH = 0.25
 """Share of an effect's expected size below which it is kept in the model but not claimed: between a vehicle and a good
 model of it many small things differ, and none of them is what anybody would repair."""

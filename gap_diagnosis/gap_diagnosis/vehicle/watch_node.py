@@ -144,8 +144,10 @@ class VehicleWatch(Node):
             return
         alarms = self._watch.step(piece)
         if not alarms:
-            without = f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero" if silent else ""
-            self._diagnostics.report("warn" if silent else "ok", without or "well", self._values())
+            without = [*self._watch.stuck.values()]
+            if silent:
+                without.insert(0, f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero")
+            self._diagnostics.report("warn" if without else "ok", "; ".join(without) or "well", self._values())
             return
         self._diagnostics.report("error", alarms[0].words, self._values(alarms))
         if self._report_failures:

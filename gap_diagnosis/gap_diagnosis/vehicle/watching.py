@@ -16,7 +16,7 @@ failure of size s changes in the readings, c = r_well - r_failure, tells how lar
 
 with theta of the false alarms' tail, by which log ratios are worth less than they say (`false_alarms`).
 
-Sensors that jump have filters of their own kind (`jumps`).
+Sensors that jump have filters of their own kind (`jumps`); those that tell nothing new are not used (`stuck`).
 """
 
 from collections.abc import Mapping
@@ -36,6 +36,7 @@ from gap_diagnosis.vehicle.inflow import inflow, thrusts_at
 from gap_diagnosis.vehicle.jumps import Jump
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.stuck import Stuck
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.innovations import states_of
 
@@ -93,7 +94,7 @@ class Watch:
         """Begin with what recordings of the healthy vehicle taught."""
         self.threshold = threshold
         self._model, self._values, self._noises = model, healthy.values, healthy.noises
-        self._conventions = healthy.conventions
+        self._conventions, self._stuck = healthy.conventions, Stuck(healthy.unchanged)
         lasting = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
         self._sudden = hypotheses(model, healthy.there, sudden=True)
         self._lasting = slice(0, len(lasting))
@@ -112,6 +113,11 @@ class Watch:
         titles = dict.fromkeys(described(h.effect).title for h, _ in self.followed)
         return f"{', '.join(titles)} on {self._model.thrusters} thrusters, the body and its sensors"
 
+    @property
+    def stuck(self) -> dict[str, str]:
+        """Sensors that tell nothing new, in words."""
+        return self._stuck.words(self.time)
+
     def begin(self) -> None:
         """Begin anew with what sensors tell next: after a gap, or where the vehicle was lost."""
         self._branches: list[Branch] = []
@@ -125,7 +131,10 @@ class Watch:
 
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
-        log = self._conventions.read(log)
+        stuck = len(self._stuck.since)
+        log = self._stuck.step(self._conventions.read(log), self.time)
+        if len(self._stuck.since) > stuck:  # what filters made of such readings is no evidence
+            self._disbelieve()
         self._know_jumps()
         for jump in self._jumps:
             log = jump.freed(log)
@@ -200,11 +209,15 @@ class Watch:
         first, believed = self._branches[0], [jump for jump in self._jumps if jump.believed(self.threshold)]
         for jump in believed:
             jump.know(first, self.time)
-        for jump in self._jumps:
-            jump.forget(first)
-        self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        self._disbelieve()
         if len(believed) > 1:  # each had a state that the other's jump had moved
             self._begun = self.time
+
+    def _disbelieve(self) -> None:
+        """Believe in no failure beside what is known."""
+        for jump in self._jumps:
+            jump.forget(self._branches[0])
+        self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
 
     def _alarms(self) -> list[Alarm]:
         """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""

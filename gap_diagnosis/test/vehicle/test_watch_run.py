@@ -1,8 +1,10 @@
 """The watch over recorded dives of the sealed cases' own world, from recordings to what is said."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.blind.draws import Draw
@@ -41,6 +43,29 @@ def test_a_thruster_that_has_lost_half_its_thrust_is_said_to_have(
 
 def test_a_sound_vehicle_is_silent(dives: dict[str, Path], capsys: pytest.CaptureFixture[str]) -> None:
     (end,) = said(dives, "sound", "healthy", capsys)
+    assert end.startswith("30 s watched, 0 alarms")
+
+
+@pytest.mark.parametrize("after", ["same", "none"])
+def test_a_depth_sensor_that_tells_nothing_new_is_named_and_not_used(
+    after: str, dives: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    draw = Draw(seed=32, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=30.0)
+    model = load_model("ngs")
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    spoiled = []
+    for topic in topics:
+        if topic.name == "rov/depth":
+            begun = np.asarray(topic.stamps) - topic.stamps[0] < 14e9
+            depth = np.asarray(topic.fields["depth"])
+            if after == "none":
+                topic = replace(topic, stamps=topic.stamps[begun], fields={"depth": depth[begun]})
+            else:
+                topic = replace(topic, fields={"depth": np.where(begun, depth, depth[begun][-1])})
+        spoiled.append(topic)
+    dives = {**dives, "spoiled": write_run(tmp_path / "spoiled", spoiled)}
+    (line, end) = said(dives, "spoiled", "healthy", capsys)
+    assert "depth: nothing new for" in line and 18.5 < float(line.split(" s:")[0]) < 21.0
     assert end.startswith("30 s watched, 0 alarms")
 
 
