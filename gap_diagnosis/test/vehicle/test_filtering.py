@@ -11,7 +11,7 @@ import pytest
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
-from gap_diagnosis.vehicle.blind.truth import installed, levelled, metered, off, placed, rested, slanted, started
+from gap_diagnosis.vehicle.blind.truth import installed, levelled, metered, off, placed, rested, slanted
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.filtering import at_rest, filtered, prepared_with
 from gap_diagnosis.vehicle.instants import shifted
@@ -72,12 +72,6 @@ KEYS = ("c_u2", "delta_u2", "rotor", "thrust", FLOW, "k_v", "k_Uv", "k_Tv", "c_u
 """Of the model, in the order of the sealed world's groups."""
 
 
-def begun_with(draw: Draw) -> dict[Any, float]:
-    """Return by what a case's IMU is off in its first run."""
-    found = zip(("tilt", "gyro", "force"), (levelled(draw, 0), *started(draw, 0)), strict=True)
-    return {(kind, 0, axis): float(size) for kind, sizes in found for axis, size in enumerate(sizes)}
-
-
 def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     """Return the values of the unknowns that make the model the sealed world's vehicle."""
     numbers, factors = off(draw, model.vehicle)
@@ -103,7 +97,7 @@ def believed_as_it_is(draw: Draw, model: Model) -> dict[Any, float]:
     else:
         metered_as = dict(zip(("nominal_voltage", "idle_current", "current_at_full"), metered(draw), strict=True))
         values |= {("power", n): float(v / getattr(model.sensors, n)) - 1.0 for n, v in metered_as.items()}
-    values |= begun_with(draw)
+    values |= {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
     sensors = installed(draw)
     values |= {("late", "velocity"): sensors.velocity_late, ("late", "tachometer"): sensors.tachometer_late}
     for name, sizes in sensors._asdict().items():
@@ -143,7 +137,7 @@ def test_innovations_of_the_right_model_are_no_larger_than_their_noise(
     for _ in range(2):
         found = prepared_with(model, log, 0, noises, values, effects, found.base.states)
     r = whitened(found, found.base)[round(rules.START / log.period) :]
-    # readings at 100 Hz are means of several samples, quieter than one
+    # readings at 100 Hz are means of several samples, quieter than one; biases of the start are in them
     assert found.base.done
     assert np.sqrt(np.mean(r[:, :13] ** 2, axis=0)).max() < 1.2
     assert np.sqrt(np.mean(r[:, 13 : 13 + model.thrusters] ** 2, axis=0)).max() < 1.2
@@ -212,7 +206,7 @@ def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp
     model = load_model(draw.vehicle)
     (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
     logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
-    level = begun_with(draw)
+    level = {("tilt", 0, axis): float(turn) for axis, turn in enumerate(levelled(draw, 0))}
     found = prepared(model, logs, level)
     best, noises, states = sum(map(log_likelihood, found)), learned_from(found), [p.base.states for p in found]
     blocks = _blocks(found)

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
-from gap_diagnosis.vehicle.blind.truth import Truth, installed, levelled, metered, rested, started, truth_of
+from gap_diagnosis.vehicle.blind.truth import Truth, biased, installed, levelled, metered, rested, truth_of
 from gap_diagnosis.vehicle.blind.world import STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
@@ -167,7 +167,7 @@ def _topics(
     moving = np.einsum("kij,kj->ki", R, v + np.cross(w, r))
     acceleration = (moving[at + 1] - moving[at - 1]) / (2.0 * STEP)
     force = np.einsum("kji,kj->ki", R[at], acceleration - np.array([0.0, 0.0, 9.81])) @ R_s
-    bias = started(draw, run)
+    bias = [rng.normal(size=3) * deviation for deviation in biased(draw)]
     rate = w[at] @ R_s * (1.0 + off.gyro_scale)
     if "gyro_scale" in wrong:
         rate = rate * (1.0 + wrong["gyro_scale"][1])

@@ -12,19 +12,9 @@ from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
 __all__ = [
-    "GROUPS",
-    "Installed",
-    "Truth",
-    "installed",
-    "levelled",
-    "metered",
-    "off",
-    "placed",
-    "rested",
-    "slanted",
-    "started",
+    "GROUPS", "Installed", "Truth", "biased", "installed", "levelled", "metered", "off", "placed", "rested", "slanted",
     "truth_of",
-]
+]  # fmt: skip
 
 Array = NDArray[np.float64]
 GROUPS = ("c_u2", "delta_u2", "k_n", "c_T", "c_nv and c_v", "k_v", "k_Uv", "k_Tv", "c_u1", "delta_u1", "k_Q")
@@ -131,10 +121,10 @@ def metered(draw: Draw) -> tuple[float, float, float]:
     return 16.0 * (1.0 + of_volts), 1.5 * np.exp(of_idle), 100.0 * (1.0 + of_full)
 
 
-def started(draw: Draw, run: int) -> tuple[Array, Array]:
-    """Return biases of a gyro [rad/s] and an accelerometer [m/s^2] in a run, (3,) each."""
-    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(86, run)))
-    return rng.normal(size=3) * rng.uniform(0.0005, 0.002), rng.normal(size=3) * rng.uniform(0.01, 0.04)
+def biased(draw: Draw) -> tuple[float, float]:
+    """Return deviations of the biases with which a case's gyro [rad/s] and accelerometer [m/s^2] begin a run."""
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(86,)))
+    return float(rng.uniform(0.0005, 0.002)), float(rng.uniform(0.01, 0.04))
 
 
 def levelled(draw: Draw, run: int) -> Array:
