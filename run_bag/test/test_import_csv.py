@@ -45,13 +45,14 @@ def test_columns_become_channels_with_their_own_stamps_and_units(tmp_path, capsy
     assert info([str(tmp_path / "none")]) == 1
 
 
-@pytest.mark.parametrize("first", [-5, 0, 12.5, 1.7e9 + 0.25])
+@pytest.mark.parametrize("first", [-5, 0, 12.5, 1.7e9 + 0.25, 1778901719.472647])
 def test_the_clock_starts_at_one_second_and_the_metadata_say_so(tmp_path, first):
     assert main(files(tmp_path, f"{first!r},1\n{first + 1!r},2\n", "thruster_0/state.n: " + STATE)) == 0
     run = read_run(tmp_path / "out")
     assert run["thruster_0/state.n"].stamps.tolist() == [10**9, 2 * 10**9]
     (shift,) = [d for d in run.metadata["import"]["decisions"] if d["what"] == "shift of the clock"]
     assert shift["unit"] == "s" and shift["how"].startswith(f"{1.0 - first!r} s was added to all times")
+    assert shift["value"] == 1.0 - first
 
 
 def test_a_constant_fills_every_message_of_its_topic(tmp_path, capsys):

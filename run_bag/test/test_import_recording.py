@@ -111,6 +111,24 @@ def test_sign_scale_and_offset_act_before_the_unit(tmp_path):
     assert decisions["thruster_0/load.wrench.force.x"].endswith("value = -2 * cell + -1 in kgf, brought to N")
 
 
+@pytest.mark.parametrize(
+    ("unit", "volts"),
+    [
+        ("us, stop: 1500, per_volt: 80", "value = 1 * cell + 0 in us, brought to (value - 1500) / 80 V"),
+        ("'%', stop: 0, per_volt: 20, sign: -1", "value = -1 * cell + 0 in %, brought to (value - 0) / 20 V"),
+        ("mV", "value = 1 * cell + 0 in mV, brought to V"),
+    ],
+)
+def test_info_tells_how_commands_became_volts(tmp_path, unit, volts, capsys):
+    (tmp_path / "x.csv").write_text("t,u\n0,1500\n1,1600\n2,1700\n")
+    imported(
+        tmp_path, tmp_path / "x.csv", f"time: {{column: t}}\nthruster_0/throttle.commanded: {{column: u, unit: {unit}}}"
+    )
+    capsys.readouterr()
+    assert info([str(tmp_path / "run")]) == 0
+    assert volts in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("cell", ["nan", "NaN", "NAN", "-nan", "", " "])
 def test_nan_in_any_case_is_not_measured(tmp_path, cell):
     (tmp_path / "x.csv").write_text(f"t,n\n0,1\n1,{cell}\n2,3\n")

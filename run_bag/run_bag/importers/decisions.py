@@ -25,10 +25,12 @@ class Decisions:
 
     items: list[Decision] = field(default_factory=list)
 
-    def add(self, what: str, value: Any, unit: str, how: str, standard_deviation: float | None = None) -> None:
-        """Add one decision; numbers are rounded to nine digits."""
+    def add(
+        self, what: str, value: Any, unit: str, how: str, standard_deviation: float | None = None, *, digits: int = 9
+    ) -> None:  # fmt: skip
+        """Add one decision; numbers are rounded to so many digits (17: all)."""
         deviation = None if standard_deviation is None else float(f"{standard_deviation:.3g}")
-        value = float(f"{value:.9g}") if isinstance(value, float) else value
+        value = float(f"{value:.{digits}g}") if isinstance(value, float) else value
         self.items.append(Decision(what=what, value=value, unit=unit, how=how, standard_deviation=deviation))
 
     def json(self) -> list[dict[str, Any]]:

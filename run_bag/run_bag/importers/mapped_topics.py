@@ -60,7 +60,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
         log.add(e.channel, e.column, e.unit, f"{where}{within}; {e.how}")
     shift = START_S - start / SECOND
     how = f"{shift!r} s was added to all times, so that the clock starts at {START_S:g} s, as that of bench recordings"
-    log.add("shift of the clock", shift, "s", how)
+    log.add("shift of the clock", shift, "s", how, digits=17)
     made: list[Topic] = []
     warnings = [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
     for name, own in parts.items():

@@ -96,6 +96,9 @@ class Mapped(Entry):
     def how(self) -> str:
         """How cells become values, for the run's metadata."""
         text = f"value = {self.scale:g} * cell + {self.offset:g}"
+        if self.unit == "V" and self.given_unit in COMMANDS:  # the map's own numbers, as no table of units has them
+            volts = f"(value - {-self.convert.offset:g}) / {1.0 / self.convert.factor:g} {self.unit}"
+            return f"{text} in {self.given_unit}, brought to {volts}"
         return text if self.convert == (1.0, 0.0) else f"{text} in {self.given_unit}, brought to {self.unit}"
 
 
@@ -315,7 +318,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         channel=name, topic=own.topic, type=own.type, path=own.path, unit=own.unit,
         column=entry[places[0]], is_field=places[0] == "field", file=entry.get("file", ""),
         time_column=entry.get("time_column"), time_scale=time_scale,
-        scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)),
+        scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)) + 0.0,  # no -0
         convert=convert, given_unit=spelled(str(entry["unit"] or own.unit)), nan=frozenset(str(m) for m in marks),
         hold=entry.get("hold", ""), clock_deviation=float(entry.get("clock_deviation", 0.0)),
     )  # fmt: skip
