@@ -19,6 +19,9 @@ from gap_diagnosis.vehicle.wiring import Wiring, wiring_of
 __all__ = ["Conventions", "conventions_of"]
 
 Array = NDArray[np.float64]
+ONLY_RIGHT_ANGLES = (
+    "Only right angles are tried, so axes are about these: another angle is stated as `rotation` in the sensors' file."
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,8 +75,9 @@ class Conventions:
 
     @property
     def turned(self) -> tuple[str, ...]:
-        """A sentence for each sensor that is."""
-        return (*self.imu.words("IMU"), *self.velocity.words("velocity log"))
+        """A sentence for each sensor that is, and one on what else it may be."""
+        found = (*self.imu.words("IMU"), *self.velocity.words("velocity log"))
+        return (*found, ONLY_RIGHT_ANGLES) if found else ()
 
     @property
     def sentences(self) -> tuple[str, ...]:

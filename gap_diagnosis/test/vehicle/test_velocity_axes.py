@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
@@ -73,6 +74,15 @@ def test_an_imu_and_a_velocity_log_that_are_both_turned_are_read_aright(log: Veh
     read = found.read(both)
     np.testing.assert_allclose(read.told, log.told)
     assert [each.effect for each in read.oddities] == ["imu_misalignment", "velocity_misalignment"]
+
+
+def test_a_velocity_log_between_right_angles_is_said_to_be_turned_by_about_one(log: VehicleLog) -> None:
+    between = Rotation.from_euler("z", 50.0, degrees=True).as_matrix()
+    found = conventions_of(MODEL, [velocity_mounted(log, between.T)])
+    assert found.velocity.turned
+    told = " ".join(found.sentences)
+    assert "The velocity log is mounted turned: its -y is forward" in told
+    assert "Only right angles are tried, so axes are about these" in told and "`rotation` in the sensors' file" in told
 
 
 def test_a_log_as_stated_is_read_as_it_is(log: VehicleLog) -> None:
