@@ -7,6 +7,7 @@ import pytest
 
 from run_bag import read_run
 from run_bag.importers.cli_recording import main
+from run_bag.importers.guessed_units import guessed_unit
 
 TIME = 5.0 + 0.02 * np.arange(400)
 WAVE = np.sin(TIME)
@@ -303,3 +304,38 @@ def test_gravity_tells_mg_from_cm_s2_where_it_is_near_one_of_them(tmp_path, caps
     found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **force, **GYRO}))
     assert f"unit: {unit}}}" in found["rov/imu.linear_acceleration.z"]
     assert ("write the unit: mg or cm/s^2? |a| is 990 as a rule" in text) == (unit == "'?'")
+
+
+def test_a_battery_and_a_velocity_log_are_known_by_further_names(tmp_path, capsys):
+    columns = {"t": TIME, "Ubat [V]": 15.0 + 0 * TIME, "Ibat [A]": 3.0 + WAVE, **GYRO}
+    ways = {"x": "forward", "y": "starboard", "z": "down"}
+    columns |= {f"dvl_{way} [mm/s]": 300 * WAVE for way in ways.values()}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", columns))
+    assert found["rov/battery.voltage"].startswith("{column: 'Ubat [V]', unit: V}")
+    assert found["rov/battery.current"].startswith("{column: 'Ibat [A]', unit: A, sign: -1}")
+    for axis, way in ways.items():
+        told = found[f"rov/velocity.twist.twist.linear.{axis}"]
+        assert told.startswith(f"{{column: 'dvl_{way} [mm/s]', unit: mm/s}}")
+
+
+def test_of_what_is_not_recognised_constants_stand_last_and_a_number_has_no_unit_1(tmp_path, capsys):
+    columns = {"t": TIME, "health [1]": 1.0 + 0 * TIME, "oddity": WAVE, **GYRO}
+    _, text = guessed(capsys, wide(tmp_path / "x.csv", columns))
+    assert [line.split()[1] for line in text.splitlines()[-2:]] == ["oddity", "'health"]
+    assert "# 'health [1]' always 1, 400 samples" in text
+
+
+def test_an_attitude_at_other_times_than_the_gyro_s_is_asked_about(tmp_path, capsys):
+    angles = {angle: 10 * np.sin(TIME + k) for k, angle in enumerate(("roll", "pitch", "heading"))}
+    asked = "of this IMU? the vehicle's own, as an autopilot tells it, is rov/odometry.pose.pose.orientation"
+    imu = wide(tmp_path / "imu.csv", {"t": TIME, **GYRO})
+    found, _ = guessed(
+        capsys, imu, wide(tmp_path / "ahrs.csv", {"t": TIME[::2], **{k: v[::2] for k, v in angles.items()}})
+    )
+    assert all(asked in found[f"rov/imu.orientation.{angle}"] for angle in ("roll", "pitch", "yaw"))
+    _, text = guessed(capsys, wide(tmp_path / "one.csv", {"t": TIME, **GYRO, **angles}))
+    assert "rov/imu.orientation.yaw" in text and asked not in text
+
+
+def test_a_log_s_own_unit_of_a_heading_is_known():
+    assert guessed_unit("rad", "ATT.Yaw", "degheading", 180 + WAVE, usual="deg") == ("deg", "")

@@ -417,3 +417,21 @@ def test_a_battery_s_current_by_its_unit_alone_counts_as_drawn_whichever_way_it_
     table = write_table(tmp_path / "dive.csv", own | {"batt_V": 15.0 + 0 * TIME, "batt_A": way * 3.0 + 0 * TIME})
     run = imported(tmp_path, guessed(capsys, table), table)
     assert (run["rov/battery.voltage"].values[0], run["rov/battery.current"].values[0]) == (15.0, -3.0)
+
+
+def test_a_vector_that_a_ground_station_s_log_has_as_0_throughout_is_left_out_as_a_whole(tmp_path, capsys):
+    from pymavlink.dialects.v20 import ardupilotmega as link
+
+    sender, data = link.MAVLink(None, srcSystem=1, srcComponent=1), b""
+    for k, at in enumerate(stamps()):
+        force = np.round(FORCE[k] / 9.80665e-3).astype(int)
+        for message in (
+            sender.servo_output_raw_encode(k, 0, *[int(PULSES[k])] * 8),
+            sender.raw_imu_encode(k, *map(int, force), 0, int(900 * np.sin(k)), 0, 0, 0, 0),
+            sender.attitude_encode(k, *map(float, ANGLES[k]), 0.0, 0.0, 0.0),
+        ):
+            data += (at // 1000).to_bytes(8, "big") + bytes(message.pack(sender))
+    (tmp_path / "x.tlog").write_bytes(data)
+    text = guessed(capsys, tmp_path / "x.tlog")
+    assert "twist.angular" not in text and "# 0 in all messages: " in text
+    assert "rov/odometry.pose.pose.orientation.yaw" in text and "angular_velocity.x: {field: RAW_IMU.xgyro" in text

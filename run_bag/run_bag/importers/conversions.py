@@ -69,7 +69,7 @@ _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "
             "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
             "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "1/sec": "1/s",
             "rad/sec": "rad/s", "kg": "kgf", "grams": "gf", "lbs": "lbf", "lb": "lbf", "nm": "N m", "n.m": "N m",
-            "n-m": "N m"}  # fmt: skip
+            "n-m": "N m", "degheading": "deg"}  # fmt: skip
 
 
 def _known() -> set[str]:

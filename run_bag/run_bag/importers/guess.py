@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,7 +16,19 @@ from .bag_source import BagSource
 from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import BY_UNIT, LOGS, OF_BENCH, OF_TYPE, THRUSTER, UNTOLD, VEHICLE, WHICH_FLOW, OfType, Rule
+from .guess_rules import (
+    BY_UNIT,
+    LOGS,
+    OF_BENCH,
+    OF_TYPE,
+    THRUSTER,
+    UNTOLD,
+    VEHICLE,
+    WHICH_FLOW,
+    WHOSE_ATTITUDE,
+    OfType,
+    Rule,
+)
 from .guessed_axes import axes_lines
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time, values_of
 from .guessed_commands import alike_commands, moves
@@ -65,16 +77,18 @@ def guess(sources: Sequence[Source]) -> str:
     vehicle = any(map(_of_vehicle, sources))
     for source in sources:
         rules, types = _rules(source, vehicle=vehicle)
-        times = (_clock_in(source, clock), *own_times(source)) if isinstance(source, CsvSource) else ()
-        for name in _in_order(source):
-            if isinstance(source, CsvSource) and (is_time(source, name) or name in times):
-                continue
-            each = _propose(source, name, rules, types)
+        times: set[str] = set()
+        if isinstance(source, CsvSource):
+            named = (name for name in source.names() if is_time(source, name))
+            times = {_clock_in(source, clock), *own_times(source), *named}
+        proposed = {name: _propose(source, name, rules, types) for name in _in_order(source) if name not in times}
+        unfilled = _nobody_fills([each for each in proposed.values() if each])
+        for name, each in proposed.items():
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
             if (
                 each is None
                 or each.channel in found
-                or _nobody_fills(each)
+                or name in unfilled
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
                 left.append((source, name))
@@ -90,6 +104,8 @@ def guess(sources: Sequence[Source]) -> str:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
+    for each in _attitude_apart(found.values(), clock):
+        found[each.channel] = each._replace(why=WHOSE_ATTITUDE)
     names = Counter(name for source in sources for name in source.names())
     groups: dict[str, list[_Found]] = {}
     for each in found.values():
@@ -107,6 +123,7 @@ def guess(sources: Sequence[Source]) -> str:
     left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
     empty = {each for each in left if not isinstance(each[0], CsvSource) and _is_0(*each)}
     left = [each for each in left if each not in empty]
+    left.sort(key=lambda each: _never_changes(*each))
     lines += ["# Not recognised:"] if left else []
     lines += [f"# {_quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
@@ -130,6 +147,16 @@ def _parted(found: Iterable[_Found]) -> list[_Found]:
     ]
 
 
+def _attitude_apart(found: Iterable[_Found], clock: str) -> list[_Found]:
+    """Return the parts of an attitude in tables that has another time than the gyro: it may not be the IMU's."""
+    places: dict[str, list[tuple[Any, _Found]]] = {"rov/imu.orientation": [], "rov/imu.angular_velocity": []}
+    for each in found:
+        if each.group in places and isinstance(each.source, CsvSource):
+            places[each.group].append(((each.source.path, _own_clock(each.source, each.name, clock)), each))
+    attitude, gyro = places.values()
+    return [each for place, each in attitude if gyro and place not in [other for other, _ in gyro]]
+
+
 def _behind_the_last(found: Iterable[_Found]) -> list[_Found]:
     """Return a log's outputs behind the last one that ever moves: it has more of them than there are thrusters."""
     commands = [e for e in found if isinstance(e.source, LogSource) and e.channel.endswith(".commanded")]
@@ -137,16 +164,24 @@ def _behind_the_last(found: Iterable[_Found]) -> list[_Found]:
     return commands[max(moving, default=-1) + 1 :]
 
 
-def _nobody_fills(each: _Found) -> bool:
-    """Tell whether a field of a bag or log is 0 in all messages, as where nothing is measured; of parts of vectors and
-    commands one may be."""
-    single = each.group == each.channel and not each.channel.endswith(".commanded")
-    return single and not each.entry and not isinstance(each.source, CsvSource) and _is_0(each.source, each.name)
+def _nobody_fills(proposed: Sequence[_Found]) -> set[str]:
+    """Return the fields of a bag or log that are 0 in all messages, as where nothing is measured. Commands may be, and
+    a part of a vector."""
+    parts: dict[tuple[str, str], list[_Found]] = {}
+    for each in proposed:
+        if not (each.channel.endswith(".commanded") or each.entry or isinstance(each.source, CsvSource)):
+            parts.setdefault((each.name.partition(".")[0], each.group), []).append(each)
+    return {each.name for own in parts.values() if all(_is_0(e.source, e.name) for e in own) for each in own}
 
 
 def _is_0(source: Source, name: str) -> bool:
     values = values_of(source, name)
     return values is not None and not np.nan_to_num(values).any()
+
+
+def _never_changes(source: Source, name: str) -> bool:
+    values = values_of(source, name)
+    return values is None or float(np.nanmin(values)) == float(np.nanmax(values))
 
 
 def _commands(fields: Sequence[tuple[Source, str]]) -> list[_Found]:
@@ -366,7 +401,7 @@ def _seen(source: Source, name: str) -> str:
         return " no numbers"
     unit, count, low, high = source.unit(name), np.isfinite(values).sum(), np.nanmin(values), np.nanmax(values)
     span = f"always {low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-    return f" {span}{' ' + unit if unit else ''}, {count} samples"
+    return f" {span}{' ' + unit if unit not in ('', '1') else ''}, {count} samples"
 
 
 def _quoted(text: str) -> str:

@@ -7,7 +7,10 @@ from typing import NamedTuple
 
 from .guessed_depth import WHICH_WATER, depth_of_pressure
 
-__all__ = ["BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "OfType", "Rule"]
+__all__ = [
+    "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType",
+    "Rule",
+]  # fmt: skip
 
 
 class Rule(NamedTuple):
@@ -41,15 +44,17 @@ _GYRO = (
     rf"{_AXIS}"
 )
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschleunigung|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
-_LOG_VELOCITY = rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u)|(?P<y>v)|(?P<z>w))"
+_LOG_VELOCITY = (
+    rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u|forward)|(?P<y>v|starboard)|(?P<z>w|down))"
+)
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
 _BATTERY = r"(bat(t(ery|erie)?)?|akku)"
 _SUPPLY = (
-    rf"(supply|batt(ery|erie)?|akku|bus|v_?bat\w*|vdc)(_?(volt\w*|v))?|{_BATTERY}(_?(volt\w*|spannung)|_(u|v))|voltage|"
+    rf"(supply|batt(ery|erie)?|akku|bus|[uv]_?bat\w*|vdc)(_?(volt\w*|v))?|{_BATTERY}(_?(volt\w*|spannung)|_(u|v))|voltage|"
     r"volts?|(versorgungs)?spannung"
 )
 _OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|cmd|command|raw)"
-_CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amp(s|ere)?|strom)(_a)?|({_BATTERY}|supply)_(a|i)"
+_CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amp(s|ere)?|strom)(_a)?|({_BATTERY}|supply)_(a|i)|i_?bat\w*"
 _ESC = r"ESC(\[(?P<zero>\d+)\]|(?P<one>\d+))"
 
 LOGS = (
@@ -112,6 +117,9 @@ BY_UNIT = {
 
 WHICH_FLOW = " of the water around? at the propeller it is flow.axial"
 """Asked where a name says that it is a flow, and not which."""
+
+WHOSE_ATTITUDE = " of this IMU? the vehicle's own, as an autopilot tells it, is rov/odometry.pose.pose.orientation"
+"""Asked where an attitude comes at other times than the gyro."""
 
 VEHICLE = (
     Rule("rov/imu.orientation.{part}", r"(att(itude)?_?)?(q|quat(ernion)?|orientation)_?(?P<part>[wxyz])", "1"),
