@@ -63,6 +63,21 @@ def test_an_option_that_a_program_does_not_have_is_wrong_usage_under_its_name():
     assert "thruster check: error: unrecognized arguments: --nothing" in done.stderr
 
 
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("check", "run"), True),
+        (("diagnose", "run", "--out", "x"), True),
+        (("check", "run", "--vehicle", "ngs", "--nothing"), False),
+        (("show",), False),
+    ],
+)
+def test_wrong_usage_without_a_set_says_how_a_vehicle_s_is_named(arguments, told):
+    done = thruster(*arguments)
+    assert done.exit_code == 2
+    assert (f"of a vehicle, its set is named: thruster {arguments[0]} --vehicle SET ..." in done.stderr) == told
+
+
 def test_a_shell_is_offered_commands_and_a_commands_own_options():
     def offered(words, place):
         asked = {"_THRUSTER_COMPLETE": "complete_bash", "COMP_WORDS": words, "COMP_CWORD": str(place)}

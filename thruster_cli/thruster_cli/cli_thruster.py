@@ -7,6 +7,7 @@ import contextlib
 import importlib
 import io
 import re
+import sys
 from typing import Any, NamedTuple
 
 import typer
@@ -52,6 +53,10 @@ PROGRAMS = {
 }
 
 
+WRONG_USAGE = 2
+"""Status with which a parser ends."""
+
+
 class _Completion(NamedTuple):
     """What a shell is offered, with the fields that typer's completion asks for."""
 
@@ -74,6 +79,10 @@ def _call(name: str, arguments: list[str]) -> int:
     module = importlib.import_module(program.of_vehicle if vehicle else program.module)
     try:
         return int(module.main(arguments, program=f"thruster {name}"))
+    except SystemExit as ended:
+        if ended.code == WRONG_USAGE and program.of_vehicle and not vehicle:
+            print(f"of a vehicle, its set is named: thruster {name} --vehicle SET ...", file=sys.stderr)
+        raise
     finally:
         if program.of_vehicle and not vehicle and {"--help", "-h"} & set(arguments):
             print("\nof a vehicle:")
