@@ -15,7 +15,7 @@ from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.filtering import foreseen as expected
 from gap_diagnosis.vehicle.foresight import foreseen
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
-from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
+from gap_diagnosis.vehicle.log import VehicleLog, fewer_throttles, told_in, wanting
 from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
@@ -60,6 +60,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
     if not logs:
         return found
+    found += [Finding(kind="note", about="throttles", sentence=each) for each in fewer_throttles(logs)]
     if lacking := wanting(logs):
         return [*found, Finding(kind="refused", about="fit would refuse", sentence=lacking)]
     for each in common_to([log.oddities for log in logs]):

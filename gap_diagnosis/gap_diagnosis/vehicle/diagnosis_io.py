@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.fit import numbers_of
 from gap_diagnosis.vehicle.fit_io import fitted_set
 from gap_diagnosis.vehicle.how_far import Errors, left_out_errors
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.log import VehicleLog, fewer_throttles
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.next_experiment import NextExperiment, next_experiment
 from gap_diagnosis.vehicle.programmes import Limits
@@ -65,7 +65,7 @@ def diagnosed(
 ) -> Diagnosed:  # fmt: skip
     """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed."""
     conventions = conventions_of(model, logs)
-    for sentence in conventions.sentences:
+    for sentence in (*fewer_throttles(logs), *conventions.sentences):
         told(sentence)
     logs = [conventions.read(log) for log in logs]
     found = search(model, logs, told, only)
@@ -73,7 +73,7 @@ def diagnosed(
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = left_out_errors(found, horizons)
     verdict = judged(found, logs, errors)
-    verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary)))
+    verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary, *fewer_throttles(logs))))
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)

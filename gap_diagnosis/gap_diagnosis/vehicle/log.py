@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.oddities import Oddity
 from gap_diagnosis.vehicle.rules import LEAST_EXCITATION, LEAST_TIME
 from rov_sim.vehicle.innovations import PARTS
 
-__all__ = ["CHANNELS_OF", "VehicleLog", "held", "told_in", "wanting"]
+__all__ = ["CHANNELS_OF", "VehicleLog", "fewer_throttles", "held", "told_in", "wanting"]
 
 Array = NDArray[np.float64]
 CHANNELS_OF = {
@@ -40,6 +40,7 @@ class VehicleLog:
         notes: what the reader decided, one sentence each.
         took: sensor and where its readings are from, of those that several topics may have.
         oddities: what the logs of the sensors show by themselves.
+        unrecorded: thrusters of which it has no throttle.
     """
 
     name: str
@@ -59,6 +60,7 @@ class VehicleLog:
     notes: tuple[str, ...] = ()
     took: tuple[tuple[str, str], ...] = ()
     oddities: tuple[Oddity, ...] = ()
+    unrecorded: tuple[int, ...] = ()
 
     @property
     def count(self) -> int:
@@ -121,3 +123,19 @@ def wanting(logs: Sequence[VehicleLog]) -> str:
     if max(float(log.throttles.std(axis=0).max()) for log in logs) < LEAST_EXCITATION:
         return f"recordings: expected throttles that vary by {LEAST_EXCITATION:g} V; found none"
     return ""
+
+
+def fewer_throttles(logs: Sequence[VehicleLog]) -> list[str]:
+    """Return a question about recordings with throttles of fewer thrusters than the set has.
+
+    A thruster may not have been used, or the recording may be of another vehicle: readings do not say which.
+    """
+    alike: dict[tuple[int, ...], list[str]] = {}
+    for log in logs:
+        if log.unrecorded:
+            alike.setdefault(log.unrecorded, []).append(log.name)
+    return [
+        f"No throttle of thruster {', '.join(map(str, unrecorded))} in {', '.join(names)}: it counts as at rest. "
+        f"Is this the set's vehicle, of {logs[0].thrusters} thrusters?"
+        for unrecorded, names in alike.items()
+    ]

@@ -132,9 +132,6 @@ def log_of(
     K = grid.size
     hold = run.hold("throttle")
     commands = [np.zeros((K, PARTS)) if each is None else _commanded(*each, grid, period, hold) for each in throttles]
-    missing = [i for i, each in enumerate(throttles) if each is None]
-    if missing:
-        notes.append(f"no throttle of thruster {', '.join(map(str, missing))}: it counts as at rest")
     told, noise = np.full((K, 13), np.nan), np.full(13, np.nan)
     lateness = np.zeros((K, len(LATE) + thrusters))
     for at, channel, sensor in ((3, rates, "imu"), (6, force, "imu"), (9, depth, "depth"), (10, velocity, "velocity")):
@@ -158,6 +155,7 @@ def log_of(
         speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
         battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), took=tuple(took),
         oddities=tuple(odd.oddities if odd else ()),
+        unrecorded=tuple(i for i, each in enumerate(throttles) if each is None),
     )  # fmt: skip
 
 

@@ -69,6 +69,17 @@ def test_without_a_sensor_its_effects_cannot_be_looked_for(tmp_path: Path) -> No
     assert blind.split(", ")[:2] == ["lag of the tachometer", "late readings of the velocity log"]
 
 
+def test_recordings_with_fewer_throttles_than_the_set_has_thrusters_are_asked_about(tmp_path: Path) -> None:
+    def without_the_last(topic: Topic) -> Topic | None:
+        return None if topic.name == "thruster_5/throttle" else topic
+
+    runs = [dive(tmp_path / "whole"), *(dive(tmp_path / name, without_the_last) for name in ("one", "two"))]
+    found = check_vehicle(runs, MODEL)
+    asked = "No throttle of thruster 5 in one, two: it counts as at rest. Is this the set's vehicle, of 6 thrusters?"
+    assert [each.sentence for each in found if each.about == "throttles" and not each.run] == [asked]
+    assert told(found, "note")["throttles"] == asked and not told(found, "refused")
+
+
 def test_a_wrong_wire_and_an_imu_upside_down_are_notes(tmp_path: Path) -> None:
     def turned(topic: Topic) -> Topic:
         if topic.name != "rov/imu":

@@ -147,3 +147,12 @@ def test_a_turned_velocity_log_is_read_aright_and_is_all_that_is_named(healthy: 
     assert [(each["id"], each["sensor"]) for each in found["effects"]] == [("velocity_misalignment", "velocity")]
     assert (found["wiring"]["verdict"], found["wiring"]["velocity_axes"]) == ("turned", ["x", "-y", "-z"])
     assert found["summary"].startswith("The velocity log is mounted turned: its x is forward, its -y starboard")
+
+
+def test_a_diagnosis_of_a_recording_with_fewer_throttles_asks_in_its_summary(
+    healthy: list[Topic], tmp_path: Path
+) -> None:
+    log = read([topic for topic in healthy if topic.name != "thruster_4/throttle"], tmp_path)
+    found = diagnosed(MODEL, [log], {"runs": ["sealed"]}, only=lambda h: False, how_far=False).content
+    asked = "No throttle of thruster 4 in run: it counts as at rest. Is this the set's vehicle, of 6 thrusters?"
+    assert found["summary"].endswith(asked)
