@@ -280,6 +280,15 @@ def test_a_file_with_places_alone_has_all_else_from_the_package() -> None:
     assert (mine.imu, mine.velocity, mine.battery) == (DEFAULT.imu, DEFAULT.velocity, DEFAULT.battery)
 
 
+def test_a_place_may_be_in_other_units_of_its_quantity() -> None:
+    told = (
+        "value: [0, 0, 45], unit: deg, source: bracket}, position: {value: [-200, 0, 100], unit: mm, source: measured"
+    )
+    mine = parse_sensors(f"velocity: {{rotation: {{{told}}}}}", origin="mine.yaml").velocity
+    np.testing.assert_allclose(mine.rotation, (0.0, 0.0, np.pi / 4.0))
+    np.testing.assert_allclose(mine.position, (-0.2, 0.0, 0.1))
+
+
 @pytest.mark.parametrize(
     ("value", "sentence"),
     [("0.3", "key 'velocity.position.value': expected 3 numbers; found 0.3"),

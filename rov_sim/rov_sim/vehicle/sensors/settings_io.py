@@ -5,7 +5,10 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from rov_sim.vehicle.sensors.settings import MOUNTED, QUANTITIES, Sensor, VehicleSensors
+from run_bag.importers.conversions import Conversion, conversion
 from safe_files.yaml_io import yaml_mapping
 from thruster_model.errors import ThrusterModelError
 
@@ -91,13 +94,22 @@ def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any]
             problems.append(f"{where}': expected value, unit and source; found {entry!r}")
             continue
         unit, count = units[key]
-        if entry["unit"] != unit:
+        convert = conversion(str(entry["unit"]), unit)
+        if convert is None:
             problems.append(f"{where}.unit': expected '{unit}'; found {entry['unit']!r}")
         value = _value(entry["value"], count, truth=key == "signed", each=key in _PLACE)
         if value is None:
             problems.append(f"{where}.value': expected {_expected(key, count)}; found {entry['value']!r}")
-        values[str(key)] = value
+        values[str(key)] = value if convert is None or value is None else _converted(value, convert)
     return values, problems
+
+
+def _converted(value: Any, convert: Conversion) -> Any:
+    """Return a value, see `_value`, in our unit."""
+    if isinstance(value, bool):
+        return value
+    numbers = convert(np.array(value)).tolist()
+    return tuple(numbers) if isinstance(value, tuple) else numbers
 
 
 def _expected(key: str, count: int) -> str:
