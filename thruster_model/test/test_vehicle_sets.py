@@ -132,6 +132,7 @@ def parameter(name, **entry):
         (lambda d: d["thrusters"][1].update(hand="up"), "key 'thrusters.1.hand': expected left or right; found 'up'"),
         (lambda d: d["thrusters"][1].update(name="T1"), "key 'thrusters': expected names of their own; found 'T1'"),
         (lambda d: d.update(frame="vectored"), "key 'thrusters.0.axis': the frame gives the axes"),
+        (lambda d: d["thrusters"][1].update(pitch_deg=90), "key 'thrusters.1': expected either axis or yaw_deg"),
         (lambda d: d.update(frame="triangle"), "key 'frame': expected one of bluerov1, vectored"),
         (lambda d: d.update(effects=[{"thruster": 1}]), "key 'effects': expected a list of mappings with an id"),
         (lambda d: d.update(effects=[{"id": "x", "thruster": "T1"}]), "key 'effects.0.thruster': expected the number"),

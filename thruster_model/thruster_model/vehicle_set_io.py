@@ -129,7 +129,7 @@ def _vector(value: Any, key: str, problems: list[str]) -> tuple[float, float, fl
 
 def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]) -> tuple[float, float, float] | None:
     """Return the direction of forward thrust, of length one."""
-    given = [name for name in ("axis", "yaw_deg") if name in entry]
+    given = [name for name in ("axis", "yaw_deg", "pitch_deg") if name in entry]
     if of_frame is not None:
         if given:
             problems.append(f"key '{key}.{given[0]}': the frame gives the axes; expected none here")
@@ -140,7 +140,7 @@ def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]
         if axis is None:
             return None
         x, y, z = axis
-    elif given == ["yaw_deg"]:
+    elif given[:1] == ["yaw_deg"]:
         angles = [number(entry.get(name)) for name in ("yaw_deg", "pitch_deg")]
         if angles[0] is None or angles[1] is None:
             problems.append(f"key '{key}': expected numbers yaw_deg and pitch_deg; found {dict(entry)!r}")
