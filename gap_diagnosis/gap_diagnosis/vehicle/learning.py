@@ -140,10 +140,10 @@ def _climbed(
     score, found = on(found)(begun)
     blocks = _blocks(found)
     for sweep in range(_SWEEPS):
-        before, moved = score, []
+        before, moved, at = score, [], on(found)
         for block in blocks:
             was = score
-            score, found = _likeliest(model, on(found), (score, found), block, _STEP ** (0.5**sweep))
+            score, found = _likeliest(model, at, (score, found), block, _STEP ** (0.5**sweep))
             moved += [block] if score > was or not sweep else []
         if score < before + rules.SETTLED:
             break
