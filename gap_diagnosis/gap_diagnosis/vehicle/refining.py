@@ -125,7 +125,7 @@ class Problem:
         spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
         return Fit(
             effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
-            log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J), columns=tuple(J),
+            log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J, H), columns=tuple(J),
         )  # fmt: skip
 
     def most_likely(
@@ -298,23 +298,23 @@ class Problem:
             out.append(J)
         return out
 
-    def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]]) -> float:
+    def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]], H: Array) -> float:
         """Return the variance of block scores of the last effect's columns over the expected one; see `Gram.scatter`.
 
-        The numbers r are those with the effect on: where it explains them, its scores scatter by chance alone.
+        The numbers r are those with the effect on: where it explains them, its scores scatter by chance alone. H: 1 and
+        the product of the columns.
         """
         if not self.effects:
             return 1.0
         count = len(self.effects[-1].scale)
         rest = len(x) - count
         if count:
-            own = [each[:, rest:] for each in J]
+            own, B = [each[:, rest:] for each in J], H[:rest, rest:]
         else:
             off = [self._residual(k, x, self.effects[:-1]) for k in range(len(r))]
             own = [(a - b)[:, None].astype(np.float32) for a, b in zip(r, off, strict=True)]
-        A = sum((each[:, :rest].T @ each[:, :rest] for each in J), np.zeros((rest, rest))) + np.eye(rest)
-        B = sum((a[:, :rest].T @ b for a, b in zip(J, own, strict=True)), np.zeros((rest, own[0].shape[1])))
-        shadow = np.linalg.solve(A, B)
+            B = np.asarray(sum(a.T @ b for a, b in zip(J, own, strict=True)))
+        shadow = np.linalg.solve(H[:rest, :rest], B).astype(np.float32)
         width = round(rules.BLOCK / self.screen.runs[0].log.period) * self.screen.residual(0).shape[1]
         scores, squares = [], []
         for a, b, residual in zip(J, own, r, strict=True):
