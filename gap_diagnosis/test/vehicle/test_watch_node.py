@@ -42,6 +42,7 @@ class Told:
     def __init__(self, *_: Any) -> None:
         self.words = "losses"
         self.time, self.pieces, self.alarms, self.begun = 0.0, list[VehicleLog](), list[Alarm](), 0
+        self.stuck = dict[str, str]()
 
     def step(self, piece: VehicleLog) -> list[Alarm]:
         self.time += piece.duration
@@ -139,6 +140,14 @@ def test_a_silent_throttle_is_named_while_the_others_are_watched(scene: Scene) -
     assert scene.looked(4)
     assert scene.said("thruster 4: no throttle, counts as zero")
     assert scene.watch.pieces[-1].throttles[-1] == pytest.approx([1.0, 2.0, 3.0, 4.0, 0.0, 6.0])
+
+
+def test_a_sensor_that_tells_nothing_new_is_said_beside_a_silent_throttle(scene: Scene) -> None:
+    scene.watch.stuck = {"depth": "depth: nothing new for 7 s; it is left out"}
+    scene.sail(0, 60)
+    assert scene.said("depth: nothing new for 7 s; it is left out")
+    scene.sail(60, 190, speaking=(0, 1, 2, 3, 5))
+    assert scene.said("thruster 4: no throttle, counts as zero; depth: nothing new for 7 s; it is left out")
 
 
 def test_without_any_throttle_nothing_is_watched_and_all_begins_anew(scene: Scene) -> None:
