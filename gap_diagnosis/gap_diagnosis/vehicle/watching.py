@@ -131,9 +131,9 @@ class Watch:
 
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
-        stuck = len(self._stuck.since)
+        stuck = set(self._stuck.since)
         log = self._stuck.step(self._conventions.read(log), self.time)
-        if len(self._stuck.since) > stuck:  # what filters made of such readings is no evidence
+        if self._stuck.since.keys() - stuck:  # what filters made of such readings is no evidence
             self._disbelieve()
         self._know_jumps()
         for jump in self._jumps:

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,6 +23,7 @@ from rov_sim.vehicle.settings import vehicle_settings
 from rov_sim.vehicle.truth import at_rest
 from run_bag import write_run
 from thruster_model.effects.effect import Suspected
+from thruster_model.effects.stages import LIBRARY
 
 MODEL = load_model("ngs")
 BLIND = dict.fromkeys(("attitude", "gyro", "accelerometer", "depth", "velocity", "tachometer", "battery"), False)
@@ -88,16 +90,28 @@ def test_an_effect_that_is_suspected_by_what_is_no_size_of_it_is_refused() -> No
         )
 
 
-def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range() -> None:
-    found = [h for h in hypotheses(MODEL, BLIND) if h.effect == "cavitation" and h.thruster == 2]
-    onset = described("cavitation").parameters[1]
-    assert len(found) > 3 and len({h.error for h in found}) == 1
+@pytest.mark.parametrize(("effect", "values", "beside"), [("cavitation", 5, -2.0), ("brake_asymmetry", 2, -0.1)])
+def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range(
+    effect: str, values: int, beside: float
+) -> None:
+    found = [h for h in hypotheses(MODEL, BLIND) if h.effect == effect and h.thruster == 2]
+    onset = described(effect).parameters[1]
+    assert len(found) == values and len({h.error for h in found}) == 1
     biases = [h for h in hypotheses(MODEL, dict.fromkeys(BLIND, True)) if h.effect == "imu_bias" and h.axis == "x"]
     assert len({h.place for h in biases}) == 1 and len({h.error for h in biases}) == 2
     for h in found:
         assert h.parameters == ("share", "onset")
-        assert h.active((0.3, -2.0)).sizes == {"share": 0.3, "onset": h.about[1] - 2.0}
+        assert h.active((0.3, beside)).sizes == {"share": 0.3, "onset": h.about[1] + beside}
         assert [h.active((0.3, far)).sizes["onset"] for far in (-1e3, 1e3)] == [onset.lower, onset.upper]
+
+
+@pytest.mark.parametrize(
+    "effect", [e for e in (*LIBRARY.values(), *VEHICLE_LIBRARY.values()) if e.suspected], ids=lambda e: e.id
+)
+def test_no_effect_is_looked_for_with_a_number_of_its_form_fixed(effect: Any) -> None:
+    for suspected in effect.suspected:
+        formed = {p.name for p in effect.parameters if p.neutral not in (None, 0.0) and np.isfinite(p.neutral)}
+        assert formed - {effect.parameters[0].name} <= set(suspected.sizes) | set(suspected.fixed)
 
 
 def test_cavitation_is_found_with_the_speed_at_which_it_begins(tmp_path: Path) -> None:

@@ -55,5 +55,8 @@ EFFECT = Effect(
     "while a < w k_n |n|, what it adds is s a / w",
     hooks={"rotor": rotor, "step": step},
     order=1,
-    suspected=(Suspected(sizes={"share": (0.4, 0.1)}),),
+    suspected=tuple(
+        Suspected(sizes={"share": (0.4, 0.1), "onset": (0.3 * onset, 0.1 * onset)}, about={"onset": onset})
+        for onset in (1.0, 0.4)
+    ),
 )
