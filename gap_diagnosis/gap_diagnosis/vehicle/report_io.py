@@ -126,7 +126,7 @@ def _add_budget(report: Report, budget: dict[str, Any], whose: str) -> None:
 
 
 def _percent(share: float) -> str:
-    return f"{100 * share:.0f} %"
+    return f"{100 * share:z.0f} %"
 
 
 def _add_next(report: Report, planned: dict[str, Any]) -> None:
@@ -181,7 +181,7 @@ def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
         places: dict[tuple[float, float], list[int]] = {}
         for i, t in enumerate(vehicle.layout):
             places.setdefault((round(t.position[right], 2), round(t.position[up], 2)), []).append(i)
-        for i, t in enumerate(vehicle.layout):
+        for i, t in sorted(enumerate(vehicle.layout), key=lambda each: each[0] in suspects):  # those on top
             together = places[round(t.position[right], 2), round(t.position[up], 2)]
             colour = _SUSPECT if i in suspects else _CALM
             x, y = shift + t.position[right], t.position[up] * (1.0 if view == "above" else -1.0)
