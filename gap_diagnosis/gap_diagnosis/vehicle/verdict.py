@@ -38,6 +38,25 @@ class Claim:
     rivals: tuple[tuple[float, Hypothesis], ...]
     nameless: tuple[tuple[float, Key], ...] = ()
 
+    @property
+    def words(self) -> str:
+        """It in sentences, with its sizes and what cannot be told from it."""
+        h = self.refined.hypothesis
+        sizes = ", ".join(
+            sized(p, s, d, h.units[p])
+            for p, s, d in zip(h.parameters, self.refined.told, self.refined.deviations, strict=True)
+            if not h.switch  # it is, or it is not
+        )
+        says = [f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {self.probability:.2f})."]
+        if self.refined.at_the_end:
+            says.append(f"That {h.parameters[0]} is the end of the range that is searched: its form may be another.")
+        alike = [rival.words for _, rival in self.rivals[:4]]
+        if self.nameless:
+            alike.append(f"something that {_acts(self.nameless[0][1])} and is in no library")
+        if alike:
+            says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
+        return " ".join(says)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
@@ -256,19 +275,7 @@ def _summary(
         key, moved, _ = max(shifted, key=lambda row: abs(row[1]), default=(("",), 0.0, 0.0))
         if abs(moved) > rules.HELD:
             says.append(f"It needs {words_of(key)} to be {moved:+.0f} deviations from what is stated.")
-    for claim in claims:
-        h = claim.refined.hypothesis
-        sizes = ", ".join(
-            sized(p, s, d, h.units[p])
-            for p, s, d in zip(h.parameters, claim.refined.told, claim.refined.deviations, strict=True)
-            if not h.switch  # it is, or it is not
-        )
-        says.append(f"{h.words[0].upper()}{h.words[1:]}{': ' + sizes if sizes else ''} (p {claim.probability:.2f}).")
-        alike = [rival.words for _, rival in claim.rivals[:4]]
-        if claim.nameless:
-            alike.append(f"something that {_acts(claim.nameless[0][1])} and is in no library")
-        if alike:
-            says.append(f"These recordings cannot tell it from {', '.join(alike)}.")
+    says += [claim.words for claim in claims]
     says += [each.sentence for each in logged]
     if name == "no_gap":
         says.append("The model as it is stated explains the recordings.")

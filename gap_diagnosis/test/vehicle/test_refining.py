@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
-from gap_diagnosis.vehicle.refining import Problem
+from gap_diagnosis.vehicle.refining import Problem, Refined
+from gap_diagnosis.vehicle.verdict import Claim
 
 RNG = np.random.default_rng(3)
 BASIS, NOISE = RNG.normal(size=(4000, 1)), RNG.normal(size=(4000, 1))
@@ -147,3 +148,11 @@ def test_what_a_sensor_is_off_is_all_the_effects_where_that_is_on() -> None:
     for effects, left in (((), 2.0), ((beside,), 2.0), ((askew,), 0.0)):
         problem = Problem(screen=Bilinear(), nuisances={key: 0.0075}, effects=effects)  # type: ignore[arg-type]
         assert problem.held(np.array([2.0, *(0.5 for _ in effects)]))[0] == left
+
+
+@pytest.mark.parametrize(("size", "most", "told"), [(0.8, 0.8, True), (0.79, 0.8, False), (1.0, 1.0, False)])
+def test_a_size_at_the_end_of_its_range_is_said_to_be_there(size: float, most: float, told: bool) -> None:
+    found = Refined(hypothesis=replace(LOSS, upper=(most,)), sizes=(size,), deviations=(0.01,))
+    words = Claim(refined=found, probability=0.996, group=1.0, rivals=()).words
+    assert words.startswith(f"Loss of thrust at all speeds of thruster 0: share {size:.3g} ± 0.01 (p 1.00).")
+    assert ("That share is the end of the range that is searched" in words) == told
