@@ -77,7 +77,7 @@ def test_an_imu_and_a_velocity_log_that_are_both_turned_are_read_aright(log: Veh
 
 
 def test_a_velocity_log_between_right_angles_is_said_to_be_turned_by_about_one(log: VehicleLog) -> None:
-    between = Rotation.from_euler("z", 50.0, degrees=True).as_matrix()
+    between = Rotation.from_euler("z", 60.0, degrees=True).as_matrix()
     found = conventions_of(MODEL, [velocity_mounted(log, between.T)])
     assert found.velocity.turned
     told = " ".join(found.sentences)
