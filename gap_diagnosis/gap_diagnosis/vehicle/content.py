@@ -25,10 +25,10 @@ _AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def place_of(h: Hypothesis) -> dict[str, Any]:
-    """Return identifier and place of a hypothesis."""
+    """Return identifier and place of a hypothesis, and its name in words."""
     return {
         "id": h.effect, "thruster": h.thruster, "other": h.other, "axis": h.axis,
-        "sensor": h.sensor or h.read_by or None, "kind": h.kind,
+        "sensor": h.sensor or h.read_by or None, "kind": h.kind, "words": h.words,
     }  # fmt: skip
 
 
@@ -48,7 +48,6 @@ def _effect(claim: Claim, shrink: Share | None, told: Errors | None) -> dict[str
         **place_of(h),
         "channel": None,
         "class": _class(h, shrink, told),
-        "words": h.words,
         "probability": round(claim.probability, 4),
         "group_probability": round(claim.group, 4),
         "parameters": {n: {"value": s, "std": d, "unit": h.units[n]} for n, s, d in rows},

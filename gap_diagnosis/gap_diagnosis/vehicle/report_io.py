@@ -36,7 +36,7 @@ def report_of(
         rows = []
         for e in content["effects"]:
             sizes = "; ".join(sized(n, p["value"], p["std"], p["unit"]) for n, p in e["parameters"].items())
-            near = ", ".join(f"{r['id']} ({r['probability']:.2f})" for r in e["indistinguishable_from"]) or "none"
+            near = ", ".join(f"{r['words']} ({r['probability']:.2f})" for r in e["indistinguishable_from"]) or "none"
             rows.append([e["words"], e["probability"], sizes or "on", _closes(e), near])
         report.table(
             ["effect", Column(name="probability", format=".2f"), "size", "closes of the gap", "cannot be told from"],
@@ -47,7 +47,7 @@ def report_of(
         some = content["candidates"][:10]
         report.figure(
             bars(
-                [_named(c) for c in some], [Bars(name="probability", value=[c["probability"] for c in some])],
+                [c["words"] for c in some], [Bars(name="probability", value=[c["probability"] for c in some])],
                 quantity=Axis(name="probability of one more effect", unit="1"),
             ),
             caption="What else was nearest.", alt="Probabilities of the next best effects, each alone.",
@@ -79,7 +79,7 @@ def report_of(
     if content["hidden"]:
         report.table(
             ["effect", Column(name="least size that would be claimed"), "unit"],
-            [[_named(h), h["least"], h["unit"]] for h in content["hidden"][:40]],
+            [[h["words"], h["least"], h["unit"]] for h in content["hidden"][:40]],
             caption="Effects whose whole range these sensors and this excitation leave in the dark.",
         )  # fmt: skip
     if content["next_experiment"]:
@@ -116,7 +116,7 @@ def _add_budget(report: Report, budget: dict[str, Any], whose: str) -> None:
         alt="; ".join(f"{label} {size:.2f}" for label, size in zip(labels, sizes, strict=True)),
     )  # fmt: skip
     rows = [["re-tuned numbers", budget["parameters"]]]
-    rows += [[_named(cause), cause] for cause in budget["causes"] if "share" in cause]
+    rows += [[cause["words"], cause] for cause in budget["causes"] if "share" in cause]
     rows.append(["nothing that has a name", budget["unexplained"]])
     report.table(
         ["cause", "share of the squared gap", "90 % interval"],
@@ -147,7 +147,7 @@ def _add_next(report: Report, planned: dict[str, Any]) -> None:
             ["candidates", Column(name="distance with it", unit="σ", format=".1f"),
              Column(name="in these recordings", unit="σ", format=".1f")],
             [
-                [" against ".join(_named(c) for c in each["candidates"]), each["distance"], each["distance_now"]]
+                [" against ".join(c["words"] for c in each["candidates"]), each["distance"], each["distance_now"]]
                 for each in planned["separates"]
             ],
             caption="How far apart candidates are, numbers re-tuned; from 5 σ they are told apart.",
@@ -161,14 +161,6 @@ def _closes(effect: dict[str, Any]) -> str:
     if low < 0.0:
         return "nothing that is sure: numbers far beyond their deviations do as well"
     return f"{100 * effect['shrink']:.0f} % ({100 * low:.0f} to {100 * high:.0f} %)"
-
-
-def _named(entry: dict[str, Any]) -> str:
-    parts = [entry["id"].replace("_", " ")]
-    parts += [f"thruster {entry['thruster']}"] if entry["thruster"] is not None else []
-    parts += [f"and {entry['other']}"] if entry["other"] is not None else []
-    parts += [str(entry[k]).replace("_", " ") for k in ("axis", "kind") if entry[k]]
-    return " ".join(parts)
 
 
 def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
