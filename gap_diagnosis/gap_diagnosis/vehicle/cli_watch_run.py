@@ -43,16 +43,16 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     if learned.doubt:
         print(learned.doubt)
-    piece, stuck = max(round(1.0 / log.period), 1), dict[str, str]()
+    piece, stuck = max(round(1.0 / log.period), 1), set[str]()
     for first in range(0, log.count - piece + 1, piece):
-        alarms = watch.step(log.part(first, first + piece))
-        for alarm in alarms[:1]:
+        for alarm in watch.step(log.part(first, first + piece))[:1]:
             if alarm.name not in told:
                 told.add(alarm.name)
                 print(f"{watch.time:.1f} s: {alarm.words} (log ratio {alarm.log_ratio:.0f})")
-        for words in (words for name, words in watch.stuck.items() if name not in stuck):
-            print(f"{watch.time:.1f} s: {words}")
-        stuck = watch.stuck
+        for name, words in watch.stuck.items():
+            if name not in stuck:
+                print(f"{watch.time:.1f} s: {words}")
+        stuck = set(watch.stuck)
     print(f"{log.duration:.0f} s watched, {len(told)} alarms; false alarms [1/h]: {stated_rate(given.threshold)}")
     return 0
 

@@ -19,7 +19,7 @@ from gap_diagnosis.vehicle.wiring import Wiring, wiring_of
 __all__ = ["Conventions", "conventions_of"]
 
 Array = NDArray[np.float64]
-ONLY_RIGHT_ANGLES = (
+_ONLY_RIGHT_ANGLES = (
     "Only right angles are tried, so axes are about these: another angle is stated as `rotation` in the sensors' file."
 )
 
@@ -77,7 +77,7 @@ class Conventions:
     def turned(self) -> tuple[str, ...]:
         """A sentence for each sensor that is, and one on what else it may be."""
         found = (*self.imu.words("IMU"), *self.velocity.words("velocity log"))
-        return (*found, ONLY_RIGHT_ANGLES) if found else ()
+        return (*found, _ONLY_RIGHT_ANGLES) if found else ()
 
     @property
     def sentences(self) -> tuple[str, ...]:

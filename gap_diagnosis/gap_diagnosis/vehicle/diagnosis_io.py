@@ -65,7 +65,8 @@ def diagnosed(
 ) -> Diagnosed:  # fmt: skip
     """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed."""
     conventions = conventions_of(model, logs)
-    for sentence in (*fewer_throttles(logs), *conventions.sentences):
+    asked = fewer_throttles(logs)
+    for sentence in (*asked, *conventions.sentences):
         told(sentence)
     logs = [conventions.read(log) for log in logs]
     found = search(model, logs, told, only)
@@ -73,7 +74,7 @@ def diagnosed(
     horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
     errors = left_out_errors(found, horizons)
     verdict = judged(found, logs, errors)
-    verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary, *fewer_throttles(logs))))
+    verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary, *asked)))
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)

@@ -144,9 +144,8 @@ class VehicleWatch(Node):
             return
         alarms = self._watch.step(piece)
         if not alarms:
-            without = [*self._watch.stuck.values()]
-            if silent:
-                without.insert(0, f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero")
+            without = [f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero"] if silent else []
+            without += self._watch.stuck.values()
             self._diagnostics.report("warn" if without else "ok", "; ".join(without) or "well", self._values())
             return
         self._diagnostics.report("error", alarms[0].words, self._values(alarms))

@@ -111,7 +111,7 @@ def test_where_an_effect_begins_is_fitted_about_several_values_within_its_range(
 def test_no_effect_is_looked_for_with_a_number_of_its_form_fixed(effect: Any) -> None:
     for suspected in effect.suspected:
         formed = {p.name for p in effect.parameters if p.neutral not in (None, 0.0) and np.isfinite(p.neutral)}
-        assert formed - {effect.parameters[0].name} <= set(suspected.sizes) | set(suspected.fixed)
+        assert formed - {effect.parameters[0].name} <= set(suspected.sizes)
 
 
 def test_cavitation_is_found_with_the_speed_at_which_it_begins(tmp_path: Path) -> None:

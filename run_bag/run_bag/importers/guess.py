@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -174,14 +175,21 @@ def _nobody_fills(proposed: Sequence[_Found]) -> set[str]:
     return {each.name for own in parts.values() if all(_is_0(e.source, e.name) for e in own) for each in own}
 
 
-def _is_0(source: Source, name: str) -> bool:
+@lru_cache(maxsize=4096)  # more fields than the largest logs have
+def _span(source: Source, name: str) -> tuple[int, float, float] | None:
+    """Return how many numbers a column or field has, the least and the largest; None: none. It is read once."""
     values = values_of(source, name)
-    return values is not None and not np.nan_to_num(values).any()
+    return None if values is None else (int(np.isfinite(values).sum()), np.nanmin(values), np.nanmax(values))
+
+
+def _is_0(source: Source, name: str) -> bool:
+    span = _span(source, name)
+    return span is not None and span[1] == span[2] == 0.0
 
 
 def _never_changes(source: Source, name: str) -> bool:
-    values = values_of(source, name)
-    return values is None or float(np.nanmin(values)) == float(np.nanmax(values))
+    span = _span(source, name)
+    return span is None or span[1] == span[2]
 
 
 def _commands(fields: Sequence[tuple[Source, str]]) -> list[_Found]:
@@ -396,12 +404,12 @@ def _clock_in(source: CsvSource, clock: str) -> str:
 
 
 def _seen(source: Source, name: str) -> str:
-    values = values_of(source, name)
-    if values is None:
+    span = _span(source, name)
+    if span is None:
         return " no numbers"
-    unit, count, low, high = source.unit(name), np.isfinite(values).sum(), np.nanmin(values), np.nanmax(values)
-    span = f"always {low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
-    return f" {span}{' ' + unit if unit not in ('', '1') else ''}, {count} samples"
+    unit, (count, low, high) = source.unit(name), span
+    told = f"always {low:.4g}" if low == high else f"{low:.4g} to {high:.4g}"
+    return f" {told}{' ' + unit if unit not in ('', '1') else ''}, {count} samples"
 
 
 def _quoted(text: str) -> str:

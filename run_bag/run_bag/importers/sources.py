@@ -37,6 +37,9 @@ class Source(Protocol):
 
     path: Path
 
+    def __hash__(self) -> int:
+        """Return a hash: what was read of it is kept."""
+
     def names(self) -> list[str]:
         """Return the columns or fields, as a map names them."""
 
