@@ -9,7 +9,7 @@ from .guessed_depth import WHICH_WATER, depth_of_pressure
 
 __all__ = [
     "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType",
-    "Rule",
+    "Rule", "quoted",
 ]  # fmt: skip
 
 
@@ -191,3 +191,9 @@ UNTOLD = re.compile(
     r"covariance\[|(^|\.)layout\.|\.variance$|(^|\.)header\.|^(FMTU|UNIT|MULT)\.|\.time_(usec|boot_ms)$"
 )
 """Fields of messages that no channel holds: nobody looks for them among what was not recognised."""
+
+
+def quoted(text: str) -> str:
+    """Return a text as YAML that is read back as that text."""
+    plain = re.fullmatch(r"[A-Za-z_/][\w./ ^-]*[\w]|[A-Za-z_/]", text) and text.lower() not in ("null", "true", "false")
+    return text if plain else "'" + " ".join(text.split()).replace("'", "''") + "'"

@@ -7,15 +7,15 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ..errors import RunError
 from .column_names import bare_name, called_time
 from .conversions import conversion
 from .csv_source import CsvSource
 from .guessed_units import Guessed, guessed_time_unit
-from .recording_map import ASKED, Entry, Mapped
-from .sources import Array, Source
+from .guessed_values import values_of
+from .recording_map import ASKED
+from .sources import Source
 
-__all__ = ["clock_of", "is_time", "own_times", "time_of", "unit_of_time", "values_of"]
+__all__ = ["clock_in", "clock_of", "is_time", "own_times", "time_of", "unit_of_time"]
 
 _OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 """The time of the columns that follow it: t_cmd, cmd_ms."""
@@ -39,11 +39,16 @@ def own_times(table: CsvSource) -> list[str]:
     return found if len(found) > 1 and not any(is_time(table, name) for name in table.names()) else []
 
 
-def time_of(table: CsvSource, name: str) -> str:
-    """Return the column of time of a column, "" where it is the table's."""
+def clock_in(table: CsvSource, clock: str) -> str:
+    """Return the column of time of a table: that of most tables, or its own; "" where none is seen."""
+    return clock if not clock or clock in table.names() else (clock_of([table]) or (table, ""))[1]
+
+
+def time_of(table: CsvSource, name: str, clock: str) -> str:
+    """Return the column of time of a column: one of its own, or the table's, see `clock_in`."""
     names, own = table.names(), own_times(table)
     before = [each for each in own if names.index(each) < names.index(name)]
-    return before[-1] if before and before[-1] != own[0] else ""
+    return before[-1] if before and before[-1] != own[0] else clock_in(table, clock)
 
 
 def unit_of_time(table: CsvSource, name: str) -> Guessed:
@@ -75,20 +80,3 @@ def _never_falls(table: CsvSource, name: str) -> bool:
     values = values_of(table, name)
     steps = np.zeros(0) if values is None else np.diff(values[np.isfinite(values)])
     return bool(np.all(steps >= 0.0) and np.any(steps > 0.0))
-
-
-def values_of(source: Source, name: str) -> Array | None:
-    """Return the values of a column or field, None where they are no numbers."""
-    try:
-        if isinstance(source, CsvSource):
-            index = source.names().index(name)
-            values = source.numbers(index, source.marks(index))
-        else:
-            own = Entry(channel=name, topic="", type="", path="", unit="")
-            entry = Mapped(**vars(own), column=name, is_field=True)
-            if not source.has(entry):
-                return None
-            values = source.series(entry).values
-    except RunError:
-        return None
-    return values if np.isfinite(values).any() else None

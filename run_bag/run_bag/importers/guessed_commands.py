@@ -17,12 +17,12 @@ from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import spelled
 from .csv_source import CsvSource
-from .guessed_clock import values_of
 from .guessed_names import numbered
 from .guessed_units import named_units, pulses
+from .guessed_values import moves, values_of
 from .sources import Source
 
-__all__ = ["Alike", "alike_commands", "moves"]
+__all__ = ["Alike", "alike_commands"]
 
 _STICKS = ("mavros_msgs/msg/RCIn", "sensor_msgs/msg/Joy")
 """What a pilot moves: no command of several thrusters, but one stick may be that of a bench."""
@@ -77,12 +77,6 @@ def _used(group: list[Alike]) -> list[Alike]:
 
 def _type_of(each: Alike) -> str:
     return each.source.types.get(each.name.partition(".")[0], "") if isinstance(each.source, BagSource) else ""
-
-
-def moves(source: Source, name: str) -> bool:
-    """Tell whether a field ever changes."""
-    values = values_of(source, name)
-    return values is not None and bool(np.nanmin(values) < np.nanmax(values))
 
 
 def _tells_a_command(source: Source, name: str, stem: str) -> str:

@@ -1,0 +1,262 @@
+"""Which channel each column or field of a recording likely is, by its name, unit, values or what is beside it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
+
+from ..known_topics import topic_type
+from ..units import unit_of
+from .axes import ANGLES, PARTS, unit_in_map
+from .bag_source import BagSource
+from .column_names import bare_name, without_unit
+from .conversions import conversion, spelled
+from .csv_source import CsvSource
+from .guess_rules import BY_UNIT, LOGS, OF_BENCH, OF_TYPE, THRUSTER, VEHICLE, WHOSE_ATTITUDE, OfType, Rule, quoted
+from .guessed_clock import clock_in, is_time, own_times, time_of
+from .guessed_commands import alike_commands
+from .guessed_depth import WHICH_WATER, depths_of_pressures
+from .guessed_names import beside, numbered, told_units, told_words, without_suffix
+from .guessed_units import fits, named_units
+from .guessed_values import is_0, moves, values_of
+from .log_source import LogSource
+from .sources import Source
+
+__all__ = ["Found", "channels_in", "ours_of"]
+
+
+class Found(NamedTuple):
+    """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign;
+    entry: its unit and what belongs to it, where nothing is left to guess; why: what else than its name says so."""
+
+    channel: str
+    source: Source
+    name: str
+    usual: str = ""
+    sign: int = 1
+    entry: str = ""
+    why: str = ""
+
+    @property
+    def topic(self) -> str:
+        return self.channel.partition(".")[0]
+
+    @property
+    def is_command(self) -> bool:
+        return self.channel.endswith(".commanded")
+
+    @property
+    def group(self) -> str:
+        """The vector or attitude of which it is a part: their unit is one."""
+        head, _, part = self.channel.rpartition(".")
+        return head if self.topic.startswith("rov/") and part in (*PARTS, *ANGLES) else self.channel
+
+
+def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], list[tuple[Source, str]]]:
+    """Return the likely channels of sources, and the columns and fields that none of them is.
+
+    clock: the column of time of most tables, "" where none is seen.
+    """
+    found: dict[str, Found] = {}
+    of_topic: dict[str, str] = {}
+    left: list[tuple[Source, str]] = []
+    vehicle = any(map(_of_vehicle, sources))
+    for source in sources:
+        rules, types = _rules(source, vehicle=vehicle)
+        times: set[str] = set()
+        if isinstance(source, CsvSource):
+            named = (name for name in source.names() if is_time(source, name))
+            times = {clock_in(source, clock), *own_times(source), *named}
+        proposed = {name: _propose(source, name, rules, types) for name in _in_order(source) if name not in times}
+        unfilled = _nobody_fills([each for each in proposed.values() if each])
+        for name, each in proposed.items():
+            topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
+            if (
+                each is None
+                or each.channel in found
+                or name in unfilled
+                or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
+            ):
+                left.append((source, name))
+            else:
+                found[each.channel] = each
+    for each in [*_parted(found.values()), *_behind_the_last(found.values())]:
+        del found[each.channel]
+        left.append((each.source, each.name))
+    columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
+    fields = [(source, name) for source, name in left if not isinstance(source, LogSource)]
+    unnamed = [] if any(each.is_command for each in found.values()) else _commands(fields)
+    for each in [*unnamed, *(_by_pressure(columns) if vehicle else _by_unit(columns))]:
+        if each.channel not in found and (each.source, each.name) in left:
+            found[each.channel] = each
+            left.remove((each.source, each.name))
+    for each in _attitude_apart(found.values(), clock):
+        found[each.channel] = each._replace(why=WHOSE_ATTITUDE)
+    return list(found.values()), left
+
+
+def _parted(found: Iterable[Found]) -> list[Found]:
+    """Return parts of attitudes that make none: without the others, or angles beside a quaternion."""
+    parts: dict[str, dict[str, Found]] = {}
+    for each in found:
+        head, _, part = each.channel.rpartition(".")
+        if head.endswith("orientation"):
+            parts.setdefault(head, {})[part] = each
+    return [
+        each
+        for own in parts.values()
+        for kept in [next((names for names in (PARTS, ANGLES) if set(names) <= set(own)), ())]
+        for part, each in own.items()
+        if part not in kept
+    ]
+
+
+def _attitude_apart(found: Iterable[Found], clock: str) -> list[Found]:
+    """Return the parts of an attitude in tables that has another time than the gyro: it may not be the IMU's."""
+    places: dict[str, list[tuple[Any, Found]]] = {"rov/imu.orientation": [], "rov/imu.angular_velocity": []}
+    for each in found:
+        if each.group in places and isinstance(each.source, CsvSource):
+            places[each.group].append(((each.source.path, time_of(each.source, each.name, clock)), each))
+    attitude, gyro = places.values()
+    return [each for place, each in attitude if gyro and place not in [other for other, _ in gyro]]
+
+
+def _behind_the_last(found: Iterable[Found]) -> list[Found]:
+    """Return a log's outputs behind the last one that ever moves: it has more of them than there are thrusters."""
+    commands = [e for e in found if isinstance(e.source, LogSource) and e.is_command]
+    moving = [k for k, e in enumerate(commands) if moves(e.source, e.name)]
+    return commands[max(moving, default=-1) + 1 :]
+
+
+def _nobody_fills(proposed: Sequence[Found]) -> set[str]:
+    """Return the fields of a bag or log that are 0 in all messages, as where nothing is measured. Commands may be, and
+    a part of a vector."""
+    parts: dict[tuple[str, str], list[Found]] = {}
+    for each in proposed:
+        if not (each.is_command or each.entry or isinstance(each.source, CsvSource)):
+            parts.setdefault((each.name.partition(".")[0], each.group), []).append(each)
+    return {each.name for own in parts.values() if all(is_0(e.source, e.name) for e in own) for each in own}
+
+
+def _commands(fields: Sequence[tuple[Source, str]]) -> list[Found]:
+    """Return commands of several thrusters that their units or values tell."""
+    return [
+        Found(
+            f"thruster_{each.thruster}/throttle.commanded",
+            each.source,
+            each.name,
+            why=f" by its {each.told} alone: is it?",
+        )
+        for each in alike_commands(fields)
+    ]
+
+
+def _by_pressure(columns: Sequence[tuple[CsvSource, str]]) -> list[Found]:
+    """Return the depth as pressures tell it."""
+    return [
+        Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
+        for source, name, entry in depths_of_pressures(columns)
+    ]
+
+
+def _by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[Found]:
+    """Return channels of a thruster that the unit of one column alone, stated or in its name, leaves no doubt about."""
+    found: dict[str, list[Found]] = {}
+    for source, name in columns:
+        unit = source.unit(name) or ["", *named_units(name)][-1]
+        channel = next((c for ours, c in BY_UNIT.items() if unit and conversion(spelled(unit), ours) is not None), "")
+        if channel and values_of(source, name) is not None:
+            each = Found(channel.format(i=0), source, name, why=" by its unit alone: is it?")
+            found.setdefault(each.channel, []).append(each)
+    return [each for (each, *others) in found.values() if not others]
+
+
+def _rules(source: Source, *, vehicle: bool) -> tuple[tuple[Rule, ...], tuple[OfType, ...]]:
+    """Return the rules of names and those of types for a source."""
+    if isinstance(source, LogSource):
+        return LOGS, ()
+    return ((*LOGS, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*LOGS, *THRUSTER), (*OF_BENCH, *OF_TYPE))
+
+
+def _in_order(source: Source) -> list[str]:
+    """Return the names of a source; of a log those first that go before others of their channel."""
+    if not isinstance(source, LogSource):
+        return source.names()
+    ranks = {name: [k for k, rule in enumerate(LOGS) if re.fullmatch(rule.names, name)] for name in source.names()}
+    return sorted(ranks, key=lambda name: (not ranks[name], ranks[name]))
+
+
+def _of_vehicle(source: Source) -> bool:
+    """Tell whether a table has several thrusters, or a gyro, and a bag messages of an IMU."""
+    if isinstance(source, BagSource):
+        return bool({"sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry"} & set(source.types.values()))
+    if not isinstance(source, CsvSource):
+        return False
+    found = {name: _propose(source, name, THRUSTER) for name in source.names()}
+    commands = {each.channel for each in found.values() if each and each.is_command}
+    gyro = [rule for rule in VEHICLE if "angular_velocity" in rule.channel]
+    unnamed = [] if commands else _commands([(source, name) for name, each in found.items() if each is None])
+    return len(commands) > 1 or bool(unnamed) or any(_propose(source, name, gyro) for name in source.names())
+
+
+def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[OfType] = ()) -> Found | None:
+    """Return the channel that a name suggests."""
+    table = isinstance(source, CsvSource)
+    if not table:
+        topic, _, path = name.partition(".")
+        if topic_type(topic) is not None and (unit := unit_of(str(topic_type(topic)), path, topic)):
+            return Found(name, source, name, entry=f"unit: {quoted(unit)}")
+        kind = source.types.get(topic, "") if isinstance(source, BagSource) else ""
+        typed = [each for each in types if re.fullmatch(each.types, kind)]
+        for each in typed:
+            match = re.fullmatch(each.path, path)
+            if match and re.search(each.topics, topic):
+                channel = each.channel.format(path=path, **match.groupdict())
+                return Found(channel, source, name, each.unit, entry=each.entry, why=each.why)
+        if typed:
+            return None
+    whole = (without_unit(name) if table else name.strip()).replace(" ", "_")
+    bare = bare_name(name) if table else whole
+    tail = re.split("[./]", whole)[-1]
+    # a number alone has its name from its topic
+    of_topic = [whole.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
+    words, wanted = told_words(tail) if table else ([], False)
+    stem, number = numbered(bare, source.names()) if table else (tail, 0)
+    units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
+    last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
+    # the whole name first, then what is behind its last dot or slash; single words only where no rule knows these
+    for candidates, known in (
+        ((whole, bare, without_suffix(bare)), rules),
+        ((stem, without_suffix(stem)), rules),
+        ((tail, without_suffix(tail), *of_topic), rules),
+        ((last, without_suffix(last)), rules),
+        (words, [rule for rule in rules if not rule.alone and (not wanted or rule.channel.endswith(".commanded"))]),
+    ):
+        for rule in known:
+            spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
+            for candidate in candidates:
+                match = re.fullmatch(rule.names, candidate, spelling)
+                channel = _channel(rule, match, number) if match else ""
+                known_units = not units or any(_may_be_in(channel, unit) for unit in units)
+                if match and known_units and (not rule.together or set(rule.together) <= beside(source, name)):
+                    return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why)
+    return None
+
+
+def _may_be_in(channel: str, unit: str) -> bool:
+    return fits(unit, ours_of(channel), command=channel.endswith(".commanded"))
+
+
+def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:
+    groups = {key.rstrip("2"): value.lower() for key, value in match.groupdict().items() if value is not None}
+    number = rule.first + (int(groups["one"]) - 1 if "one" in groups else int(groups.get("zero", thruster)))
+    (last, *_) = [key for key in groups if key not in ("axis", "angle", "part")] or [""]  # (?P<x>surge): axis x
+    own = {key: groups.get(key, last) for key in ("axis", "angle", "part")}
+    return rule.channel.format(i=number, **own)
+
+
+def ours_of(channel: str) -> str:
+    """Return the unit of a channel."""
+    topic, _, path = channel.partition(".")
+    return unit_in_map(str(topic_type(topic)), path, topic)

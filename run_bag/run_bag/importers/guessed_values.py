@@ -1,0 +1,59 @@
+"""What a column or field of a recording holds, for a proposal of a map: read once for whatever is asked of it."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ..errors import RunError
+from .csv_source import CsvSource
+from .recording_map import Entry, Mapped
+from .sources import Array, Source
+
+__all__ = ["Span", "is_0", "moves", "span_of", "values_of"]
+
+
+class Span(NamedTuple):
+    """How many numbers a column or field has, and the least and the largest of them."""
+
+    numbers: int
+    low: float
+    high: float
+
+
+def values_of(source: Source, name: str) -> Array | None:
+    """Return the values of a column or field, None where they are no numbers."""
+    try:
+        if isinstance(source, CsvSource):
+            index = source.names().index(name)
+            values = source.numbers(index, source.marks(index))
+        else:
+            own = Entry(channel=name, topic="", type="", path="", unit="")
+            entry = Mapped(**vars(own), column=name, is_field=True)
+            if not source.has(entry):
+                return None
+            values = source.series(entry).values
+    except RunError:
+        return None
+    return values if np.isfinite(values).any() else None
+
+
+@lru_cache(maxsize=4096)  # more fields than the largest logs have
+def span_of(source: Source, name: str) -> Span | None:
+    """Return the span of a column or field, None where it has no numbers."""
+    values = values_of(source, name)
+    return None if values is None else Span(int(np.isfinite(values).sum()), np.nanmin(values), np.nanmax(values))
+
+
+def is_0(source: Source, name: str) -> bool:
+    """Tell whether a column or field is never anything but 0."""
+    span = span_of(source, name)
+    return span is not None and span.low == span.high == 0.0
+
+
+def moves(source: Source, name: str) -> bool:
+    """Tell whether a column or field ever changes."""
+    span = span_of(source, name)
+    return span is not None and span.low < span.high
