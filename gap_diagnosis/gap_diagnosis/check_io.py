@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gap_diagnosis.findings import Finding
+from gap_diagnosis.findings import Finding, Kind
 from gap_diagnosis.readiness import readiness
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.stretches import stretches_of
@@ -36,17 +36,18 @@ def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0)
     """
     recordings = read_recordings(paths, thruster)  # refuses what no reader takes
     runs = [read_run(path) for path in paths]
-    found = [finding for run in runs for finding in _channels(run, thruster)]
+    found = [finding for run in runs for finding in _channels(run, parameter_set, thruster)]
     ready = readiness(stretches_of(recordings), parameter_set)  # as a diagnosis would thin them
     said = {each.sentence for each in ready}
     found += [each for run in runs for each in _advice(run, thruster) if each.sentence not in said]
     return [*found, *ready, *_fit(runs, parameter_set, thruster)]
 
 
-def _channels(run: Run, thruster: int) -> Iterable[Finding]:
+def _channels(run: Run, parameter_set: ParameterSet, thruster: int) -> Iterable[Finding]:
     """Yield a finding for each channel that matters, and for those that are missing.
 
-    One flow is enough, and torque serves its own coefficients alone: without the other ones nothing is in the way.
+    One flow is enough, and torque serves its own coefficients alone: without the other ones nothing is in the way,
+    nor without what the model does not have.
     """
     prefix = f"thruster_{thruster}"
     throttle = throttle_channel(run, prefix)
@@ -69,6 +70,7 @@ def _channels(run: Run, thruster: int) -> Iterable[Finding]:
         yield Finding(kind="good", run=run.name, about=name, sentence=told)
     flows = {names["axial"], names["ambient"]}
     spare = {names["torque"]} if flows <= set(missing) else {names["torque"], *flows}
+    spare |= {name for signal, name in names.items() if signal not in parameter_set.model.signals}
     if needed := [name for name in missing if name not in spare]:
         yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(needed))
     if others := [name for name in missing if name in spare]:
@@ -126,16 +128,21 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
     kept = Finding(kind="good" if known else "note", about="parameters that a fit would determine", sentence=told)
     signals = {signal for each in experiments for signal in each.measurements}
     others = [each for each in judged if each.status != "determined"]
-    return [kept, *(_undetermined(each, parameter_set, signals) for each in others)]
+    return [kept, *_undetermined(others, parameter_set, signals)]
 
 
-def _undetermined(each: Determination, parameter_set: ParameterSet, signals: set[str]) -> Finding:
-    """Return why a fit would not determine a parameter: no programme helps where its only sensor is missing."""
-    about, moved = f"parameter {each.name} of a fit", moved_by_parameter(parameter_set, each.name)
-    if each.status != "not excited" or not moved or moved & signals:
-        return Finding(
-            kind="good" if each.settled else "note", about=f"{about} ({each.status})", sentence=each.sentence
-        )
-    lacking = " or ".join(SIGNALS[name].title.lower() for name in SIGNALS if name in moved)
-    told = f"only {lacking} would show it; not measured"
-    return Finding(kind="good" if moved == {"torque"} else "note", about=f"{about} (no sensor)", sentence=told)
+def _undetermined(judged: Iterable[Determination], parameter_set: ParameterSet, signals: set[str]) -> Iterable[Finding]:
+    """Yield why a fit would not determine parameters: no programme helps where their only sensor is missing."""
+    unread: dict[frozenset[str], list[str]] = {}
+    for each in judged:
+        moved = moved_by_parameter(parameter_set, each.name)
+        if each.status == "not excited" and moved and not moved & signals:
+            unread.setdefault(moved, []).append(each.name)
+            continue
+        about = f"parameter {each.name} of a fit ({each.status})"
+        yield Finding(kind="good" if each.settled else "note", about=about, sentence=each.sentence)
+    for moved, parameters in unread.items():
+        lacking = " or ".join(SIGNALS[name].title.lower() for name in SIGNALS if name in moved)
+        told = f"{', '.join(parameters)}: only {lacking} would show it; not measured"
+        kind: Kind = "good" if moved == {"torque"} else "note"
+        yield Finding(kind=kind, about="parameters of a fit without a sensor", sentence=told)

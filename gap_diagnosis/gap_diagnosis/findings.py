@@ -42,5 +42,10 @@ def lines_of(found: Sequence[Finding]) -> list[str]:
         whose = "each run" if len(of) == count > 1 else ", ".join(filter(None, of)) + " alike" * (len(of) > 1)
         lines.append(_MARKS[kind] + ": ".join(filter(None, (whose, about, sentence))))
     refused = sum(kind == "refused" for kind, _, _ in runs)
-    notes = f"{sum(kind == 'note' for kind, _, _ in runs)} notes (?)"
-    return [*lines, f"not usable as it is: {refused} refusals (!), {notes}" if refused else f"usable: {notes}"]
+    notes = _counted(sum(kind == "note" for kind, _, _ in runs), "note", "?")
+    told = f"not usable as it is: {_counted(refused, 'refusal', '!')}, {notes}" if refused else f"usable: {notes}"
+    return [*lines, told]
+
+
+def _counted(number: int, what: str, mark: str) -> str:
+    return f"{number} {what}{'' if number == 1 else 's'} ({mark})"

@@ -10,8 +10,9 @@ from gap_diagnosis.problem import Problem
 from gap_diagnosis.recording import Recording
 from gap_diagnosis.rules import RULES
 from gap_diagnosis.suspects import found_by, suspects
-from gap_diagnosis.unit_check import gains_and_likenesses
+from gap_diagnosis.unit_check import Likened, gains_and_likenesses
 from system_identification.fitting import fit
+from system_identification.left_out import FEWEST_RUNS
 from system_identification.noise import whitener
 from system_identification.rating import UNMOVED, rated, tried
 from thruster_model.effects.stages import LIBRARY
@@ -63,20 +64,36 @@ def readiness(recordings: Sequence[Recording], parameter_set: ParameterSet) -> l
     found += [Finding(kind="refused", about="diagnose would refuse", sentence=sentence) for sentence in reasons]
     if problem is None or reasons:
         return found
+    if len(usable) < FEWEST_RUNS:
+        told = f"a quarter of each recording; from {FEWEST_RUNS} recordings on whole ones, which tell more of the next"
+        found.append(Finding(kind="good", about="left out in turn by a diagnosis", sentence=told))
     return [*found, *_magnitudes(problem), *_effects(problem)]
 
 
 def _magnitudes(problem: Problem) -> list[Finding]:
     """Return how large each channel is against the set, and how alike: no unit or sign is surely wrong, or all told."""
     found = []
-    for channel, (gain, likeness) in gains_and_likenesses(problem).items():
-        told = f"{gain:.3g} times what the set says (correlation {likeness:.2f})"
-        near = 1.0 / ORDINARY < gain < ORDINARY and likeness > ALIKE
-        doubt = "" if near else "; another thruster than the set's, another unit or sign, or a very large gap"
+    for channel, each in gains_and_likenesses(problem).items():
+        told = f"{each.gain:.3g} times what the set says (correlation {each.likeness:.2f})"
+        doubt = _doubt(each)
         found.append(
-            Finding(kind="good" if near else "note", about=f"sign and size of {channel}", sentence=told + doubt)
+            Finding(kind="note" if doubt else "good", about=f"sign and size of {channel}", sentence=told + doubt)
         )
     return found
+
+
+def _doubt(of: Likened) -> str:
+    """Return what a channel that is not as the set says may be, "" where it is."""
+    ordinary = 1.0 / ORDINARY < abs(of.gain) < ORDINARY
+    if ordinary and of.likeness > ALIKE:
+        return ""
+    if ordinary and of.likeness < -ALIKE:
+        return "; a sensor that is turned round (`sign: -1` in its map), or a thruster that is: then diagnose it so"
+    if of.as_if:
+        return (
+            f", as if {of.as_if}: is the map's `unit` right? Else another thruster than the set's, or a very large gap"
+        )
+    return "; another thruster than the set's, another unit or sign, or a very large gap"
 
 
 def _effects(problem: Problem) -> list[Finding]:
@@ -96,28 +113,37 @@ def _effects(problem: Problem) -> list[Finding]:
     seen = {each.suspect.key: each.visibility for each in looks if each.suspect.key not in still}
     shown = sorted(key for key, visibility in seen.items() if visibility > RULES.visible)
     hidden = sorted(seen.keys() - set(shown))
-    blind = {
-        name: e.channel.split() for name, e in LIBRARY.items() if e.channel and not signals & set(e.channel.split())
-    }
+    of_sensors = {name: set(e.channel.split()) for name, e in LIBRARY.items() if e.channel}
+    predicted = set(problem.parameter_set.model.signals)
+    partless = {name for name, read in of_sensors.items() if not read & predicted}
+    partless |= {key for key in idle if still[key] in without}
+    unreached = sorted(set(idle) - partless)
+    blind = {name: sorted(read) for name, read in of_sensors.items() if name not in partless and not signals & read}
     blind |= {name: sorted(unread[name]) for name in sorted({*still.values()} & unread.keys())}
-    logged = [name for name in found_by("log", "gates") if name not in blind]
+    # Stretches in which thrust is lost are seen in the thrust, and are of a rotor that turns.
+    untold = sorted({"thrust", "speed"} - signals)
+    blind |= {name: untold for name in found_by("gates") if untold}
+    logged = [name for name in found_by("log", "gates") if name not in blind and name not in partless]
     found = [
         Finding(
             kind="good" if shown else "note",
             about="effects that would show",
-            sentence=f"{', '.join(shown) or 'none'} (of usual size, sensors as noisy as here, nothing else wrong); "
-            f"{', '.join(logged)} are looked for in the samples themselves",
-        )
+            sentence=f"{', '.join(shown) or 'none'} (of usual size, sensors as noisy as here, nothing else wrong)",
+        ),
+        Finding(kind="good", about="effects that are looked for in the samples themselves", sentence=", ".join(logged)),
     ]
     if hidden:
         told = f"{', '.join(hidden)}: they hide behind the noise or behind re-tuned parameters in these recordings"
         found.append(Finding(kind="note", about="effects that would not show", sentence=told))
-    if idle:
-        told = f"{', '.join(idle)}: the model has no such part, or these recordings do not reach where they begin"
-        found.append(Finding(kind="note", about="effects that would change nothing", sentence=told))
+    if partless:
+        told = f"{', '.join(sorted(partless))}: the model has no such part"
+        found.append(Finding(kind="good", about="effects that would change nothing", sentence=told))
+    if unreached:
+        told = f"{', '.join(unreached)}: these recordings do not reach where they begin"
+        found.append(Finding(kind="note", about="effects that would not begin to act", sentence=told))
     if blind:
-        lacking = dict.fromkeys(s for own in blind.values() for s in own if s in SIGNALS)
-        wanted = ", ".join(SIGNALS[s].title.lower() for s in lacking)
-        told = f"{', '.join(blind)}: not measured is {wanted}"
+        lacking = predicted & {signal for own in blind.values() for signal in own}
+        wanted = ", ".join(each.title.lower() for signal, each in SIGNALS.items() if signal in lacking)
+        told = f"{', '.join(blind)}; not measured: {wanted}"
         found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=told))
     return found

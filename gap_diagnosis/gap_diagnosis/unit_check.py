@@ -5,7 +5,7 @@ Each channel is compared with the model as stated: `ratio` is the gain that fits
 where they do not.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from gap_diagnosis.problem import Problem
 from thruster_model.identification.experiment import CHANNELS, SIGNALS
 
-__all__ = ["gains_and_likenesses", "unit_problems"]
+__all__ = ["Likened", "gains_and_likenesses", "unit_problems"]
 
 Array = NDArray[np.float64]
 G = 9.80665  # [m/s^2]
@@ -41,6 +41,14 @@ _LATEST = {"ambient": 2.5, "axial": 2.5}  # [s], beyond what sensors and command
 _LARGE = 10.0  # [V], from which on a throttle may be in another unit
 _IN_VOLTS = "expected V (found per cent, millivolts or microseconds?)"
 _BEYOND_ANY_DRIVE = 200.0  # edges of the dead zone: no drive in volts reaches that far
+
+
+class Likened(NamedTuple):
+    """A channel against the model: gain and correlation, both [1], and as if of which unit it is, "" of none known."""
+
+    gain: float
+    likeness: float
+    as_if: str
 
 
 class _Compared(NamedTuple):
@@ -88,10 +96,17 @@ def unit_problems(problem: Problem, least: int = 20) -> list[str]:
     return problems
 
 
-def gains_and_likenesses(problem: Problem) -> dict[str, tuple[float, float]]:
-    """Return (gain, likeness) of each channel against the model as stated, both [1], by the channel's name."""
+def gains_and_likenesses(problem: Problem) -> dict[str, Likened]:
+    """Return how each channel is against the model as stated, by the channel's name."""
     found = _compared(problem, problem.predicted(problem.start()))
-    return {problem_channel(problem, name): (each.ratio, each.likeness) for name, each in found.items()}
+    return {
+        problem_channel(problem, name): Likened(
+            each.ratio,
+            each.likeness,
+            next((what for _, what in _units_near(name, each.ratio)), "") if abs(each.likeness) > _ALIKE else "",
+        )
+        for name, each in found.items()
+    }
 
 
 def problem_channel(problem: Problem, signal: str) -> str:
@@ -136,9 +151,7 @@ def _unit(name: str, found: Mapping[str, _Compared]) -> str:
     each, witness = found[name], _witness(name, found)
     if abs(each.likeness) < _ALIKE:
         return ""
-    for factor, (what, of) in FACTORS.items():
-        if name not in of.split() or abs(np.log(abs(each.ratio) * factor)) > _NEAR:
-            continue
+    for factor, what in _units_near(name, each.ratio):
         if witness is None and 1.0 / 30.0 < each.ratio < 1.0 and name != "speed":
             continue  # a lost thrust looks the same where nothing else tells
         if witness is not None and abs(np.log(abs(each.ratio) / witness)) < 0.5 * abs(np.log(factor)):
@@ -152,6 +165,13 @@ def _unit(name: str, found: Mapping[str, _Compared]) -> str:
             f"another unit, or another thruster than the parameter set's; expected {SIGNALS[name].unit}"
         )
     return ""
+
+
+def _units_near(name: str, ratio: float) -> Iterator[tuple[float, str]]:
+    """Yield the factors that bring a channel's readings near the model's, and what such readings are."""
+    for factor, (what, of) in FACTORS.items():
+        if name in of.split() and abs(np.log(abs(ratio) * factor)) <= _NEAR:
+            yield factor, what
 
 
 def _magnitude(name: str, each: _Compared) -> str:

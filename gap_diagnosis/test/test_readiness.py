@@ -67,12 +67,12 @@ def test_effects_that_would_show_and_those_of_a_channel_that_is_not_there_are_na
     shown = kinds(ready, "good")["effects that would show"]
     assert all(name in shown for name in ("command_delay", "dead_zone_shift", "load_cell_resonance"))
     assert "supply_sag" in shown
-    assert "ventilation" in shown.partition(";")[2]
+    assert "ventilation" in kinds(ready, "good")["effects that are looked for in the samples themselves"]
 
 
 def test_effects_of_what_a_model_does_not_have_change_nothing():
     stated, recordings = campaign(runs=1, duration=12.0, channels=("n", "thrust"), model="simplified")
-    idle = kinds(readiness(recordings, stated), "note")["effects that would change nothing"]
+    idle = kinds(readiness(recordings, stated), "good")["effects that would change nothing"]
     assert "flow_lag" in idle and "ambient_current" in idle and "coulomb_friction" not in idle
     assert "flow_reversal_loss" in idle  # it shortens steps about a reversal all the same
 
@@ -81,19 +81,18 @@ def test_a_sensor_that_is_missing_takes_its_effects_away():
     stated, recordings = campaign(runs=1, duration=12.0, channels=("n",))
     blind = kinds(readiness(recordings, stated), "note")["effects that cannot be looked for"]
     assert "load_cell_resonance" in blind and "flow_spikes" in blind
-    assert "not measured is" in blind and "thrust" in blind
+    assert blind.endswith("; not measured: axial flow, ambient flow, thrust, torque") and "ventilation" in blind
 
 
 def test_effects_of_thrust_that_nobody_measured_lack_a_sensor_and_no_part_of_the_model():
     stated, recordings = campaign(runs=1, duration=12.0, channels=("n",), model="simplified")
-    found = kinds(readiness(recordings, stated), "note")
-    idle, (blind, lacking) = (
-        found["effects that would change nothing"],
-        found["effects that cannot be looked for"].split(": not measured is "),
-    )
+    found = readiness(recordings, stated)
+    idle = kinds(found, "good")["effects that would change nothing"]
+    blind, lacking = kinds(found, "note")["effects that cannot be looked for"].split("; not measured: ")
     for name in ("thrust_loss", "thrust_asymmetry", "cavitation", "axial_flow_loss"):
         assert name in blind and name not in idle
-    assert "thrust" in lacking and "flow_lag" in idle, "the model has no flow"
+    assert lacking == "thrust, torque" and "flow_lag" in idle, "the model has no flow"
+    assert "flow_spikes" in idle and "flow_spikes" not in blind, "and no sensor of it is missing"
 
 
 def test_a_parameter_whose_only_sensor_is_missing_is_told_so_and_torque_is_no_note(tmp_path, capsys):
@@ -103,12 +102,15 @@ def test_a_parameter_whose_only_sensor_is_missing_is_told_so_and_torque_is_no_no
     run = write_generated_run(made, tmp_path, ("n",))
     assert main([str(run), "--set", "simplified"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert "? parameter c_T1 of a fit (no sensor): only thrust would show it; not measured" in lines
+    told = "c_T1, c_T2, delta_T1, delta_T2: only thrust would show it; not measured"
+    assert f"? parameters of a fit without a sensor: {told}" in lines
     (torque,) = (line for line in lines if "parameter c_Q1 of a fit" in line)
-    assert "no sensor" not in torque, "the rotor tells its torque in this model"
+    assert "not measured" not in torque, "the rotor tells its torque in this model"
     main([str(run), "--set", "yoerger"])
     said = capsys.readouterr().out
-    assert "\n  parameter c_Q of a fit (no sensor): only torque would show it; not measured\n" in said
+    assert "\n  parameters of a fit without a sensor: c_Q: only torque would show it; not measured\n" in said
+    missing = "thruster_0/flow.axial, thruster_0/flow.ambient, thruster_0/load.wrench.torque.x"
+    assert f"\n  not measured: {missing}\n" in said.replace(f"{run.name}: ", ""), "a model without flow needs none"
 
 
 def test_what_is_as_loud_as_noise_is_said_to_hide(rich):
@@ -181,6 +183,25 @@ def test_a_size_that_no_known_unit_explains_is_a_note_not_an_agreement(run, tmp_
     assert float(line.split(": ")[1].split()[0]) == pytest.approx(4.0, rel=0.02)
 
 
+def test_a_load_cell_in_another_known_unit_is_told_as_such(run, tmp_path, capsys):
+    assert main([str(changed(run, tmp_path / "pounds", load=1.0 / 4.4482)), "--set", "hl"]) == 0
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if "sign and size of thruster_0/load" in line]
+    assert line.startswith("? ") and "as if in pound-force: is the map's `unit` right?" in line
+
+
+def test_readings_that_all_run_against_the_throttle_may_be_the_thruster_s(run, tmp_path, capsys):
+    assert main([str(changed(run, tmp_path / "reversed", throttle=-1.0)), "--set", "hl"]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("? sign and size of ")]
+    assert len(lines) == 2 and all("or a thruster that is: then diagnose it so" in line for line in lines)
+
+
+def test_of_few_recordings_quarters_are_left_out_and_of_three_nothing_is_to_be_said(ready, rich):
+    about = "left out in turn by a diagnosis"
+    assert kinds(ready, "good")[about].startswith("a quarter of each recording; from 3 recordings on whole ones")
+    stated, (one, other) = rich
+    assert about not in kinds(readiness([one, other, one], stated), "good")
+
+
 @pytest.mark.parametrize(
     ("scales", "sentence"),
     [
@@ -214,5 +235,5 @@ def test_what_holds_of_all_runs_is_one_line_and_one_note():
         for run, sentence in (("a", "depth"), ("b", "depth"), ("c", "battery"))
     ]
     assert lines_of(found) == ["? a, b alike: not measured: depth", "? c: not measured: battery", "usable: 2 notes (?)"]
-    assert lines_of(found[:2]) == ["? each run: not measured: depth", "usable: 1 notes (?)"]
-    assert lines_of(found[2:]) == ["? c: not measured: battery", "usable: 1 notes (?)"]
+    assert lines_of(found[:2]) == ["? each run: not measured: depth", "usable: 1 note (?)"]
+    assert lines_of(found[2:]) == ["? c: not measured: battery", "usable: 1 note (?)"]

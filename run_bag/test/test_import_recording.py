@@ -171,13 +171,19 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
             ["nothing says what it does in the 0.04 s between two samples: a fit holds it, a diagnosis tries straight"],
         ),
         ("thruster_0/state.n: {column: 3, unit: rad/s}", ["rad/s: no thruster's; is `unit` that of the recording?"]),
-        (fields("column: 2", "column: 3, sign: -1"), ["runs against the throttle", "`sign: -1`"]),
+        (
+            fields("column: 2", "column: 3, sign: -1"),
+            ["runs against the throttle", "say `sign: -1` here", "wired the wrong way round, leave both as they are"],
+        ),
         (
             fields("column: 2", "column: 3") + "\nthruster_0/flow.ambient: {column: 2, unit: mm/s}",
             ["no negative reading while the throttle is negative", "in a stream that the thruster does not turn"],
         ),
-        ("thruster_0/throttle.commanded: {column: 2, unit: V}", ["up to 1660 V: no thruster's", "nothing that a model",
-                                                               "begins with 1.5e+03 V"]),
+        (
+            "thruster_0/throttle.commanded: {column: 2, unit: V}",
+            ["up to 1660 V: full command is 5 V", "nothing that a model", "does not begin at zero"],
+        ),
+        (fields("column: 2", "column: 3").replace("per_volt: 80", "per_volt: 8"), ["are `unit` and `per_volt` right?"]),
         ("rov/depth.depth: {column: 3, unit: cm}", ["no thruster_<i>/... topic is in it"]),
     ],
 )  # fmt: skip

@@ -67,7 +67,7 @@ def test_a_value_on_the_bound_itself_is_at_it_however_sure():
 
 @pytest.mark.parametrize(
     ("value", "deviation", "settled"),
-    [(1e-9, 0.01, True), (1e-9, 0.3, False), (0.05, 0.06, False), (0.05, 0.01, False)],
+    [(1e-9, 0.01, True), (3e-5, 0.01, True), (1e-9, 0.3, False), (0.05, 0.06, False), (0.05, 0.01, False)],
 )
 def test_what_lies_on_its_bound_is_settled_there_where_the_data_keep_it_near(value, deviation, settled):
     found = judge(values=(13.66, 1.2e-3, value), deviations=(0.1, 1e-5, deviation))[2]

@@ -146,6 +146,6 @@ def test_what_a_diagnosis_would_refuse_is_a_refusal_and_the_status_says_so(
     assert main([str(blind), "--vehicle", "ngs"]) == 1
     printed = capsys.readouterr().out
     assert "! blind: expected rov/imu or rov/odometry with attitude or rates" in printed
-    assert printed.endswith("not usable as it is: 1 refusals (!), 0 notes (?)\n")
+    assert printed.endswith("not usable as it is: 1 refusal (!), 0 notes (?)\n")
     assert main([str(tmp_path / "none"), "--vehicle", "ngs"]) == 1
     assert "none" in capsys.readouterr().err

@@ -19,7 +19,9 @@ SLOWEST = 0.1
 """[s] between samples, from which on little can be told of a thruster's dynamics."""
 GAP = 0.5
 """[s] without a sample, where samples come ten times as often."""
-LARGE = {"commanded": 100.0, "n": 800.0, "axial": 20.0, "ambient": 20.0, "wrench.force.x": 5000.0,
+FULL = 5.0
+"""[V] of a full command, in sets, effects and the stops of devices."""
+LARGE = {"commanded": 1.01 * FULL, "n": 800.0, "axial": 20.0, "ambient": 20.0, "wrench.force.x": 5000.0,
          "wrench.torque.x": 500.0}  # fmt: skip
 """Magnitudes in our units that no small thruster reaches (800 rad/s: 7600 rpm): another unit was meant."""
 UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
@@ -90,8 +92,8 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: boo
         told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
     elif alone and abs(values[0]) > 0.05 * np.max(np.abs(values)):
         told.append(
-            f"{name}: begins with {values[0]:.3g} V: a diagnosis estimates how it moved then and leaves out the first "
-            "second; expected two seconds of rest, the throttle at zero, at the start of the next recording"
+            f"{name}: does not begin at zero: a diagnosis estimates how the rotor moved then and leaves out the first "
+            "second; begin the next recording with two seconds of rest"
         )
     if not hold and moves_between(time, values):
         taken = "a fit holds it, a diagnosis tries straight lines too" if alone else "it is taken as held"
@@ -142,7 +144,10 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
     u, y = u / np.max(np.abs(u)), y / np.max(np.abs(y))  # squares of what is spoiled may be beyond all numbers
     likeness = float(u @ y) / np.sqrt(float(u @ u) * float(y @ y))
     if likeness < OPPOSITE:
-        return [f"{name}: runs against the throttle (correlation {likeness:.2f}): say `sign: -1` here or there"]
+        return [
+            f"{name}: runs against the throttle (correlation {likeness:.2f}): where the sensor is turned round, say "
+            "`sign: -1` here; where the thruster may be wired the wrong way round, leave both as they are and diagnose"
+        ]
     return []
 
 
@@ -151,7 +156,10 @@ def _common(name: str, field: str, time: Array, values: Array, *, held: bool = F
     told = []
     largest = float(np.max(np.abs(values)))
     if largest > LARGE[field]:
-        told.append(f"{name}: up to {largest:.4g} {UNITS[field]}: no thruster's; is `unit` that of the recording?")
+        doubt = "no thruster's; is `unit` that of the recording?"
+        if field == "commanded":
+            doubt = f"full command is {FULL:g} V; are `unit` and `per_volt` right?"
+        told.append(f"{name}: up to {largest:.4g} {UNITS[field]}: {doubt}")
     steps = np.diff(time)
     if steps.size:
         usual = float(np.median(steps))
@@ -161,5 +169,5 @@ def _common(name: str, field: str, time: Array, values: Array, *, held: bool = F
             more = f" and {holes.size - 3} more" if holes.size > 3 else ""
             told.append(f"{name}: gaps without samples: {places}{more}")
         if np.any(steps == 0.0):
-            told.append(f"{name}: {int(np.sum(steps == 0.0))} samples have the stamp of the one before")
+            told.append(f"{name}: samples with the stamp of the one before: {int(np.sum(steps == 0.0))}")
     return told

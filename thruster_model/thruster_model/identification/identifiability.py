@@ -11,6 +11,8 @@ from thruster_model.models import Model
 __all__ = ["Determination", "determinations"]
 
 Array = NDArray[np.float64]
+_NEAR = 1e-3
+"""Distance from its bound, over its prior deviation, within which a parameter is as good as there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -80,7 +82,7 @@ def determinations(
             )
         else:
             status, sentence = "determined", stated
-        settled = status == "at a bound" and from_bound <= exactly and not flat
+        settled = status == "at a bound" and from_bound <= _NEAR * prior_deviations[k] and not flat
         result.append(
             Determination(name=name, status=status, sentence=sentence, partners=partners, settled=bool(settled))
         )
