@@ -339,3 +339,36 @@ def test_an_attitude_at_other_times_than_the_gyro_s_is_asked_about(tmp_path, cap
 
 def test_a_log_s_own_unit_of_a_heading_is_known():
     assert guessed_unit("rad", "ATT.Yaw", "degheading", 180 + WAVE, usual="deg") == ("deg", "")
+
+
+def test_no_supply_is_negative_so_volts_to_both_sides_are_a_command(tmp_path, capsys):
+    table = {"t": TIME, "volts": 3.5 * WAVE, "rpm": 900 * WAVE}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", table))
+    told = "{column: volts, unit: V, hold: previous}"
+    assert found["thruster_0/throttle.commanded"].startswith(told) and "supply_voltage" not in text
+    assert "unit by its name; hold is a guess: previous or linear?" in text
+    found, _ = guessed(capsys, wide(tmp_path / "y.csv", table | {"volts": 16.0 - WAVE**2}))
+    assert "volts" in found["thruster_0/state.supply_voltage"]
+    found, _ = guessed(capsys, wide(tmp_path / "z.csv", table | {"volts": 16.0 * np.maximum(WAVE, -1e-3)}))
+    assert "volts" in found["thruster_0/state.supply_voltage"], "an offset of its sensor is no sign"
+
+
+def test_the_time_of_most_files_is_that_of_the_map(tmp_path, capsys):
+    cell = wide(tmp_path / "a.csv", {"ms": 1e3 * TIME, "thrust [N]": 9 * WAVE})
+    command = wide(tmp_path / "b.csv", {"t": TIME, "pwm": PULSES})
+    speed = wide(tmp_path / "c.csv", {"t": TIME, "tacho [rpm]": 900 * WAVE})
+    found, text = guessed(capsys, cell, command, speed)
+    assert found["time"].startswith("{column: t, unit: s}") and text.count("time_column") == 1
+    assert "time_column: ms, time_unit: ms" in found["thruster_0/load.wrench.force.x"]
+
+
+@pytest.mark.parametrize("rate", [1000.0, 125.0])
+def test_a_time_that_is_called_ms_is_in_ms_at_any_rate(tmp_path, capsys, rate):
+    table = {"ms": np.arange(400) * 1e3 / rate, "thrust [N]": 9 * WAVE}
+    assert guessed(capsys, wide(tmp_path / "x.csv", table))[0]["time"].startswith("{column: ms, unit: ms}")
+
+
+def test_what_follows_a_question_is_a_sentence_of_its_own(tmp_path, capsys):
+    columns = {"t": TIME, **{f"M{k}": PULSES for k in (1, 2)}}
+    text = guessed(capsys, wide(tmp_path / "x.csv", columns))[1]
+    assert "previous or linear? by its values alone: is it?" in text and "?;" not in text

@@ -163,6 +163,19 @@ def test_an_import_says_nothing_of_the_recorder_s_times_of_commands_whose_clock_
         assert ("messages of thruster_cmd have no header" in capsys.readouterr().err) is (name == "said")
 
 
+@pytest.mark.parametrize(("topic", "told"), [("/esc/command", True), ("/esc/states", False)])
+def test_an_effort_in_volts_is_a_command_where_the_topic_says_so(
+    topic: str, told: bool, tmp_path: Path, capsys: Any
+) -> None:
+    def efforts(types: Any, header: Any, k: int) -> Any:
+        none = np.zeros(0)
+        return types["sensor_msgs/msg/JointState"](header, ["a"], none, none, (PULSES[k, :1] - 1500.0) / 30.0)
+
+    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {topic: ("sensor_msgs/msg/JointState", efforts)}))
+    line = f"{{field: '{topic[1:]}.effort[0]', unit: V, hold: previous}}"
+    assert found.get("thruster_0/throttle.commanded", "").startswith(line) is told
+
+
 @pytest.mark.parametrize(
     ("topic", "kind", "made", "field"),
     [

@@ -66,7 +66,7 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     guesses = [unit_of_time(each, name) for each in tables]
     unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
-        why = "; ".join(filter(None, (why, "its values rise: is it the time?")))
+        why = _joined(why, " its values rise: is it the time?").strip()
     return name, [f"time: {{column: {quoted(name)}, unit: {quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
@@ -95,7 +95,7 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
         marks = ", ".join(map(quoted, sorted(source.marks(source.names().index(name)))))
         more += _own_clock(source, name, clock) + (f", nan: [{marks}]" if marks else "")
     if each.entry:
-        notes = ";".join(filter(None, (notes, each.why)))
+        notes = _joined(notes, each.why)
         return f"{each.channel}: {{{place}: {quoted(name)}, {each.entry}{more}}}   #{notes}"
     path, command = each.channel.partition(".")[2], each.is_command
     parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
@@ -108,15 +108,20 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
     if command and unit in COMMANDS:
         stop, per_volt = _FULL[unit]
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-        why = "; ".join(filter(None, (why, "stop and per_volt are guesses: write yours")))
+        why = _joined(why, " stop and per_volt are guesses: write yours").strip()
     if command:
-        why = "; ".join(filter(None, (why, "hold is a guess: previous or linear?")))
+        why = _joined(why, " hold is a guess: previous or linear?").strip()
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
-    notes = ";".join(part for part in (notes, f" {why}" if why else "", each.why, doubt) if part)
+    notes = _joined(notes, f" {why}" if why else "", each.why, doubt)
     return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
+
+
+def _joined(*notes: str) -> str:
+    """Return notes that each begin with a space as one; what follows a question is a sentence of its own."""
+    return ";".join(filter(None, notes)).replace("?;", "?")
 
 
 def _rows(parts: Sequence[Found]) -> dict[str, Array]:

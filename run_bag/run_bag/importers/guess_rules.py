@@ -102,6 +102,7 @@ THRUSTER = (
     Rule("thruster_{i}/flow.ambient", r"str(ö|oe)mung(s_?geschwindigkeit)?"),
     Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/state.supply_voltage", _SUPPLY),
+    Rule("thruster_{i}/throttle.commanded", r"voltage|volts?|spannung"),
     Rule("thruster_{i}/state.current", r"(current|curr|amp(s|ere)?|i|strom)(_a)?"),
 )
 """Of tables and other bags: the whole name, or its last part."""
@@ -158,6 +159,7 @@ class OfType(NamedTuple):
 
 
 _MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
+_SENT = r"(?i)(cmd|command|throttle)"
 _LOG, _ROTORS = rf"{_MEASURED}(dvl|doppler|bottom|veloc|twist)", rf"{_MEASURED}(thruster|motor|rotor|prop|esc|rpm)"
 _TWIST = r"(pose\.pose\.(orientation\.[wxyz]|position\.[xyz])|twist\.twist\.(linear|angular)\.[xyz])"
 _PUSH = rf"{_MEASURED}(load|cell|force|wrench|thrust|(^|[/_])ft([/_]|$))"
@@ -178,6 +180,7 @@ OF_TYPE = (
     OfType(r"geometry_msgs/msg/Twist(Stamped)?", r"(twist\.)?linear\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG),
     OfType(r"geometry_msgs/msg/Vector3Stamped", r"vector\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG, "m/s"),
     OfType(r"sensor_msgs/msg/JointState", r"velocity\[(?P<i>\d+)\]", "thruster_{i}/state.n", _ROTORS, "rad/s"),
+    OfType(r"sensor_msgs/msg/JointState", r"effort\[(?P<i>\d+)\]", "thruster_{i}/throttle.commanded", _SENT),
     OfType(r"sensor_msgs/msg/BatteryState", r"voltage|current", "rov/battery.{path}"),
     OfType(
         r"sensor_msgs/msg/FluidPressure", r"fluid_pressure", "rov/depth.depth", entry=depth_of_pressure(1.0),

@@ -19,7 +19,7 @@ from .guessed_commands import alike_commands
 from .guessed_depth import WHICH_WATER, depths_of_pressures
 from .guessed_names import beside, numbered, told_units, told_words, without_suffix
 from .guessed_units import fits, named_units
-from .guessed_values import is_0, moves, values_of
+from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
 from .sources import Source
 
@@ -239,13 +239,26 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                 match = re.fullmatch(rule.names, candidate, spelling)
                 channel = _channel(rule, match, number) if match else ""
                 known_units = not units or any(_may_be_in(channel, unit) for unit in units)
-                if match and known_units and (not rule.together or set(rule.together) <= beside(source, name)):
+                if (
+                    match
+                    and known_units
+                    and not _denied(channel, source, name)
+                    and (not rule.together or set(rule.together) <= beside(source, name))
+                ):
                     return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why)
     return None
 
 
 def _may_be_in(channel: str, unit: str) -> bool:
     return fits(unit, ours_of(channel), command=channel.endswith(".commanded"))
+
+
+def _denied(channel: str, source: Source, name: str) -> bool:
+    """Tell whether readings deny a channel: no supply is negative, but for an offset of its sensor."""
+    if not channel.endswith(("supply_voltage", "battery.voltage")):
+        return False
+    span = span_of(source, name)
+    return span is not None and span.low < -0.1 * abs(span.high)
 
 
 def _channel(rule: Rule, match: re.Match[str], thruster: int) -> str:

@@ -22,15 +22,21 @@ _OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 
 
 def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
-    """Return the first table with its column of time, "" where none is seen; None without tables."""
-    table = next((s for s in sources if isinstance(s, CsvSource)), None)
-    if table is None:
-        return None
+    """Return the column of time that most tables have, with the first of these, "" where the first table shows none;
+    None without tables."""
+    tables = [each for each in sources if isinstance(each, CsvSource)]
+    found = [(table, _likely_time(table)) for table in tables]
+    if not found or not found[0][1]:
+        return found[0] if found else None
+    return max(found, key=lambda each: sum(each[1] in table.names() for table in tables))
+
+
+def _likely_time(table: CsvSource) -> str:
+    """Return the column that is likeliest the time of a table, "" where none is seen."""
     names = table.names()
     named = [name for name in names if is_time(table, name)]
     first = [name for name in names[:1] if table.heading and _never_falls(table, name)]
-    likely = (*named, *own_times(table), *(name for name in names if _rises(table, name)), *first)
-    return table, next(iter(likely), "")
+    return next(iter((*named, *own_times(table), *(name for name in names if _rises(table, name)), *first)), "")
 
 
 def own_times(table: CsvSource) -> list[str]:

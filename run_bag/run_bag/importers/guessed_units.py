@@ -130,7 +130,7 @@ def _contradicted(unit: str, ours: str, name: str, values: Array | None, largest
 
 
 def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
-    """Return the unit of a table's time: that at the end of its name, else what its steps tell.
+    """Return the unit of a table's time: that at the end of its name, or which it is, else what its steps tell.
 
     The name of what it times tells none: t_pwm is the time of pulses, not in µs.
     """
@@ -139,7 +139,7 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
     if not stated:
         words = [word for word in _tokens(name) if not word.isdigit()]
         named = named_units(f"t_{words[-1]}") if words and words[-1] not in _NOT_TIMES else []
-        if named and conversion(named[-1], "s") is not None and (len(words) > 1 or words == ["seconds"]):
+        if named and conversion(named[-1], "s") is not None and (len(words) > 1 or len(words[0]) > 1):
             return Guessed(named[-1], "unit by its name")
     known = values[np.isfinite(values)] if values is not None else np.empty(0)
     steps = np.diff(known)

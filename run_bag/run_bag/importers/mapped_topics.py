@@ -177,11 +177,13 @@ def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions, warnings
     """Decide where the sign of n comes from: only a sensor that tells the direction gives negative speeds."""
     channel = f"{topic}.sign_source"
     if np.any(fields["n"] < 0):
-        log.add(channel, SIGN_MEASURED, "1", "SIGN_MEASURED: not in the map, and n is negative at times")
+        log.add(
+            channel, SIGN_MEASURED, "1", "the sensor tells the direction: not in the map, and n is negative at times"
+        )
         return SIGN_MEASURED
-    log.add(channel, SIGN_UNKNOWN, "1", "SIGN_UNKNOWN: not in the map, and n is never negative")
+    log.add(channel, SIGN_UNKNOWN, "1", "n is a magnitude: not in the map, and n is never negative")
     warnings.append(
-        f"{channel} is not in the map and n is never negative: SIGN_UNKNOWN is written, n counts as a magnitude; "
+        f"{channel} is not in the map and n is never negative: {SIGN_UNKNOWN} is written, n counts as a magnitude; "
         f"where the sensor tells the direction, add `{channel}: {{value: {SIGN_MEASURED}}}`"
     )
     return SIGN_UNKNOWN
