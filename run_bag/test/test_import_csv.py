@@ -89,6 +89,7 @@ def test_rows_without_time_and_value_are_not_measured(tmp_path):
             MAP.replace("column: rpm", "column: speed"),
             "expected column 'speed', found t, rpm, u, t2, force",
         ),
+        (CSV, MAP.replace("column: t,", "column: clock,"), ", its time: expected column 'clock', found t, rpm, u"),
         (CSV, MAP.replace("column: 3", "column: 9"), "expected column 9, found 5 columns"),
         (CSV, MAP.replace(", nan: [bad]", ""), "line 4, column 2: expected a finite number, or this text in"),
         (CSV, MAP.replace("offset: 1", "ofset: 1"), "unknown key 'ofset'"),

@@ -167,7 +167,8 @@ def reference() -> str:
         "throttle u [V], positive forward. Outputs: rotor speed n [rad/s], thrust T [N], torque Q [N m] and, where the "
         'model has them, axial flow v and ambient flow U [m/s]. "Fitted" parameters are identified, the others given.\n'
         "\n"
-        "Where there is a u_dot_max, u follows its command at that rate at most. It begins at 0, or where the rotor "
+        "Where there is a u_dot_max, u follows its command at that rate at most; elsewhere u is the command. It begins "
+        "at 0, or where the rotor "
         "already turns at the first command. All equations have this u. No fit and no diagnosis adjusts u_dot_max: at "
         "100 V/s a step of 3 V takes 30 ms. State yours where your controller is faster, 1e5 for a step at once. A "
         "slower one is the effect `throttle_rate_limit`. Which effect changes nothing in which model: [effects.md]"

@@ -48,7 +48,7 @@ RELATIVE_AXIAL = ("dv/dt = -k_4 (v - U) |v - U| + k_5 T  (4.2)",)
 STEADY_AXIAL = ("v = k_s U cos(inflow_angle) + k_r n",)
 AMBIENT = ("dU/dt = -k_U U - k_UU U|U| + k_TU T  (4.5)",)
 AIRFOIL = (
-    "theta = atan2(v, 0.7 radius n)  (4.10)",
+    "theta = atan2(v, 0.7 radius n)  (4.10), in all four quadrants; without v and n there is no load",
     "V^2 = v^2 + (0.7 radius n)^2  (4.11)",
     "L = 0.5 density pi radius^2 V^2 lift sin(2 (pitch - theta))  (4.8)",
     "D = 0.5 density pi radius^2 V^2 drag (1 - cos(2 (pitch - theta)))  (4.9)",
@@ -66,7 +66,9 @@ CURVES = (
     "x = command_scale (u - delta_u1) below delta_u1, command_scale (u - delta_u2) above delta_u2, 0 between",
     "dn/dt = rate (n_s(x, supply) - n), n_s: speed of the table at a command that is x beyond the table's dead zone",
     "T = thrust_scale F_s(n, supply), F_s: force of the table at the speed that the rotor has",
-    "n_s, F_s: straight lines between the table's points and between its supplies; beyond both the ends hold",
+    "n_s, F_s: straight lines through the points (x, n, F) of the table's commands; between two supplies each point is "
+    "on the line between theirs; beyond both the ends hold",
+    "a table without speeds: n of F = 3.5e-4 N s^2 n|n|, which serves the lag alone",
     "the table's dead zone: the commands that move nothing at any of its supplies",
     "supply: the recorded voltage, or nominal_supply",
 )

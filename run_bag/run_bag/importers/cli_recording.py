@@ -169,7 +169,7 @@ def _told(topic: Topic, constant: Collection[str]) -> str:
         f"  {topic.name}: "
         + "; ".join(
             f"{', '.join(names)}: {count} readings in {lasts:.1f} s"
-            + (f", {(count - 1) / lasts:.3g} Hz" if lasts else "")
+            + (f", {float(f'{(count - 1) / lasts:.3g}'):g} Hz" if lasts else "")
             for (count, lasts), names in alike.items()
         )
         + "".join(same)

@@ -115,9 +115,9 @@ class CsvSource:
         """Parse all columns of some entries at once, where they can be parsed so."""
         wanted: dict[int, frozenset[str]] = {}
         for e in entries:
-            for column in (e.column, e.time_column):
+            for column, whose in ((e.column, e.channel), (e.time_column, f"{e.channel}, its time")):
                 if column is not None:
-                    at = self.index(column, e.channel)
+                    at = self.index(column, whose)
                     if wanted.setdefault(at, e.nan) != e.nan:
                         return  # one column with two readings of its marks
         if self.quick and wanted:
@@ -133,7 +133,7 @@ class CsvSource:
             RecordingError: a column is missing, a cell is no number, or rows are out of order (`position`: line).
         """
         assert entry.time_column is not None
-        at, index = self.index(entry.time_column, entry.channel), self.index(entry.column, entry.channel)
+        at, index = self.index(entry.time_column, f"{entry.channel}, its time"), self.index(entry.column, entry.channel)
         seconds = self.numbers(at, entry.nan) * entry.time_scale
         values = self.numbers(index, entry.nan)
         timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values))

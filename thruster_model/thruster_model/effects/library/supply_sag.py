@@ -49,9 +49,10 @@ EFFECT = Effect(
         ),
     ),
     note="gamma_full is the drive at 5 V, or at -5 V where that draws more; n_full is the speed at which "
-    "k_n n + k_2 n^2 makes up for it, without k_Q Q. Where k_2 is 0 that is gamma_full / k_n, in `first_order` g(5 V), "
-    "in `force_table` the largest speed of its table times command_scale. A recorded supply has its own sag: this one "
-    "is on top. A vehicle has [one for the supply of all thrusters](vehicles.md#effects-of-a-vehicle) in place of it",
+    "k_n n + k_2 n^2 makes up for it, without k_Q Q; `yoerger` has no k_n. Where k_2 is 0 that is gamma_full / k_n, "
+    "in `first_order` g(5 V), in `force_table` the largest speed of its table times command_scale. A recorded supply "
+    "has its own sag: this one is on top. A vehicle has [one for the supply of all thrusters]"
+    "(vehicles.md#effects-of-a-vehicle) in place of it",
     hooks={"drive": drive},
     order=1,
 )

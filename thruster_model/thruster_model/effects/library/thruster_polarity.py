@@ -18,6 +18,8 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="reversed", unit="1", meaning="1: reversed, 0: as it should be", lower=1.0, upper=1.0),
     ),
+    note="a sensor that is turned round reads the same, and is no effect: with one sensor alone look which it is; "
+    "where all of them run backwards it is the thruster",
     sample=sample,
     order=0,
     suspected=(Suspected(fixed={"reversed": 1.0}),),

@@ -29,7 +29,8 @@ EFFECT = Effect(
         ),
     ),
     note="the gate is 0 in stretches of random length, in which the propeller may draw air, else 1: "
-    "a simulation draws them, 1 s with air and 1.5 s without on average; a diagnosis reads them off the thrust",
+    "a simulation draws them, 1 s with air and 1.5 s without on average; a diagnosis reads them off the thrust, "
+    "if a speed is there too",
     hooks={"loads": loads},
     search="gates",
     jumps=True,
