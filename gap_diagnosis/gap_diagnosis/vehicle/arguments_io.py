@@ -3,9 +3,10 @@
 import argparse
 from pathlib import Path
 
+from gap_diagnosis.vehicle import rules
 from thruster_model.vehicle_set_io import available_vehicles
 
-__all__ = ["add_sets"]
+__all__ = ["add_longest", "add_sets"]
 
 
 def add_sets(parser: argparse.ArgumentParser) -> None:
@@ -15,3 +16,9 @@ def add_sets(parser: argparse.ArgumentParser) -> None:
     text = "parameter set of its thrusters; default: the one that the vehicle's set names"
     parser.add_argument("--set", "--model", dest="set", metavar="SET", help=text)
     parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
+
+
+def add_longest(parser: argparse.ArgumentParser) -> None:
+    """Add how much of long dives is used to the arguments of a command."""
+    text = "of dives that are longer together, use so much, in stretches (default {:g} beyond {:g})"
+    parser.add_argument("--longest", type=float, metavar="SECONDS", help=text.format(rules.THINNED, rules.LONGEST))

@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.log import VehicleLog, told_in
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.stuck import longest_unchanged
 from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
 
@@ -35,8 +36,9 @@ def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     """Return what these recordings of the healthy vehicle teach."""
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
-    free = nuisances(model, logs)
-    runs, fit = settled(model, logs, free)
+    used, _ = stretches_of(logs)
+    free = nuisances(model, used)
+    runs, fit = settled(model, used, free)
     far = far_off(numbers_of(fit, free))
     doubt = f"Baseline: {far} Was the vehicle healthy? What ailed it then is not found." if far else ""
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}

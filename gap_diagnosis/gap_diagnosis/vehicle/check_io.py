@@ -19,6 +19,7 @@ from gap_diagnosis.vehicle.log import VehicleLog, fewer_throttles, told_in, want
 from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
+from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.unknowns import Key, words_of
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag import Run, RunError, read_run
@@ -70,7 +71,9 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
     says = " ".join(conventions.sentences) or "Commands move the vehicle as the set states."
     found.append(Finding(kind=kind, about="wiring", sentence=says))
-    return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, logs)]
+    used, thinned = stretches_of(logs)  # as a diagnosis would thin them
+    found += [Finding(kind="good", about="long dives", sentence=thinned)] if thinned else []
+    return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, used)]
 
 
 def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:

@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.vehicle.arguments_io import add_sets
+from gap_diagnosis.vehicle.arguments_io import add_longest, add_sets
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
@@ -29,6 +29,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     parser.add_argument("--out", type=Path, default=Path("vehicle_diagnosis"), help="new or empty folder")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--period", type=float, help="of the filter [s] (default: one near 0.04 that commands keep)")
+    add_longest(parser)
     group = parser.add_argument_group("the next experiment")
     text = "write the programme, within these limits, that best tells apart what these recordings cannot"
     group.add_argument("--experiment", action="store_true", help=text)
@@ -46,6 +47,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
             lambda text: print(text, file=sys.stderr, flush=True),
             lambda h: h.effect not in given.without,
             experiment=limits_of(given) if given.experiment else None,
+            longest=given.longest,
         )
         paths = written(found, given.out)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:

@@ -21,6 +21,7 @@ from gap_diagnosis.vehicle.programmes import Limits
 from gap_diagnosis.vehicle.programmes_io import write_programme
 from gap_diagnosis.vehicle.report_io import report_of
 from gap_diagnosis.vehicle.search import Found, search
+from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.verdict import Verdict, judged
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings_io import load_thruster_sets
@@ -62,22 +63,24 @@ def diagnosed(
     model: Model, logs: Sequence[VehicleLog], provenance: dict[str, Any],
     told: Callable[[str], None] = lambda text: None,
     only: Callable[[Hypothesis], bool] = lambda h: True, *, how_far: bool = True, experiment: Limits | None = None,
+    longest: float | None = None,
 ) -> Diagnosed:  # fmt: skip
-    """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed."""
+    """Return the diagnosis of recordings; experiment: limits of the next one, if one is to be proposed; longest: see
+    `stretches_of`."""
     conventions = conventions_of(model, logs)
-    asked = fewer_throttles(logs)
+    logs = [conventions.read(log) for log in logs]
+    searched, thinned = stretches_of(logs, longest)
+    asked = [*fewer_throttles(logs), *filter(None, [thinned])]
     for sentence in (*asked, *conventions.sentences):
         told(sentence)
-    logs = [conventions.read(log) for log in logs]
-    found = search(model, logs, told, only)
-    longest = max(log.duration for log in logs)
-    horizons = [h for h in rules.HORIZONS if h + 4.0 < longest] if how_far else []
+    found = search(model, searched, told, only)
+    horizons = [h for h in rules.HORIZONS if h + 4.0 < max(log.duration for log in searched)] if how_far else []
     errors = left_out_errors(found, horizons)
     verdict = judged(found, logs, errors)
     verdict = replace(verdict, summary=" ".join((*conventions.turned, verdict.summary, *asked)))
     if experiment is not None:
         told("next experiment")
-    proposed = None if experiment is None else next_experiment(found, verdict, logs, experiment)
+    proposed = None if experiment is None else next_experiment(found, verdict, searched, experiment)
     content = content_of(verdict, found, errors, conventions, logs, provenance, proposed)
     return Diagnosed(
         verdict=verdict, content=content, errors=errors, with_effect=_with_effect(model, found, verdict, errors),

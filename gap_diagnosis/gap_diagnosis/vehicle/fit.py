@@ -20,6 +20,7 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Fit
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled
+from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.unknowns import OF_RUN, Key, words_of
 
 __all__ = ["FittedNumber", "LeftOut", "VehicleFit", "far_off", "fitted_vehicle", "numbers_of"]
@@ -64,13 +65,13 @@ class LeftOut:
 @dataclass(frozen=True, kw_only=True, eq=False)
 class VehicleFit:
     """The numbers, errors of free runs, the wrench (6,) [N, N m] that remains, whether recordings were left out, a
-    sentence for each sensor that is mounted turned."""
+    sentence for each sensor that is mounted turned, and about what was used of long dives."""
 
     numbers: tuple[FittedNumber, ...]
     errors: tuple[LeftOut, ...]
     wrench: Array
     left_out: bool
-    turned: tuple[str, ...] = ()
+    decided: tuple[str, ...] = ()
 
     def values(self) -> dict[Key, float]:
         """Return by how much each number moved."""
@@ -106,9 +107,10 @@ def far_off(numbers: Sequence[FittedNumber]) -> str:
 
 
 def fitted_vehicle(
-    model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None
-) -> VehicleFit:
-    """Return the fit of a vehicle's numbers to recordings.
+    model: Model, logs: Sequence[VehicleLog], told: Callable[[str], None] = lambda text: None,
+    longest: float | None = None,
+) -> VehicleFit:  # fmt: skip
+    """Return the fit of a vehicle's numbers to recordings; longest: see `stretches_of`.
 
     Raises:
         ValueError: recordings that are too short or in which no thruster is driven.
@@ -118,16 +120,17 @@ def fitted_vehicle(
     conventions = conventions_of(model, logs)
     for sentence in conventions.turned:
         told(sentence)
-    logs = [conventions.read(log) for log in logs]
+    logs, thinned = stretches_of([conventions.read(log) for log in logs], longest)
+    if thinned:
+        told(thinned)
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free)
     told("free runs")
     screen = Screen(model=model, runs=runs, values=fit.values)
     points = [without_run(screen, fit, free, k) for k in range(len(runs))]
-    longest = max(log.duration for log in logs)
     errors = []
-    for horizon in (h for h in rules.HORIZONS if h + 4.0 < longest):
+    for horizon in (h for h in rules.HORIZONS if h + 4.0 < max(log.duration for log in logs)):
         before, after = (rms(free_runs(model, runs, at, horizon)) for at in ([Point({}, ()) for _ in runs], points))
         errors.append(LeftOut(horizon=horizon, as_stated=before, fitted=after))
     return VehicleFit(
@@ -135,5 +138,5 @@ def fitted_vehicle(
         errors=tuple(errors),
         wrench=np.asarray(runs[0].noises.wrench),
         left_out=len(runs) > 1,
-        turned=conventions.turned,
+        decided=(*conventions.turned, *filter(None, [thinned])),
     )

@@ -44,7 +44,7 @@ def summary_of(fit: VehicleFit) -> str:
     own = [n for n in fit.numbers if n.key[0] not in OF_RUN]
     open_ones = [n for n in own if not n.told]
     far = far_off(fit.numbers)
-    says = [*fit.turned, f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
+    says = [*fit.decided, f"The recordings determine {len(own) - len(open_ones)} of {len(own)} numbers."]
     if far:
         says.append(f"{far} An effect may be behind it.")
     for e in fit.errors:

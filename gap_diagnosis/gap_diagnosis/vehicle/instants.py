@@ -52,7 +52,7 @@ def _older(log: VehicleLog, late: tuple[float, ...]) -> VehicleLog:
 @lru_cache(maxsize=_LOGS)
 def _acting(log: VehicleLog, late: float, rate: float) -> VehicleLog:
     """Return a log whose commands act later, by more and more."""
-    total = (late + rate * log.period * np.arange(log.count)) / log.period
+    total = (late + rate * log.period * np.arange(log.cut, log.cut + log.count)) / log.period
     log = _instants_earlier(log, np.ceil(PARTS * total - 0.5).astype(int))
     return replace(log, lateness=log.lateness + total[:, None])
 

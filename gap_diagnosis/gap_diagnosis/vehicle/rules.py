@@ -83,6 +83,9 @@ REFINED_BACK = 4
 it was the first (tuning seed 1491, four recordings of a minute)."""
 LEAST_TIME = 10.0
 """[s] of motion below which nothing is said."""
+LONGEST, THINNED, STRETCH = 300.0, 240.0, 30.0
+"""[s] Dives that are longer together are thinned to so much, in stretches of so much: some minutes of computing. Of a
+stretch one to five seconds tell only how it began. Set by reason."""
 LEAST_EXCITATION = 0.1
 """[V] Standard deviation of throttles below which a thruster tells nothing of itself."""
 UNDETERMINED = 0.8

@@ -18,6 +18,7 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.refining import Problem
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import settled, settled_with
+from gap_diagnosis.vehicle.stretches import stretches_of
 
 __all__ = ["Line", "Size", "followed", "line_of", "size_in"]
 
@@ -105,9 +106,10 @@ def followed(
 
 def size_in(model: Model, log: VehicleLog, h: Hypothesis) -> tuple[float, float]:
     """Return the first size of an effect in one dive, and its deviation."""
-    free = nuisances(model, [log])
-    runs, fit = settled(model, [log], free)
+    logs, _ = stretches_of([log])
+    free = nuisances(model, logs)
+    runs, fit = settled(model, logs, free)
     screen = Screen(model=model, runs=runs, values={})
     begun = Problem(screen=screen, nuisances=free, effects=(h,)).fit(fit.moved, [tuple(0.0 for _ in h.parameters)])
-    _, fit = settled_with(begun.effects, model, [log], free, runs, begun.values)
+    _, fit = settled_with(begun.effects, model, logs, free, runs, begun.values)
     return fit.effects[0].sizes[0], fit.effects[0].deviations[0]
