@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from run_bag import read_run
 from run_bag.importers.cli_recording import main
-from run_bag.importers.turning import turning_ratio
+from run_bag.importers.turning import heading_ratio, turning_ratio
 
 FAST, SLOW = 0.02 * np.arange(3000), 0.013 + 0.07 * np.arange(855)
 """[s] Times of the IMU and of the attitude: none is in both."""
@@ -105,6 +105,57 @@ def test_turns_are_compared_past_north_and_past_gaps_of_either_sensor():
     q *= np.where(np.sin(3.0 * SLOW) < 0.0, -1.0, 1.0)[:, None]  # q and -q are one attitude
     kept = (FAST < 20.0) | (FAST > 25.0)
     assert turning_ratio((FAST[kept], 6.0 * rates(FAST)[kept]), (SLOW, q)) == pytest.approx(6.0, rel=0.02)
+
+
+@pytest.mark.parametrize(
+    ("yaw", "factor", "sentence"),
+    [
+        ({"unit": "rad"}, 1.0, "yaw turns 57.3 times as fast as the gyro does, as deg read as rad would: expected 1"),
+        ({"unit": "deg"}, np.pi / 180, "yaw turns 0.0175 times as fast as the gyro does, as rad read as deg would"),
+        ({"unit": "deg"}, 100.0, "yaw turns 100 times as fast as the gyro does, as cdeg read as deg would"),
+        ({"unit": "deg", "sign": -1}, 1.0, "yaw turns the other way than the gyro: expected one way; is its `sign`"),
+        ({"unit": "deg"}, 1.0, ""),
+    ],
+)
+def test_a_yaw_in_another_unit_or_sign_is_found_by_the_gyro_beside_right_roll_and_pitch(
+    tmp_path, capsys, yaw, factor, sentence
+):
+    imu, attitude = tables(tmp_path)
+    rows = np.loadtxt(attitude, delimiter=",", skiprows=1)
+    rows[:, 3] *= factor
+    np.savetxt(attitude, rows, "%.8g", ",", header="t,roll,pitch,yaw", comments="")
+    keys = ", ".join(f"{key}: {value}" for key, value in yaw.items())
+    lines = ["time: {column: t, unit: s}", f"{ATTITUDE}.yaw: {{column: yaw, {keys}}}"]
+    lines += [f"{GYRO}.{a}: {{column: g{a}, unit: deg/s}}" for a in "xyz"]
+    lines += [f"rov/imu.linear_acceleration.{a}: {{column: a{a}, unit: m/s^2}}" for a in "xyz"]
+    lines += [f"{ATTITUDE}.{a}: {{column: {a}, unit: deg}}" for a in ("roll", "pitch")]
+    (tmp_path / "map.yaml").write_text("\n".join(lines))
+    assert main([imu, attitude, "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "rov/" in line]
+    assert len(told) == bool(sentence) and all(sentence in line for line in told), told
+
+
+def test_a_heading_that_does_not_turn_or_a_gyro_about_another_axis_tells_no_unit():
+    draw, others = np.random.default_rng(3), [-1.0, 0.0175, 57.3]
+    q = body(FAST).as_quat()[:, [3, 0, 1, 2]]
+    assert heading_ratio((FAST, rates(FAST)), (FAST, q), others) is None
+    assert heading_ratio((FAST, rates(FAST)[:, [0, 2, 1]]), (FAST, q), others) is None
+    still = Rotation.from_rotvec(draw.normal(0.0, 0.01, (FAST.size, 3))).as_quat()[:, [3, 0, 1, 2]]
+    assert heading_ratio((FAST, rates(FAST)), (FAST, still), others) is None
+    assert heading_ratio((FAST[:10], rates(FAST)[:10]), (FAST, q), others) is None
+
+
+def test_an_attitude_that_never_changes_while_the_gyro_turns_is_warned_of(tmp_path, capsys):
+    imu, attitude = tables(tmp_path)
+    rows = np.loadtxt(attitude, delimiter=",", skiprows=1)
+    np.savetxt(attitude, rows * [1, 0, 0, 0], "%.8g", ",", header="t,roll,pitch,yaw", comments="")
+    told = told_by(tmp_path, capsys, [imu, attitude])
+    assert len(told) == 1 and "rov/imu.orientation: never changes while the gyro turns: nobody measured it" in told[0]
+    rows = np.loadtxt(imu, delimiter=",", skiprows=1)
+    rows[:, 1:4] = 0.1
+    np.savetxt(imu, rows, "%.8g", ",", header="t,gx,gy,gz,ax,ay,az", comments="")
+    (tmp_path / "still").mkdir()
+    assert told_by(tmp_path / "still", capsys, [imu, attitude]) == [], "a vehicle on its stand"
 
 
 def proposed(capsys, files):

@@ -372,3 +372,13 @@ def test_what_follows_a_question_is_a_sentence_of_its_own(tmp_path, capsys):
     columns = {"t": TIME, **{f"M{k}": PULSES for k in (1, 2)}}
     text = guessed(capsys, wide(tmp_path / "x.csv", columns))[1]
     assert "previous or linear? by its values alone: is it?" in text and "?;" not in text
+def test_a_velocity_log_downwards_is_in_our_axes_and_one_without_all_axes_is_asked_about(tmp_path, capsys):
+    log = {f"v_{way} [m/s]": 0.3 * WAVE for way in ("fwd", "stbd", "down")}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **log, **GYRO}))
+    for axis, way in zip("xyz", ("fwd", "stbd", "down"), strict=True):
+        assert found[f"rov/velocity.twist.twist.linear.{axis}"].startswith(f"{{column: 'v_{way} [m/s]', unit: m/s}}")
+    assert "rov/velocity: rep103" not in text and "where are its other axes" not in text
+    del log["v_stbd [m/s]"]
+    found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **log, **GYRO}))
+    asked = "where are its other axes? a diagnosis reads all three or none"
+    assert [found[f"rov/velocity.twist.twist.linear.{axis}"].count(asked) for axis in "xz"] == [1, 1]

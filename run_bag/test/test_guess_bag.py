@@ -44,6 +44,44 @@ def imu(types: Any, header: Any, k: int) -> Any:
     return types["sensor_msgs/msg/Imu"](header, level, none, vector(0.1, 0.0, 0.0), none, vector(0.0, 0.0, 9.8), none)
 
 
+def turning_imu(covariance: float) -> Callable[[Any, Any, int], Any]:
+    """Return an IMU's messages with an attitude that turns, and its first covariance."""
+
+    def made(types: Any, header: Any, k: int) -> Any:
+        message = imu(types, header, k)
+        half = 0.2 * np.sin(TIME[k])
+        message.orientation = types["geometry_msgs/msg/Quaternion"](0.0, 0.0, np.sin(half), np.cos(half))
+        message.orientation_covariance = np.array([covariance, *np.zeros(8)])
+        return message
+
+    return made
+
+
+def autopilot(parent: str) -> Callable[[Any, Any, int], Any]:
+    """Return messages of an odometry in a frame of that name."""
+
+    def made(types: Any, header: Any, k: int) -> Any:
+        vector, half = types["geometry_msgs/msg/Vector3"], 0.2 * np.sin(TIME[k])
+        turned = types["geometry_msgs/msg/Quaternion"](0.0, 0.0, np.sin(half), np.cos(half))
+        pose = types["geometry_msgs/msg/Pose"](types["geometry_msgs/msg/Point"](0.0, 0.0, 0.0), turned)
+        twist = types["geometry_msgs/msg/Twist"](vector(0.0, 0.0, 0.0), vector(0.0, 0.0, 0.4 * np.cos(TIME[k])))
+        header.frame_id = parent
+        return types["nav_msgs/msg/Odometry"](
+            header, "base_link_frd",
+            types["geometry_msgs/msg/PoseWithCovariance"](pose, np.zeros(36)),
+            types["geometry_msgs/msg/TwistWithCovariance"](twist, np.zeros(36)),
+        )  # fmt: skip
+
+    return made
+
+
+def battery(types: Any, header: Any, k: int) -> Any:
+    return types["sensor_msgs/msg/BatteryState"](
+        header, 16.0, 0.0, -1.0 - 0.01 * k, 0.0, 0.0, 0.0, 0.0, 0, 0, 0, True, np.zeros(0, np.float32),
+        np.zeros(0, np.float32), "", "",
+    )  # fmt: skip
+
+
 def dvl(types: Any, header: Any, k: int) -> Any:
     vector = types["geometry_msgs/msg/Vector3"]
     twist = types["geometry_msgs/msg/Twist"](vector(0.2, 0.0, -FALLING[k]), vector(0.0, 0.0, 0.0))
@@ -211,3 +249,30 @@ def test_several_sticks_are_no_commands_and_a_point_below_the_surface_is_a_depth
     found, _ = guessed(capsys, bag)
     assert not any("commanded" in name for name in found)
     assert found["rov/depth.depth"].startswith("{field: keller/depth.point.z, unit: m}")
+
+
+@pytest.mark.parametrize(
+    ("made", "there"), [(imu, False), (turning_imu(-1.0), False), (turning_imu(0.0), True), (turning_imu(1e-4), True)]
+)
+def test_an_attitude_that_nobody_measured_is_not_proposed(made: Any, there: bool, tmp_path: Path, capsys: Any) -> None:
+    found, text = guessed(capsys, write_bag(tmp_path / "bag", {"/imu": ("sensor_msgs/msg/Imu", made), "/rc/out": OUT}))
+    assert ("rov/imu.orientation.w" in found) is there and "rov/imu.angular_velocity.x" in found
+    assert ("# imu.orientation.w " in text) is not there
+
+
+@pytest.mark.parametrize(("frame", "asked"), [("map_ned", False), ("odom", True)])
+def test_axes_that_a_message_s_frame_says_are_not_asked_about(
+    frame: str, asked: bool, tmp_path: Path, capsys: Any
+) -> None:
+    topics = {"/autopilot/odometry": ("nav_msgs/msg/Odometry", autopilot(frame)), "/rc/out": OUT}
+    _, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    assert ("# axes: {rov/odometry: rep103}" in text) is asked
+
+
+def test_a_sensor_that_never_changes_is_asked_about_and_a_hold_once(tmp_path: Path, capsys: Any) -> None:
+    topics = {"/imu": IMU, "/rc/out": OUT, "/battery": ("sensor_msgs/msg/BatteryState", battery)}
+    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    assert found["rov/battery.voltage"].endswith("always 16 V, 800 samples; never changes: is it measured?")
+    assert text.count("never changes: is it measured?") == 1
+    assert text.count("hold is a guess: previous or linear?") == 1
+    assert "hold is a guess" in found["thruster_0/throttle.commanded"] and len(found) > 10

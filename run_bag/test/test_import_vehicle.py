@@ -411,6 +411,45 @@ def test_a_vehicle_faster_than_any_is_of_another_unit(tmp_path, capsys, speed, d
     assert "rov/" not in capsys.readouterr().err
 
 
+def test_a_battery_that_is_charged_throughout_is_asked_about(tmp_path, capsys):
+    text = "time: {column: t, unit: s}\nrov/battery.current: {column: amps, unit: A%s}"
+    drawn = 3.0 + np.sin(TIME)
+    drawn[0] = -0.1  # at rest, of a sensor with an offset
+    file = write_table(tmp_path / "dive.csv", {"t": TIME, "amps": drawn})
+    said = "rov/battery.current: positive throughout, "
+    imported(tmp_path, text % "", file)
+    assert said in capsys.readouterr().err
+    (tmp_path / "right").mkdir()
+    imported(tmp_path / "right", text % ", sign: -1", file)
+    assert said not in capsys.readouterr().err
+
+
+STATED = {
+    "yaw": "rov/imu.angular_velocity.z",
+    "speed": "rov/velocity.twist.twist.linear.x",
+    "rpm": "thruster_0/state.n",
+}
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "keys", "said"),
+    [
+        ("yaw [deg/s]", "yaw", "unit: rad/s", "column 'yaw [deg/s]' is in deg/s, as the recording states"),
+        ("yaw [deg/s]", "yaw", "unit: dps", ""),
+        ("speed [cm/s]", "speed", "unit: mm/s, sign: -1", "is in cm/s, as the recording states; the map says mm/s"),
+        ("rpm [rpm]", "rpm", "unit: rad/s", "is in rpm, as the recording states; the map says rad/s"),
+        ("speed [mV]", "speed", "unit: m/s", ""),  # of another quantity: nobody has to write so little
+        ("speed [cm/s]", "speed", "unit: m/s, scale: 0.01", ""),
+        ("speed", "speed", "unit: mm/s", ""),
+    ],
+)  # fmt: skip
+def test_a_unit_of_the_map_that_contradicts_the_header_s_is_remarked_on(tmp_path, capsys, header, name, keys, said):
+    file = write_table(tmp_path / "dive.csv", {"t": TIME, header: np.sin(TIME)})
+    imported(tmp_path, f"time: {{column: t, unit: s}}\n{STATED[name]}: {{column: {name}, {keys}}}", file)
+    told = [line for line in capsys.readouterr().err.splitlines() if "as the recording states" in line]
+    assert len(told) == bool(said) and all(said in line for line in told)
+
+
 @pytest.mark.parametrize("way", [1.0, -1.0])
 def test_a_battery_s_current_by_its_unit_alone_counts_as_drawn_whichever_way_it_is_written(tmp_path, capsys, way):
     own = {k: v for k, v in columns().items() if not k.startswith("battery")}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Mapping
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from ..topic import Topic
 from .axes import PARTS, down_in_body
 from .possible_units import units_of
 from .sources import Array
-from .turning import turning_ratio
-from .vectors import vector_of
+from .turning import heading_ratio, turning_ratio
+from .vectors import attitude_moves, vector_of
 
 __all__ = ["advice_on_attitude"]
 
@@ -29,6 +30,8 @@ _MOVED, _TURNED = 0.05, 0.1
 """Share of gravity that has to come and go along an axis, to tell a sign and to tell a size."""
 _ALIKE, _OPPOSITE, _TWICE = 0.8, -0.7, 2.0
 """Correlations, and the ratio of two movements from which on one of them is in another unit."""
+_STILL = 0.02
+"""[rad/s] Deviation of a gyro's axis from which on the vehicle turns: noise and vibration are less."""
 _NAMED = 1.15
 """Ratio by which two units' may differ from what is found, to be named."""
 _USUAL = ("rad/s", "rpm", "rps", "deg/s", "mrad/s")
@@ -36,26 +39,41 @@ _USUAL = ("rad/s", "rpm", "rps", "deg/s", "mrad/s")
 
 def advice_on_attitude(imu: Topic | None, odometry: Topic | None) -> list[str]:
     """Return a sentence for each thing in which accelerometer, gyro and attitude contradict each other."""
-    told = (_turning(imu, "rov/imu", "orientation"), _turning(odometry, "rov/odometry", "pose.pose.orientation"))
-    attitude, whose = next(((each, name) for each, name in told if each is not None), (None, ""))
-    force = vector_of(imu, "linear_acceleration", "xyz")
-    by_gravity = _against_gravity(force, attitude, whose) if force is not None else []
-    if by_gravity or attitude is None:
-        return by_gravity
+    told = {"rov/imu": _told(imu, "orientation"), "rov/odometry": _told(odometry, "pose.pose.orientation")}
+    attitudes = {whose: each for whose, each in told.items() if each is not None}
+    moving = {whose: each for whose, each in attitudes.items() if attitude_moves(each[1])}
+    whose, attitude = next(iter(moving.items()), ("", None))
     rates, gyro = vector_of(imu, "angular_velocity", "xyz"), "rov/imu.angular_velocity"
     if rates is None:
         rates, gyro = vector_of(odometry, "twist.twist.angular", "xyz"), "rov/odometry.twist.twist.angular"
-    return _against_gyro(gyro, rates, attitude, whose) if rates is not None else []
+    still = [_still(each) for each in attitudes if each not in moving] if rates and _turns(rates[1]) else []
+    force = vector_of(imu, "linear_acceleration", "xyz")
+    by_gravity = _against_gravity(force, attitude, whose) if force is not None else []
+    if by_gravity or attitude is None or rates is None:
+        return [*still, *by_gravity]
+    return [*still, *_against_gyro(gyro, rates, attitude, whose)]
 
 
-def _turning(topic: Topic | None, name: str, head: str) -> tuple[tuple[Array, Array] | None, str]:
-    """Return an attitude that was measured, None where a driver writes none."""
+def _told(topic: Topic | None, head: str) -> tuple[Array, Array] | None:
+    """Return an attitude where one of length 1 was told; a driver that measures none may write zeros."""
     attitude = vector_of(topic, head, PARTS)
     if attitude is None:
-        return None, ""
+        return None
     there = np.abs(np.linalg.norm(attitude[1], axis=1) - 1.0) < 0.1
-    time, q = attitude[0][there], attitude[1][there]
-    return ((time, q) if there.sum() > 1 and np.ptp(q) else None), name
+    return (attitude[0][there], attitude[1][there]) if there.sum() > 1 else None
+
+
+def _turns(rates: Array) -> bool:
+    """Tell whether a gyro [rad/s] shows more than noise about its mean."""
+    return bool(np.std(rates, axis=0).max() > _STILL)
+
+
+def _still(whose: str) -> str:
+    head = "orientation" if whose == "rov/imu" else "pose.pose.orientation"
+    return (
+        f"{whose}.{head}: never changes while the gyro turns: nobody measured it, and no diagnosis takes it; expected "
+        "an attitude, or no entry for it in the map"
+    )
 
 
 def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] | None, whose: str) -> list[str]:
@@ -125,17 +143,37 @@ def _tilts(whose: str, time: Array, felt: Array, down: Array) -> list[str]:
 def _against_gyro(gyro: str, rates: tuple[Array, Array], attitude: tuple[Array, Array], whose: str) -> list[str]:
     ratio = turning_ratio(rates, attitude)
     if ratio is None or 1.0 / _TWICE < ratio < _TWICE:
+        return _of_heading(rates, attitude, whose)
+    named = _taken(ratio, {unit: factor for unit, factor in units_of("rad/s").items() if unit in _USUAL})
+    return [
+        f"{gyro}: turns {ratio:.3g} times as fast as the attitude of {whose} does{named}: expected 1; is the `unit` of "
+        "both that of the recording?"
+    ]
+
+
+def _of_heading(rates: tuple[Array, Array], attitude: tuple[Array, Array], whose: str) -> list[str]:
+    """Return what is wrong with a yaw whose roll and pitch need not be."""
+    units = units_of("rad")
+    factors = sorted({taken / true for true, taken in itertools.permutations(units.values(), 2)})
+    ratio = heading_ratio(rates, attitude, [-1.0, *factors])
+    if ratio is None:
         return []
-    units = {unit: factor for unit, factor in units_of("rad/s").items() if unit in _USUAL}
+    if ratio < 0.0:
+        return [f"{whose}: yaw turns the other way than the gyro: expected one way; is its `sign` right?"]
+    return [
+        f"{whose}: yaw turns {ratio:.3g} times as fast as the gyro does{_taken(ratio, units)}: expected 1; is its "
+        "`unit` that of the recording?"
+    ]
+
+
+def _taken(ratio: float, units: Mapping[str, float]) -> str:
+    """Return which unit read as which other one makes readings so many times as large, "" where none does."""
     off = {
         f", as {true} read as {taken} would": abs(np.log(units[taken] / units[true] / ratio))
         for true, taken in itertools.permutations(units, 2)
     }
     named = min(off, key=lambda each: off[each])
-    return [
-        f"{gyro}: turns {ratio:.3g} times as fast as the attitude of {whose} does"
-        f"{named if off[named] < np.log(_NAMED) else ''}: expected 1; is the `unit` of both that of the recording?"
-    ]
+    return named if off[named] < np.log(_NAMED) else ""
 
 
 _UPSIDE_DOWN = (

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import COMMANDS
 from .csv_source import CsvSource
@@ -23,6 +24,10 @@ from .sources import Array, Source
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
+HOLD = " hold is a guess: previous or linear?"
+"""Asked once, of the first command."""
+CONSTANT = " never changes: is it measured?"
+"""Asked about a field of a bag or log; a table has what somebody chose."""
 
 
 def guess(sources: Sequence[Source]) -> str:
@@ -34,10 +39,14 @@ def guess(sources: Sequence[Source]) -> str:
     for each in found:
         groups.setdefault(each.group, []).append(each)
     force = _rows(groups.get("rov/imu.linear_acceleration", []))
+    asked = next((each for each in found if each.is_command), None)
     entries = [
-        _line(each, groups[each.group], clock, shared=names[each.name] > 1, force=list(force.values()))
+        _line(
+            each, groups[each.group], clock, shared=names[each.name] > 1, force=list(force.values()),
+            asked=each != asked,
+        )
         for each in found
-    ]
+    ]  # fmt: skip
     entries = gyro_by_attitude(sources, told, entries)
     head = ["# A proposal: read it, correct it, and import with --map.", *told]
     if not any(each.is_command for each in found):
@@ -75,10 +84,18 @@ def _axes(found: Iterable[Found], sources: Sequence[Source], lines: Sequence[str
     vectors = [each for each in found if each.topic in ("rov/imu", "rov/odometry", "rov/velocity")]
     topics = {each.topic for each in vectors if each.topic != "rov/odometry" or not each.usual}
     force = {e.channel[-1]: values_of(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
-    return axes_lines(topics, force, sources, lines)
+    ours = {each.topic for each in vectors if _says_our_axes(each)}
+    return axes_lines(topics, force, sources, lines, ours=ours)
 
 
-def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, force: Sequence[Array]) -> str:
+def _says_our_axes(each: Found) -> bool:
+    """Tell whether the frame of a message, or the name of a velocity downwards, says our axes."""
+    if isinstance(each.source, BagSource):
+        return each.source.channels[each.name].frame.endswith(("ned", "frd"))
+    return each.channel.endswith("linear.z") and "down" in each.name.lower()
+
+
+def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, force: Sequence[Array], asked: bool) -> str:
     """Return the entry of a channel.
 
     Args:
@@ -86,6 +103,7 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
         group: the parts of one field, whose unit is found from all their values.
         clock: the column of time of most tables; shared: whether several files have a column of that name.
         force: readings of the accelerometer's three axes, none where they are not known.
+        asked: whether the hold of commands is asked about elsewhere.
     """
     source, name = each.source, each.name
     table, notes = isinstance(source, CsvSource), _seen(source, name)
@@ -110,12 +128,13 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
         text += f", stop: {stop}, per_volt: {per_volt:.4g}"
         why = _joined(why, " stop and per_volt are guesses: write yours").strip()
     if command:
-        why = _joined(why, " hold is a guess: previous or linear?").strip()
+        why = _joined(why, "" if asked else HOLD).strip()
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
     doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
-    notes = _joined(notes, f" {why}" if why else "", each.why, doubt)
+    still = "" if table or command or len(group) > 1 or moves(source, name) else CONSTANT
+    notes = _joined(notes, f" {why}" if why else "", each.why, doubt, still)
     return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
 
 

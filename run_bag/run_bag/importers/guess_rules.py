@@ -8,8 +8,8 @@ from typing import NamedTuple
 from .guessed_depth import WHICH_WATER, depth_of_pressure
 
 __all__ = [
-    "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType",
-    "Rule", "quoted",
+    "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "OTHER_AXES", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW",
+    "WHOSE_ATTITUDE", "OfType", "Rule", "quoted",
 ]  # fmt: skip
 
 
@@ -45,7 +45,8 @@ _GYRO = (
 )
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschleunigung|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
 _LOG_VELOCITY = (
-    rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?({_AXIS}|(?P<x>u|forward)|(?P<y>v|starboard)|(?P<z>w|down))"
+    rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?"
+    rf"({_AXIS}|(?P<x>u|forward|fwd)|(?P<y>v|starboard|stbd)|(?P<z>w|down))"
 )
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
 _BATTERY = r"(bat(t(ery|erie)?)?|akku)"
@@ -118,6 +119,9 @@ BY_UNIT = {
 
 WHICH_FLOW = " of the water around? at the propeller it is flow.axial"
 """Asked where a name says that it is a flow, and not which."""
+
+OTHER_AXES = " where are its other axes? a diagnosis reads all three or none"
+"""Asked about a velocity log of which not all axes are recognised."""
 
 WHOSE_ATTITUDE = " of this IMU? the vehicle's own, as an autopilot tells it, is rov/odometry.pose.pose.orientation"
 """Asked where an attitude comes at other times than the gyro."""

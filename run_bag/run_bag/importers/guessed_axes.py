@@ -24,14 +24,16 @@ _READ = (*_MOVING, "rov/depth", "rov/imu.orientation")
 
 
 def axes_lines(
-    topics: Collection[str], force: Mapping[str, Array | None], sources: Sequence[Source], lines: Sequence[str]
-) -> list[str]:
+    topics: Collection[str], force: Mapping[str, Array | None], sources: Sequence[Source], lines: Sequence[str],
+    *, ours: Collection[str] = (),
+) -> list[str]:  # fmt: skip
     """Return the lines of a proposed map about axes: those of topics that tell it, a question about the others.
 
     Args:
         topics: with vectors, of which nobody has said in which axes they are.
         force: what the accelerometer tells by axis, in any unit.
         sources: the recordings; lines: those of the proposal about their times and channels.
+        ours: topics that a name says to be in our axes: nothing is asked about them.
     """
     ways = {"rov/imu": _upright(force)} if "rov/imu" in topics else {}
     moving = [topic for topic in _MOVING if topic in topics]
@@ -39,7 +41,7 @@ def axes_lines(
         read = _read(sources, lines, turned=ways.get("rov/imu", 0) < 0)
         ways |= {topic: falling(read, topic) for topic in moving}
     told = [topic for topic, way in sorted(ways.items()) if way < 0]
-    asked = [topic for topic, way in sorted(ways.items()) if way == 0]
+    asked = [topic for topic, way in sorted(ways.items()) if way == 0 and topic not in ours]
     why = {"rov/imu": "at rest the IMU's z axis points up"}
     reasons = "; ".join(why.get(topic, f"{topic}.z is positive while the depth shrinks") for topic in told)
     lines_told = [f"{_axes(told)}   # {reasons}"] if told else []

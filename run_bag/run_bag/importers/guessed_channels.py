@@ -13,7 +13,19 @@ from .bag_source import BagSource
 from .column_names import bare_name, without_unit
 from .conversions import conversion, spelled
 from .csv_source import CsvSource
-from .guess_rules import BY_UNIT, LOGS, OF_BENCH, OF_TYPE, THRUSTER, VEHICLE, WHOSE_ATTITUDE, OfType, Rule, quoted
+from .guess_rules import (
+    BY_UNIT,
+    LOGS,
+    OF_BENCH,
+    OF_TYPE,
+    OTHER_AXES,
+    THRUSTER,
+    VEHICLE,
+    WHOSE_ATTITUDE,
+    OfType,
+    Rule,
+    quoted,
+)
 from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import alike_commands
 from .guessed_depth import WHICH_WATER, depths_of_pressures
@@ -93,6 +105,9 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
             left.remove((each.source, each.name))
     for each in _attitude_apart(found.values(), clock):
         found[each.channel] = each._replace(why=WHOSE_ATTITUDE)
+    logged = [each for each in found.values() if each.topic == "rov/velocity"]
+    for each in logged if len(logged) < 3 else ():
+        found[each.channel] = each._replace(why=OTHER_AXES)
     return list(found.values()), left
 
 
@@ -130,13 +145,25 @@ def _behind_the_last(found: Iterable[Found]) -> list[Found]:
 
 
 def _nobody_fills(proposed: Sequence[Found]) -> set[str]:
-    """Return the fields of a bag or log that are 0 in all messages, as where nothing is measured. Commands may be, and
-    a part of a vector."""
+    """Return the fields of a bag or log that are 0 in all messages, as where nothing is measured, and attitudes that
+    never change, or whose first covariance is -1 (REP 145). Commands may be 0, and a part of a vector."""
     parts: dict[tuple[str, str], list[Found]] = {}
     for each in proposed:
         if not (each.is_command or each.entry or isinstance(each.source, CsvSource)):
             parts.setdefault((each.name.partition(".")[0], each.group), []).append(each)
-    return {each.name for own in parts.values() if all(is_0(e.source, e.name) for e in own) for each in own}
+    return {
+        each.name
+        for (_, group), own in parts.items()
+        if all(is_0(e.source, e.name) for e in own)
+        or (group.endswith("orientation") and (not any(moves(e.source, e.name) for e in own) or _disowned(own[0])))
+        for each in own
+    }
+
+
+def _disowned(part: Found) -> bool:
+    """Tell whether all messages say that nobody measured this attitude."""
+    covariance = span_of(part.source, f"{part.name.rpartition('.')[0]}_covariance[0]")
+    return covariance is not None and covariance.low == covariance.high == -1.0
 
 
 def _commands(fields: Sequence[tuple[Source, str]]) -> list[Found]:

@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from ..errors import RecordingError
 from ..topic import Topic
 from .axes import PARTS, REP103, attitude_of, in_our_axes
+from .bag_source import BagSource
+from .conversions import COMMANDS, conversion, spelled
 from .csv_source import MAX_SPAN_S, CsvSource
 from .decisions import Decisions
 from .recording_map import Constant, Mapped, RecordingMap
@@ -62,7 +64,8 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     how = f"{shift!r} s was added to all times, so that the clock starts at {START_S:g} s, as that of bench recordings"
     log.add("shift of the clock", shift, "s", how, digits=17)
     made: list[Topic] = []
-    warnings = [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
+    warnings = [sentence for e, at in places for sentence in _against_stated(e, at)]
+    warnings += [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
     for name, own in parts.items():
         stamps, fields = _merge(own)
         for c in told.entries:
@@ -79,6 +82,26 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
             fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
     return made, warnings
+
+
+def _against_stated(entry: Mapped, source: Source) -> list[str]:
+    """Return what is odd where a table or log states another unit than the map does.
+
+    A bag's message types have units by convention, which a driver may not keep; scaled cells are in none of ours.
+    """
+    if isinstance(source, BagSource) or abs(entry.scale) != 1.0 or entry.offset:
+        return []
+    name = entry.column
+    if isinstance(source, CsvSource):
+        name = source.names()[source.index(name, entry.channel)]
+    stated = source.unit(str(name))
+    into = conversion(stated, entry.unit) if stated else None
+    if into is None or into == entry.convert or entry.given_unit in COMMANDS:
+        return []
+    whose = f"{'field' if entry.is_field else 'column'} {name!r}"
+    return [
+        f"{entry.channel}: {whose} is in {spelled(stated)}, as the recording states; the map says {entry.given_unit}"
+    ]
 
 
 def _beyond_a_turn(part: _Part) -> list[str]:

@@ -1,22 +1,31 @@
 """How fast a gyro turns, over how fast the attitude of the same vehicle does.
 
 Over a window that is short enough for turns to add up,  k = |int omega dt| / |2 log(q_0^-1 q_1)|,  1 where both are in
-one unit and whichever axes both have.
+one unit and whichever axes both have. Of yaw alone, with the gyro's rates in the level frame of roll and pitch,
+
+    k = Delta psi / int (q sin phi + r cos phi) / cos theta dt,      Delta psi but for whole turns.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from scipy.integrate import cumulative_trapezoid
 
+from .axes import down_in_body
 from .sources import Array
 
-__all__ = ["turning_ratio"]
+__all__ = ["heading_ratio", "turning_ratio"]
 
 _WINDOW, _FEWEST = 0.5, 40
 """[s] Of a turn; windows below which nothing is said."""
 _ALIKE = 0.9
 """Correlation of both turns from which on they are of one movement."""
+_YAWED, _LEVEL = 0.02, 0.5
+"""[rad] Of a window in which yaw turns; least share of the vertical along the body's z axis."""
+_HALF = 0.5
+"""Share of what 1 leaves, and of what no turn at all leaves, that another k may leave at most."""
 
 
 def turning_ratio(gyro: tuple[Array, Array], attitude: tuple[Array, Array]) -> float | None:
@@ -45,6 +54,42 @@ def turning_ratio(gyro: tuple[Array, Array], attitude: tuple[Array, Array]) -> f
     if len(a) < _FEWEST or min(sizes) == 0.0 or float(np.sum(a * b)) < _ALIKE * sizes[0] * sizes[1]:
         return None
     return sizes[0] / sizes[1]
+
+
+def heading_ratio(gyro: tuple[Array, Array], attitude: tuple[Array, Array], others: Sequence[float]) -> float | None:
+    """Return k of yaw alone where it is one of `others`, None where it is 1 or nothing tells it.
+
+    Args:
+        gyro: times [s] and rates (N, 3) [rad/s].
+        attitude: times [s] and quaternions w, x, y, z (N, 4) of a right roll and pitch.
+    """
+    time, rates = gyro
+    at, q = attitude
+    if min(time.size, at.size) < _FEWEST:
+        return None
+    _, y, z = _between(time, at, down_in_body(q)).T  # cos theta sin phi, cos theta cos phi
+    level = y * y + z * z
+    rate = (rates[:, 1] * y + rates[:, 2] * z) / np.maximum(level, _LEVEL**2)
+    instants = at[np.searchsorted(at, np.arange(max(time[0], at[0]), min(time[-1], at[-1]), _WINDOW))]
+    k = np.unique(np.searchsorted(at, instants))
+    w, i, j, n = q[k].T
+    heading = np.arctan2(2.0 * (i * j + w * n), 1.0 - 2.0 * (j * j + n * n))
+    by_gyro = np.diff(np.interp(at[k], time, cumulative_trapezoid(rate, time, initial=0.0)))
+    by_yaw = np.diff(heading)
+    upright = np.interp(at[k], time, z) > _LEVEL
+    used = (
+        (np.abs(by_gyro) > _YAWED) & upright[1:] & upright[:-1] & _covered(at[k], time) & (np.diff(at[k]) < 2 * _WINDOW)
+    )
+    if used.sum() < _FEWEST:
+        return None
+    left = {f: float(np.median(_unwound(by_yaw[used] - f * by_gyro[used]))) for f in (0.0, 1.0, *others)}
+    best = min(others, key=lambda f: left[f])
+    return best if left[best] < _HALF * min(left[0.0], left[1.0]) else None
+
+
+def _unwound(angles: Array) -> Array:
+    """Return the size of angles [rad] but for whole turns."""
+    return np.abs((angles + np.pi) % (2.0 * np.pi) - np.pi)
 
 
 def _between(edges: Array, time: Array, values: Array) -> Array:

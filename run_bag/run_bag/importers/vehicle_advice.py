@@ -17,6 +17,8 @@ __all__ = ["advice_on_vehicle"]
 Array = NDArray[np.float64]
 _FASTEST, _SPEED, _SHALLOWEST, _VOLTS = 20.0, 5.0, -0.5, 200.0
 """[rad/s, m/s, m, V] Beyond these a vehicle's reading is of another unit or sign: thrusters drive none at 10 knots."""
+_BACKWARD = 0.1
+"""Share of the largest current of a battery up to which it may be an offset on the other side of 0."""
 _WINDOW = 1.0
 """[s] Whose median depths are compared: within it noise changes a depth faster than any vehicle."""
 
@@ -45,7 +47,9 @@ def advice_on_vehicle(topics: Sequence[Topic]) -> list[str]:
         for topic in ("rov/velocity", "rov/odometry")
         if topic in found and falling(found, topic) < 0
     ]
-    return [*told, *(_of_depth(found["rov/depth"]) if "rov/depth" in found else [])]
+    for topic, advice_of in (("rov/depth", _of_depth), ("rov/battery", _of_battery)):
+        told += advice_of(found[topic]) if topic in found else []
+    return told
 
 
 def _measured(topic: Topic, path: str) -> Array | None:
@@ -70,6 +74,16 @@ def _of_depth(topic: Topic) -> list[str]:
             f"rov/depth.depth: changes by up to {fastest:.4g} m/s: no vehicle's; is `unit` that of the recording?"
         )
     return told
+
+
+def _of_battery(topic: Topic) -> list[str]:
+    current = _measured(topic, "current")
+    if current is None or np.median(current) <= 0.0 or np.min(current) < -_BACKWARD * np.max(current):
+        return []
+    return [
+        f"rov/battery.current: positive throughout, {np.median(current):.3g} A as a rule: expected negative while it "
+        "is drawn; say `sign: -1`"
+    ]
 
 
 def _fastest(time: Array, values: Array) -> float:
