@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,7 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import common_to
 from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.unknowns import Key, words_of
+from gap_diagnosis.vehicle.velocity_axes import velocity_size
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from run_bag import Run, RunError, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
@@ -49,6 +51,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         RunError: one of them cannot be read at all.
     """
     logs, found, runs = [], [], [read_run(path) for path in paths]
+    sensors: list[_Told] = []
     with suppress(RunError):  # told below, of the run that it is in
         model = replace(model, period=suited_period(runs, model.thrusters))
     for run in runs:
@@ -58,7 +61,9 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
             found.append(Finding(kind="refused", run=run.name, sentence=str(error).removeprefix(f"{run.name}: ")))
             continue
         logs.append(log)
-        found += [*_sensors(run, log), *_throttles(log), *_notes(run, log)]
+        sensors += _told_by(run, log)
+        found += [*_sensors(log), *_throttles(log), *_notes(run, log)]
+    found = [*_readings(sensors), *found]
     if not logs:
         return found
     found += [Finding(kind="note", about="throttles", sentence=each) for each in fewer_throttles(logs)]
@@ -76,21 +81,50 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, used)]
 
 
-def _sensors(run: Run, log: VehicleLog) -> Iterable[Finding]:
-    """Yield a finding for each sensor that told anything, and one for those that did not."""
+class _Told(NamedTuple):
+    """What a sensor told in a run: how often, the usual time between two readings and the longest one [s]."""
+
+    sensor: str
+    run: str
+    readings: int
+    every: str
+    gap: float
+
+
+def _told_by(run: Run, log: VehicleLog) -> Iterable[_Told]:
+    """Yield what each sensor told."""
     for sensor in (name for name, there in log.there.items() if there):
-        name = next((c for c in _SENSORS[sensor] if c in run and np.isfinite(run[c].values).any()), "")
-        if not name:  # a tachometer, of another thruster
-            continue
-        time = run.time(name)[np.isfinite(run[name].values)]
-        steps = np.diff(time)
-        rate = f", one every {np.median(steps):.3g} s, longest gap {np.max(steps):.2g} s" if steps.size else ""
-        yield Finding(kind="good", run=run.name, about=sensor, sentence=f"{time.size} readings{rate}")
+        names = [name for name in _SENSORS[sensor] if name in run and np.isfinite(run[name].values).any()]
+        if sensor == "attitude" and "rov/odometry" in dict(log.took).get(sensor, "").partition(",")[0]:
+            names = names[-1:]
+        if names:  # none: a tachometer, of another thruster
+            time = run.time(names[0])[np.isfinite(run[names[0]].values)]
+            steps = np.diff(time)
+            every = f"{np.median(steps):.3g}" if steps.size else ""
+            yield _Told(sensor, run.name, time.size, every, float(np.max(steps, initial=0.0)))
+
+
+def _readings(told: Sequence[_Told]) -> Iterable[Finding]:
+    """Yield a finding for each sensor that told anything, one for all runs in which it has one rate."""
+    alike: dict[tuple[str, str], list[_Told]] = {}
+    for each in told:
+        alike.setdefault((each.sensor, each.every), []).append(each)
+    for (sensor, every), of in alike.items():
+        gap = max(each.gap for each in of)
+        rate = f", one every {every} s, longest gap {gap:.2g} s" if every else ""
+        says = f"{', '.join(str(each.readings) for each in of)} readings{rate}"
+        yield from (Finding(kind="good", run=each.run, about=sensor, sentence=says) for each in of)
+
+
+def _sensors(log: VehicleLog) -> Iterable[Finding]:
+    """Yield where readings are from, which were left out, and which sensors told nothing."""
     for sensor, source in log.took:
-        yield Finding(kind="good", run=run.name, about=sensor, sentence=source)
+        yield Finding(kind="good", run=log.name, about=sensor, sentence=source)
+    if log.left_out:
+        yield Finding(kind="good", run=log.name, sentence=log.left_out)
     missing = [sensor for sensor, there in log.there.items() if not there]
     if missing:
-        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(missing))
+        yield Finding(kind="note", run=log.name, about="not measured", sentence=", ".join(missing))
 
 
 def _throttles(log: VehicleLog) -> Iterable[Finding]:
@@ -115,7 +149,7 @@ def _notes(run: Run, log: VehicleLog) -> list[Finding]:
 
 def _units(model: Model, logs: Sequence[VehicleLog]) -> Iterable[Finding]:
     """Yield where readings are of another size than set and sensors' file foresee: of a thruster's speed under these
-    commands, of the battery at rest."""
+    commands, of the battery at rest; or a velocity log of another than depth and accelerometer tell."""
     ratios = []
     for log in (each for each in logs if each.there["tachometer"]):
         there = np.abs(expected(model, log, log.throttles, {})[0].speeds)
@@ -127,6 +161,9 @@ def _units(model: Model, logs: Sequence[VehicleLog]) -> Iterable[Finding]:
     volts = [log.battery[:, 0] / model.sensors.nominal_voltage for log in logs if log.there["battery"]]
     stated = f"the nominal voltage of the sensors' file, {model.sensors.nominal_voltage:g} V"
     yield from _sized("battery", volts, stated, rules.ANOTHER_BATTERY)
+    size = velocity_size(logs)
+    what = "what depth and accelerometer say of the velocity"
+    yield from _sized("velocity", [] if size is None else [np.array([size])], what, rules.ANOTHER_UNIT)
 
 
 def _sized(about: str, ratios: Sequence[Array], what: str, most: float) -> Iterable[Finding]:
@@ -157,7 +194,13 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     every, tried = hypotheses(model, dict.fromkeys(there, True)), hypotheses(model, there)
     blind = sorted({described(name).title for name in {h.effect for h in every} - {h.effect for h in tried}})
     told = f"{len(shown)} of {len(best.effects)}, each on one thruster, axis or sensor, at some size within its range"
+    names = _grouped(shown, best.hidden) if shown else ""
+    told = ": ".join(filter(None, (told, names)))
     found = [Finding(kind="good" if shown else "note", about="effects that would show", sentence=told)]
+    of_several = {described(h.effect).title: None for h in tried if h.effect not in {h.effect for h, _ in best.effects}}
+    if of_several:
+        told = f"{', '.join(of_several)}: whether these recordings show them is not foreseen"
+        found.append(Finding(kind="good", about="effects that are looked for, too", sentence=told))
     if best.hidden:
         told = f"{_grouped(best.hidden)}: they hide behind the noise or behind numbers that are uncertain"
         found.append(Finding(kind="note", about="effects that would not show", sentence=told))
@@ -173,14 +216,17 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
     return found
 
 
-def _grouped(hidden: Sequence[Hypothesis]) -> str:
-    """Return effects in words, each once, with where it would be."""
+def _grouped(effects: Sequence[Hypothesis], others: Sequence[Hypothesis] | None = None) -> str:
+    """Return effects in words, each once, with where it would be; of one that is none of the others, everywhere, only
+    its name where `others` are given."""
+    whole = set() if others is None else {h.effect for h in effects} - {h.effect for h in others}
     where: dict[str, dict[str, None]] = {}
-    for h in hidden:
+    for h in effects:
         thruster = "" if h.thruster is None else f"thruster {h.thruster}"
         place = ", ".join(filter(None, (h.kind, h.axis, h.sensor, thruster))).replace("_", " ")
         where.setdefault(described(h.effect).title, {})[place or _everywhere(h)] = None
-    return "; ".join(f"{title} ({', '.join(places)})" for title, places in where.items())
+    named = {described(effect).title for effect in whole}
+    return "; ".join(title if title in named else f"{title} ({', '.join(of)})" for title, of in where.items())
 
 
 def _everywhere(h: Hypothesis) -> str:

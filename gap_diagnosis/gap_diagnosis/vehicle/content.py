@@ -149,7 +149,7 @@ def content_of(
         "wiring": None if conventions is None else conventions.content(),
         "sensors": told_in(logs),
         "log": [each.sentence for each in verdict.logged],
-        "warnings": list(dict.fromkeys(note for log in logs for note in log.notes)),
+        "warnings": list(dict.fromkeys(note for log in logs for note in (*log.notes, log.left_out) if note)),
         "next_experiment": _next(verdict, conventions) if proposed is None else _proposed(proposed),
         "provenance": provenance,
     }

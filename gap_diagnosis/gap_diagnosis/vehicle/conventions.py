@@ -13,7 +13,7 @@ from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.mounting import MOUNTINGS, imu_mounted, named, turned_too, velocity_mounted
 from gap_diagnosis.vehicle.oddities import Oddity
 from gap_diagnosis.vehicle.rules import TURNED_BY
-from gap_diagnosis.vehicle.velocity_axes import velocity_mounting
+from gap_diagnosis.vehicle.velocity_axes import velocity_between, velocity_mounting
 from gap_diagnosis.vehicle.wiring import Wiring, wiring_of
 
 __all__ = ["Conventions", "conventions_of"]
@@ -21,6 +21,10 @@ __all__ = ["Conventions", "conventions_of"]
 Array = NDArray[np.float64]
 _ONLY_RIGHT_ANGLES = (
     "Only right angles are tried, so axes are about these: another angle is stated as `rotation` in the sensors' file."
+)
+_BETWEEN = (
+    "The velocity log's direction is neither as stated nor at a right angle, but some {:.0f} degrees from the nearest "
+    "one: state its `rotation` in the sensors' file."
 )
 
 
@@ -61,12 +65,14 @@ class Mounted:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Conventions:
-    """Wires; how IMU and velocity log are mounted; whether the attitude was told with the IMU's turn."""
+    """Wires; how IMU and velocity log are mounted; whether the attitude was told with the IMU's turn; by how much the
+    velocity log is turned from all right angles [rad], 0 where it is not."""
 
     wiring: Wiring
     imu: Mounted
     velocity: Mounted
     attitude: bool
+    between: float = 0.0
 
     @property
     def verdict(self) -> str:
@@ -77,7 +83,8 @@ class Conventions:
     def turned(self) -> tuple[str, ...]:
         """A sentence for each sensor that is, and one on what else it may be."""
         found = (*self.imu.words("IMU"), *self.velocity.words("velocity log"))
-        return (*found, _ONLY_RIGHT_ANGLES) if found else ()
+        told = (*found, _ONLY_RIGHT_ANGLES) if found else ()
+        return (*told, _BETWEEN.format(np.degrees(self.between))) if self.between else told
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -108,4 +115,5 @@ def conventions_of(model: Model, logs: Sequence[VehicleLog]) -> Conventions:
     read = [imu_mounted(log, imu.R, too) for log in logs] if imu.turned else logs
     R, gain = velocity_mounting(read)
     velocity = Mounted(R=R, log_odds=0.5 * gain / len(logs), stated=stated[1])
-    return Conventions(wiring=wiring, imu=imu, velocity=velocity, attitude=too)
+    between = 0.0 if velocity.turned else velocity_between(read)
+    return Conventions(wiring=wiring, imu=imu, velocity=velocity, attitude=too, between=between)

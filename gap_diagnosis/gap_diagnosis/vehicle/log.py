@@ -37,7 +37,7 @@ class VehicleLog:
         noise: (13,) of the channels, each reading on the grid [rad, rad/s, m/s^2, m, m/s]; NaN: not there.
         speed_noise: (N,) [rad/s]; battery_noise: (2,) [V, A].
         start: of the recording's clock [ns]; cut: instants of it before the first one here.
-        notes: what the reader decided, one sentence each.
+        notes: what the reader decided, one sentence each; left_out: one about readings, "" where there are none.
         took: sensor and where its readings are from, of those that several topics may have.
         oddities: what the logs of the sensors show by themselves.
         unrecorded: thrusters of which it has no throttle.
@@ -58,6 +58,7 @@ class VehicleLog:
     start: int = 0
     cut: int = 0
     notes: tuple[str, ...] = ()
+    left_out: str = ""
     took: tuple[tuple[str, str], ...] = ()
     oddities: tuple[Oddity, ...] = ()
     unrecorded: tuple[int, ...] = ()

@@ -17,6 +17,7 @@ from gap_diagnosis.vehicle.rules import LONE_EVERY, PERIOD
 from gap_diagnosis.vehicle.turns import Stated, attitudes_with, read_with
 from rov_sim.vehicle.innovations import LATE, PARTS
 from run_bag import MissingTopicError, Run, RunError, read_run
+from run_bag.importers.vectors import attitude_moves
 from thruster_model.identification.preparation import noise_level
 from thruster_model.identification.speed_sign import on_lines
 
@@ -148,12 +149,11 @@ def log_of(
         power[:, list(gauges)], power_noise[list(gauges)], late = _at_instants(*battery, grid, period)
         lateness[:, LATE.index("battery")] = late
         power[:, 1] = -power[:, 1]
-    if odd is not None and odd.alone:
-        notes.append(f"readings that stand alone, far off, are left out: {', '.join(odd.alone)}")
+    alone = f"readings that stand alone, far off, are left out: {', '.join(odd.alone)}" if odd and odd.alone else ""
     return VehicleLog(
         name=run.name, period=period, commands=np.stack(commands, axis=2), attitude=quaternions, told=told,
         speeds=speeds, battery=power, lateness=lateness, noise=noise, speed_noise=speed_noise,
-        battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), took=tuple(took),
+        battery_noise=power_noise, signed=signed, start=run.start, notes=tuple(notes), took=tuple(took), left_out=alone,
         oddities=tuple(odd.oddities if odd else ()),
         unrecorded=tuple(i for i, each in enumerate(throttles) if each is None),
     )  # fmt: skip
@@ -249,13 +249,18 @@ def _in_body(channel: tuple[Array, Array] | None, R: Array) -> tuple[Array, Arra
 def _attitude(
     run: Run, took: list[tuple[str, str]], odd: _Odd | None, imu: Array
 ) -> tuple[Array, Array] | None:  # fmt: skip
-    attitude = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
-    if attitude is not None and _turned(attitude[1]):
-        return attitude[0], attitudes_with(attitude[1], imu)
-    attitude = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
-    if attitude is not None:
-        took.append(("attitude", "that of rov/odometry, as rov/imu has none"))
-    return attitude
+    """Return the IMU's attitude, else that of the odometry; of two it is told which one was taken."""
+    own = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
+    other = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], None, whole=True)
+    if own is not None and _measured(own[1], odd):
+        if other is not None and _measured(other[1], odd):
+            took.append(("attitude", "that of rov/imu; rov/odometry has another one, which is not read"))
+        return own[0], attitudes_with(own[1], imu)
+    if other is None or not _measured(other[1], odd):
+        return None
+    why = "has none" if own is None else "has one that is not measured or never changes"
+    took.append(("attitude", f"that of rov/odometry, as rov/imu {why}"))
+    return _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
 
 
 def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Array) -> tuple[Array, Array] | None:
@@ -266,8 +271,9 @@ def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Array) -> tuple[Ar
     return _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
 
 
-def _turned(q: Array) -> bool:
-    return bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1) and bool(np.ptp(q))
+def _measured(q: Array, odd: _Odd | None) -> bool:
+    """Tell whether an attitude is one; in a piece of a recording it may stay as it is."""
+    return attitude_moves(q) or (odd is None and bool(np.abs(np.linalg.norm(q, axis=1) - 1.0).max() < 0.1))
 
 
 def _commanded(time: Array, values: Array, grid: Array, period: float, hold: str | None = None) -> Array:

@@ -6,7 +6,8 @@ With Q the attitude as a rotation, f the specific force, z_g gravity, y what the
     Q_b R y_b - Q_a R y_a - int (Q f + z_g) dt - int Q dt f_0,      depth_b - depth_a - int [Q R y]_z dt
 
 are least for the mounting that is true; f_0 is a bias of the accelerometer. A log that is late by a part of what it
-tells of looks turned: each mounting is tried with delays, and has the best of them.
+tells of looks turned: each mounting is tried with delays, and has the best of them. The same sums tell how many times
+as large as them the log reads, and whether a turn by no right angle leaves less.
 """
 
 from collections.abc import Sequence
@@ -15,7 +16,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
-from scipy.spatial.transform import Slerp
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation, Slerp
 
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.mounting import MOUNTINGS
@@ -23,7 +25,7 @@ from gap_diagnosis.vehicle.rules import TURNED_IMU, WIRING_MARGIN
 from gap_diagnosis.vehicle.turns import rotations
 from rov_sim.vehicle.innovations import LATE
 
-__all__ = ["velocity_mounting"]
+__all__ = ["velocity_between", "velocity_mounting", "velocity_size"]
 
 Array = NDArray[np.float64]
 _WINDOW = 1.0
@@ -32,6 +34,10 @@ _DELAYS = (0.0, 0.15, 0.3, 0.45, 0.6)
 """[s] Of the log."""
 _FEWEST = 20
 """Windows below which nothing is said."""
+_ALIKE = 0.7
+"""Correlation of what a log tells with what others do, from which on their sizes are compared."""
+_BETWEEN = 0.45
+"""[rad] Of a turn from the nearest right angle, beyond any that the effect of a log mounted askew has."""
 
 
 class _Seen(NamedTuple):
@@ -66,20 +72,78 @@ def velocity_mounting(logs: Sequence[VehicleLog]) -> tuple[Array, float]:
     return (MOUNTINGS[k], gain) if sure else stated
 
 
+def velocity_between(logs: Sequence[VehicleLog]) -> float:
+    """Return by how much a velocity log is turned from the nearest right angle [rad], 0 where as stated or one of these
+    explains it, or nothing tells.
+
+    It must be worth as many wrong wires as a turned IMU, against the best of them and of those with a wrong sign.
+    """
+    if not any(log.there["velocity"] for log in logs):
+        return 0.0
+    tried = [[_seen(log, delay) for log in logs] for delay in _DELAYS]
+    costs = np.array([[_cost(seen, R) for R in MOUNTINGS] for seen in tried])
+    seen = tried[int(np.argmin(costs.min(axis=1)))]
+    mirrored = min(_cost(seen, -R) for R in MOUNTINGS)
+
+    def cost(turn: Array) -> float:
+        return _cost(seen, Rotation.from_rotvec(turn).as_matrix())
+
+    start = Rotation.from_matrix(MOUNTINGS[int(np.argmin(costs.min(axis=0)))]).as_rotvec()
+    simplex = start + np.vstack((np.zeros(3), 0.5 * np.eye(3)))
+    found = minimize(
+        cost, start, method="Nelder-Mead", options={"initial_simplex": simplex, "xatol": 0.01, "fatol": 0.1}
+    )
+    turn = Rotation.from_rotvec(found.x)
+    apart = min(float((turn * Rotation.from_matrix(R).inv()).magnitude()) for R in MOUNTINGS)
+    sure = min(costs.min(), mirrored) - found.fun > WIRING_MARGIN * TURNED_IMU
+    return apart if sure and apart > _BETWEEN else 0.0
+
+
+def velocity_size(logs: Sequence[VehicleLog]) -> float | None:
+    """Return how many times as large as depth or accelerometer say a velocity log reads, None where neither says it."""
+    told = []
+    for delay in _DELAYS if any(log.there["velocity"] for log in logs) else ():
+        changed, gained, fallen, depth = _changes([_seen(log, delay) for log in logs], MOUNTINGS[0])
+        told += [_alike(changed, gained), _alike(fallen, depth)]
+    likeness, ratio = max(told, default=(0.0, 1.0))
+    return ratio if likeness > _ALIKE else None
+
+
+def _alike(read: Array, true: Array) -> tuple[float, float]:
+    """Return the correlation of two changes, and the ratio of their sizes."""
+    good = np.isfinite(read) & np.isfinite(true)
+    sizes = float(np.linalg.norm(read[good])), float(np.linalg.norm(true[good]))
+    if good.sum() < _FEWEST or min(sizes) == 0.0:
+        return 0.0, 1.0
+    return float(read[good] @ true[good]) / (sizes[0] * sizes[1]), sizes[0] / sizes[1]
+
+
 def _cost(recordings: Sequence[_Seen], R: Array) -> float:
     """Return n log of the mean square left of both, as each has its own noise; 0 where nothing can be said."""
-    by_force, by_depth, sums = [], [], []
+    changed, gained, fallen, depth = _changes(recordings, R)
+    return _left(changed - gained) + _left(depth - fallen)
+
+
+def _changes(recordings: Sequence[_Seen], R: Array) -> tuple[Array, Array, Array, Array]:
+    """Return by how much velocity changes in each window, as read and by force, and depth, as read and by the log.
+
+    Those of velocity are without what a bias of the accelerometer, constant in the body, may explain.
+    """
+    changed, gained, fallen, depth, sums = [], [], [], [], []
     for seen in recordings:
         a, b = seen.windows
         v = np.einsum("kij,kj->ki", seen.attitude, seen.read @ R.T)
-        by_force.append((v[b] - v[a] - seen.gained[b] + seen.gained[a]).ravel())
+        changed.append((v[b] - v[a]).ravel())
+        gained.append((seen.gained[b] - seen.gained[a]).ravel())
         sums.append((seen.turned[b] - seen.turned[a]).reshape(-1, 3))
-        fallen = _summed(v[:, 2:], seen.period)[:, 0]
-        by_depth.append(seen.depth[b] - seen.depth[a] - fallen[b] + fallen[a])
-    force, columns = np.concatenate(by_force), np.concatenate(sums)
-    good = np.isfinite(force) & np.isfinite(columns).all(axis=1)
-    bias = np.linalg.lstsq(columns[good], force[good], rcond=None)[0]
-    return _left(force[good] - columns[good] @ bias) + _left(np.concatenate(by_depth))
+        through = _summed(v[:, 2:], seen.period)[:, 0]
+        fallen.append(through[b] - through[a])
+        depth.append(seen.depth[b] - seen.depth[a])
+    of_velocity, columns = np.column_stack([np.concatenate(changed), np.concatenate(gained)]), np.concatenate(sums)
+    good = np.isfinite(of_velocity).all(axis=1) & np.isfinite(columns).all(axis=1)
+    of_velocity, columns = of_velocity[good], columns[good]
+    of_velocity -= columns @ np.linalg.lstsq(columns, of_velocity, rcond=None)[0]
+    return of_velocity[:, 0], of_velocity[:, 1], np.concatenate(fallen), np.concatenate(depth)
 
 
 def _left(errors: Array) -> float:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap_diagnosis.findings import Finding
+from gap_diagnosis.findings import Finding, lines_of
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.check_io import _grouped, check_vehicle
@@ -40,6 +40,12 @@ def test_sensors_wiring_and_what_could_be_told_are_named(sound: list[Finding]) -
     assert good["wiring"] == "Commands move the vehicle as the set states."
     shown, of, all_of_them = good["effects that would show"].split(",")[0].split()
     assert of == "of" and 0.8 * int(all_of_them) < int(shown) < int(all_of_them)
+    named = good["effects that would show"].partition("its range: ")[2].split("; ")
+    assert "loss of thrust at all speeds" in named, "wherever it is"
+    assert any(each.startswith("linear drag of one axis (") and "sway" not in each for each in named), "there alone"
+    others = good["effects that are looked for, too"].partition(": ")[0].split(", ")
+    assert {"payload", "current of the water", "thruster wired the wrong way round"} <= set(others)
+    assert not set(others) & {each.partition(" (")[0] for each in named}
     assert not told(sound, "refused")
     assert not {"tachometer", "battery"} & set(told(sound, "note"))
 
@@ -94,22 +100,41 @@ def test_a_wrong_wire_and_an_imu_upside_down_are_notes(tmp_path: Path) -> None:
     assert "its z axis points up" in told(found, "note")["askew"]
 
 
-def test_rotor_speeds_in_another_unit_and_another_battery_are_asked_about(tmp_path: Path) -> None:
+def test_readings_in_another_unit_or_sign_and_another_battery_are_asked_about(tmp_path: Path) -> None:
     def misread(topic: Topic) -> Topic:
-        factors = {"n": 2.0 * np.pi / 60.0, "voltage": 0.75}
+        factors = {"n": 2.0 * np.pi / 60.0, "voltage": 0.75} | {f"twist.twist.linear.{a}": 0.1 for a in "xyz"}
+        factors |= {"current": -1.0}
         fields = {p: factors.get(p, 1.0) * np.asarray(v) for p, v in topic.fields.items()}
         return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields=fields)
 
-    notes = told(check_vehicle([dive(tmp_path / "dive", misread)], MODEL), "note")
+    found = check_vehicle([dive(tmp_path / "dive", misread, duration=40.0)], MODEL)
+    assert any("rov/battery.current: positive throughout" in each.sentence for each in found if each.kind == "note")
+    notes = told(found, "note")
+    assert notes["velocity"].startswith("reads 0.09") or notes["velocity"].startswith("reads 0.1")
+    assert "what depth and accelerometer say of the velocity; is the unit" in notes["velocity"]
     assert notes["tachometer"].startswith("reads 0.1") and "is the unit" in notes["tachometer"]
     assert notes["battery"].startswith("reads 0.7") and "the nominal voltage" in notes["battery"]
 
 
-def test_an_attitude_of_the_odometry_alone_is_nothing_in_the_way(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("kept", "taken"),
+    [
+        ({}, "that of rov/odometry, as rov/imu has none"),
+        (
+            {"w": 1.0, "x": 0.0, "y": 0.0, "z": 0.0},
+            "that of rov/odometry, as rov/imu has one that is not measured or never changes",
+        ),
+        (None, "that of rov/imu; rov/odometry has another one, which is not read"),
+    ],
+)
+def test_of_two_attitudes_that_which_is_measured_is_taken_and_named(
+    tmp_path: Path, kept: dict[str, float] | None, taken: str
+) -> None:
     def elsewhere(topic: Topic) -> Topic:
-        if topic.name != "rov/imu":
+        if topic.name != "rov/imu" or kept is None:
             return topic
         fields = {p: v for p, v in topic.fields.items() if not p.startswith("orientation")}
+        fields |= {f"orientation.{part}": np.full(len(topic.stamps), value) for part, value in kept.items()}
         return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields=fields)
 
     (topics,) = recorded(
@@ -121,8 +146,9 @@ def test_an_attitude_of_the_odometry_alone_is_nothing_in_the_way(tmp_path: Path)
     (tmp_path / "runs").mkdir()
     run = write_run(tmp_path / "runs" / "dive", [*map(elsewhere, topics), odometry])
     found = check_vehicle([run], MODEL)
-    taken = [each.kind for each in found if each.sentence == "that of rov/odometry, as rov/imu has none"]
-    assert taken == ["good"] and not any("attitude" in each.sentence for each in found if each.kind == "note")
+    assert [each.kind for each in found if each.sentence == taken] == ["good"]
+    warned = [each.sentence for each in found if each.kind == "note" and "orientation: never changes" in each.sentence]
+    assert len(warned) == bool(kept), "an attitude beside the measured one that nobody measured"
 
 
 def test_thrusters_that_are_commanded_alike_are_named(tmp_path: Path) -> None:
@@ -149,3 +175,20 @@ def test_what_a_diagnosis_would_refuse_is_a_refusal_and_the_status_says_so(
     assert printed.endswith("not usable as it is: 1 refusal (!), 0 notes (?)\n")
     assert main([str(tmp_path / "none"), "--vehicle", "ngs"]) == 1
     assert "none" in capsys.readouterr().err
+
+
+def test_sensors_that_are_alike_in_all_dives_are_a_line_each_and_lone_readings_no_note(tmp_path: Path) -> None:
+    def with_an_outlier(topic: Topic) -> Topic:
+        if topic.name != "rov/depth":
+            return topic
+        depth = np.array(topic.fields["depth"], dtype=np.float64)
+        depth[100] += 50.0
+        return Topic(name=topic.name, type=topic.type, stamps=topic.stamps, fields={**topic.fields, "depth": depth})
+
+    found = check_vehicle([dive(tmp_path / name, with_an_outlier) for name in ("one", "two")], MODEL)
+    lines = lines_of(found)
+    assert lines[0].startswith("  each run: ") and len([line for line in lines if ": gyro: " in line]) == 1
+    assert any(
+        line.startswith("  each run: gyro: 2000, 2000 readings, one every 0.01 s, longest gap") for line in lines
+    )
+    assert any("  each run: readings that stand alone, far off, are left out: 1 of" in line for line in lines)

@@ -15,7 +15,7 @@ from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.mounting import MOUNTINGS, imu_mounted, velocity_mounted
-from gap_diagnosis.vehicle.velocity_axes import velocity_mounting
+from gap_diagnosis.vehicle.velocity_axes import velocity_between, velocity_mounting, velocity_size
 from rov_sim.vehicle.innovations import LATE
 from run_bag import write_run
 
@@ -88,3 +88,37 @@ def test_a_velocity_log_between_right_angles_is_said_to_be_turned_by_about_one(l
 def test_a_log_as_stated_is_read_as_it_is(log: VehicleLog) -> None:
     found = conventions_of(MODEL, [log])
     assert found.verdict != "turned" and found.read(log) is log
+
+
+@pytest.mark.parametrize("turn", [[0.0, 0.0, 45.0], [0.0, 40.0, 0.0], [0.0, 0.0, -135.0]])
+def test_a_velocity_log_far_from_all_right_angles_is_said_to_be_neither_as_stated_nor_at_one(
+    log: VehicleLog, turn: list[float]
+) -> None:
+    askew = velocity_mounted(log, Rotation.from_euler("xyz", turn, degrees=True).as_matrix().T)
+    found = conventions_of(MODEL, [askew])
+    assert not found.velocity.turned and found.verdict == "turned" and found.read(askew) is askew
+    assert np.degrees(found.between) == pytest.approx(45.0, abs=18.0)
+    assert "velocity log's direction is neither as stated nor at a right angle" in " ".join(found.sentences)
+
+
+@pytest.mark.parametrize("axis", [10, 11, 12])
+def test_what_an_effect_or_a_wrong_sign_explains_is_no_turn_between_right_angles(log: VehicleLog, axis: int) -> None:
+    told = log.told.copy()
+    told[:, axis] *= -1.0
+    assert velocity_between([replace(log, told=told)]) == 0.0
+    askew = Rotation.from_rotvec(0.3 * np.eye(3)[axis - 10]).as_matrix()
+    assert velocity_between([velocity_mounted(log, askew)]) == 0.0
+    assert velocity_between([later(log, 0.3)]) == 0.0
+
+
+@pytest.mark.parametrize("missing", [[], [6, 7, 8], [9]])
+@pytest.mark.parametrize("factor", [1.0, 0.1, 3.28, 100.0])
+def test_the_size_of_what_a_velocity_log_tells_is_told_by_depth_or_accelerometer(
+    log: VehicleLog, factor: float, missing: list[int]
+) -> None:
+    told = log.told.copy()
+    told[:, 10:] *= factor
+    told[:, missing] = np.nan
+    assert velocity_size([replace(log, told=told)]) == pytest.approx(factor, rel=0.2)
+    told[:, 6:10] = np.nan
+    assert velocity_size([replace(log, told=told)]) is None
