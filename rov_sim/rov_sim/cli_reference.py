@@ -39,7 +39,7 @@ i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle an
 ```
 
 V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
-simulation. A diagnosis follows it slowly where voltages are logged; elsewhere [its level and its \
+simulation. A diagnosis follows it slowly where `rov/battery` logs it; elsewhere [its level and its \
 rate](vehicle_gap.md#what-is-believed) are uncertain. A force table is read at V / V_n. In models without gamma what \
 drives the rotor instead, such as k_3 u, is multiplied. In i_k, gamma is that at V_n; gamma_full and n_full are as in \
 [effects.md](effects.md#in-the-command). A healthy battery's sensor reads V and, negative while it is drawn, \

@@ -69,6 +69,8 @@ CURVES = (
     "n_s, F_s: straight lines through the points (x, n, F) of the table's commands; between two supplies each point is "
     "on the line between theirs; beyond both the ends hold",
     "a table without speeds: n of F = 3.5e-4 N s^2 n|n|, which serves the lag alone",
-    "the table's dead zone: the commands that move nothing at any of its supplies",
+    "the table's dead zone: the commands that move nothing at any of its supplies; what moves nothing at some of them "
+    "alone are points of the table",
+    "delta_u1, delta_u2: the zone's edges on this thruster; where they are not the table's, commands are shifted",
     "supply: the recorded voltage, or nominal_supply",
 )

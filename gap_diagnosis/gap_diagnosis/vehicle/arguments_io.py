@@ -15,7 +15,7 @@ def add_sets(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
     text = "parameter set of its thrusters; default: the one that the vehicle's set names"
     parser.add_argument("--set", "--model", dest="set", metavar="SET", help=text)
-    parser.add_argument("--sensors", type=Path, help="places of its sensors, as rov_sim's vehicle_sensors.yaml")
+    parser.add_argument("--sensors", type=Path, help="its sensors and battery, a YAML file: see docs/own_dive.md")
 
 
 def add_longest(parser: argparse.ArgumentParser) -> None:

@@ -24,6 +24,7 @@ from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.unknowns import Key, words_of
 from gap_diagnosis.vehicle.velocity_axes import velocity_size
 from rov_sim.vehicle.effects.effect import VehicleEffect
+from rov_sim.vehicle.settings import active_effects
 from run_bag import Run, RunError, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
 
@@ -76,6 +77,9 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
     says = " ".join(conventions.sentences) or "Commands move the vehicle as the set states."
     found.append(Finding(kind=kind, about="wiring", sentence=says))
+    if stated := dict.fromkeys(described(each.id).title for each in active_effects(model.vehicle, model.sets)):
+        told = f"{', '.join(stated)}: taken as exact"
+        found.append(Finding(kind="good", about="effects that the set states", sentence=told))
     used, thinned = stretches_of(logs)  # as a diagnosis would thin them
     found += [Finding(kind="good", about="long dives", sentence=thinned)] if thinned else []
     return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, used)]

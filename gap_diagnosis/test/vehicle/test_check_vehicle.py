@@ -1,5 +1,6 @@
 """What runs of a vehicle are good for, said before any fit."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,7 @@ from gap_diagnosis.vehicle.cli_check_vehicle import main
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.hypotheses import hypotheses
 from run_bag import Topic, write_run
+from thruster_model.effect_entry import EffectEntry
 
 MODEL = load_model("ngs")
 
@@ -192,3 +194,10 @@ def test_sensors_that_are_alike_in_all_dives_are_a_line_each_and_lone_readings_n
         line.startswith("  each run: gyro: 2000, 2000 readings, one every 0.01 s, longest gap") for line in lines
     )
     assert any("  each run: readings that stand alone, far off, are left out: 1 of" in line for line in lines)
+
+
+def test_effects_that_the_set_states_are_named(tmp_path: Path) -> None:
+    entry = EffectEntry(id="supply_sag", sizes={"share": 0.04}, units={"share": "1"})
+    stated = replace(MODEL, vehicle=replace(MODEL.vehicle, effects=(entry,)))
+    found = told(check_vehicle([dive(tmp_path / "dive")], stated), "good")
+    assert found["effects that the set states"] == "sag of the shared supply: taken as exact"

@@ -14,6 +14,7 @@ EFFECT = VehicleEffect(
     title="late readings of the IMU",
     block="sensor",
     equation="y(t) = x(t - s)",
+    note="attitude, rates and force are old; a diagnosis supposes it of an attitude in `rov/odometry`, too",
     parameters=(
         EffectParameter(
             name="time", unit="s", meaning="by which readings are old; simulated to the nearest one", lower=0.0,

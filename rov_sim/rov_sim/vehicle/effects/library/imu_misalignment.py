@@ -17,7 +17,7 @@ EFFECT = VehicleEffect(
     equation="R_s turned by s about one axis",
     parameters=(EffectParameter(name="angle", unit="rad", meaning="of the turn", lower=-0.3, upper=0.3),),
     note="the IMU's axes are turned by +s from where `vehicle_sensors.yaml` has them, about one of them; gyro, "
-    "accelerometer and attitude all tell of these axes",
+    "accelerometer and attitude all tell of these axes; a diagnosis supposes it of an attitude in `rov/odometry`, too",
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,
