@@ -372,6 +372,8 @@ def test_what_follows_a_question_is_a_sentence_of_its_own(tmp_path, capsys):
     columns = {"t": TIME, **{f"M{k}": PULSES for k in (1, 2)}}
     text = guessed(capsys, wide(tmp_path / "x.csv", columns))[1]
     assert "previous or linear? by its values alone: is it?" in text and "?;" not in text
+
+
 def test_a_velocity_log_downwards_is_in_our_axes_and_one_without_all_axes_is_asked_about(tmp_path, capsys):
     log = {f"v_{way} [m/s]": 0.3 * WAVE for way in ("fwd", "stbd", "down")}
     found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **log, **GYRO}))

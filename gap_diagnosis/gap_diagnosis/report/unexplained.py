@@ -69,7 +69,8 @@ def _pictures(
     shown = (
         {RETUNED: none} if not candidate.suspects else {RETUNED: none, "with " + titles_of(candidate.keys): candidate}
     )
-    drawn = [f for f in features if f["signal"] in SIGNALS and not f["depends_on"].startswith(A_LINE)]
+    measured = {each.signal for each in none.fitted.problem.series}  # a push on a rotor may show in the thrust alone
+    drawn = [f for f in features if f["signal"] in measured and not f["depends_on"].startswith(A_LINE)]
     pairs = [(f["signal"], _variable(f["depends_on"])) for f in drawn]
     plots = [_plot(shown, *pair) for pair in list(dict.fromkeys(pairs))[:_DRAWN]]
     if plots:

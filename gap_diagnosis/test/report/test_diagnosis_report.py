@@ -16,6 +16,7 @@ from gap_diagnosis.preparing import recording_of
 from gap_diagnosis.report import diagnosis_report
 from gap_diagnosis.report.experiment import add_next_experiment
 from gap_diagnosis.report.telling import telling_runs
+from gap_diagnosis.report.unexplained import add_unexplained
 from run_bag.report import Report
 from run_bag.report.browser_check import check_report, missing_browser
 from thruster_model.effects.stages import LIBRARY
@@ -235,3 +236,14 @@ def test_the_telling_window_is_where_the_error_falls(effect):
 def test_every_plot_draws_without_error_request_or_sideways_scroll(report, tmp_path):
     findings = check_report(report.write(tmp_path / "effect.html"))
     assert findings.plots >= 8 and findings.ok, findings
+
+
+def test_residuals_are_drawn_of_what_was_measured_though_a_push_on_something_else_shows(few_channels):
+    features = [
+        {"signal": "thrust", "depends_on": "a random push that grows with |n|", "gain": 30.0},
+        {"signal": "speed", "depends_on": "|n| beyond 90 % of its largest", "gain": 20.0},
+    ]
+    report = Report("Report", "", {})
+    add_unexplained(report, few_channels, {"unexplained": features})
+    text = report.html()
+    assert "residual of rotor speed" in text and "residual of thrust" not in text
