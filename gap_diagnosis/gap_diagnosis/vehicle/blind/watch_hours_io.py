@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.blind.recording_io import LATE, recorded_run
 from gap_diagnosis.vehicle.blind.truth import Truth, truth_of
 from gap_diagnosis.vehicle.blind.world import COLUMNS
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.log_io import log_of
+from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.watching import Watch
 from run_bag import Channel, Run, Topic
@@ -52,13 +52,19 @@ class Watched:
         """Record the baseline and learn from it."""
         self.draw, self.model = draw, model
         self._truth = truth_of(draw, model.vehicle, model.sets)
-        logs = [self._log(self._truth, _BASELINE + k, kind, _MINUTE) for k, kind in enumerate(LEARNED)]
-        self._healthy = baseline(model, logs)
+        runs = [self._run(self._truth, _BASELINE + k, kind, _MINUTE) for k, kind in enumerate(LEARNED)]
+        self.model = replace(model, period=suited_period(runs, model.thrusters))  # as `watch` does
+        self._healthy = baseline(self.model, [self._read(run) for run in runs])
+
+    def _run(self, truth: Truth, run: int, kind: str, duration: float, outside: str = "") -> Run:
+        draw = replace(self.draw, duration=duration, outside=outside)
+        return _as_run(recorded_run(draw, truth, self.model.vehicle, self.model.sensors, run, kind))
+
+    def _read(self, run: Run) -> VehicleLog:
+        return log_of(run, self.model.thrusters, self.model.period, stated=self.model.mounted)
 
     def _log(self, truth: Truth, run: int, kind: str, duration: float, outside: str = "") -> VehicleLog:
-        draw = replace(self.draw, duration=duration, outside=outside)
-        topics = recorded_run(draw, truth, self.model.vehicle, self.model.sensors, run, kind)
-        return log_of(_run(topics), self.model.thrusters)
+        return self._read(self._run(truth, run, kind, duration, outside))
 
     def _ratios(self, log: VehicleLog) -> tuple[Watch, list[Any]]:
         watch, piece, found = Watch(self.model, self._healthy), round(1.0 / log.period), []
@@ -128,7 +134,7 @@ class Watched:
         }
 
 
-def _run(topics: list[Topic]) -> Run:
+def _as_run(topics: list[Topic]) -> Run:
     """Return topics as a run that was read back."""
     channels = {}
     for topic in topics:
