@@ -51,6 +51,7 @@ class VehicleLogStub:
     lateness: np.ndarray
     count: int = 2
     thrusters: int = 1
+    cut: int = 0
 
 
 CHANNELS = np.array([0.004] * 3 + [0.003] * 3 + [0.05] * 3 + [0.006] + [0.008] * 3)
