@@ -11,6 +11,7 @@ as large as them the log reads, and whether a turn by no right angle leaves less
 """
 
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -62,10 +63,7 @@ def velocity_mounting(logs: Sequence[VehicleLog]) -> tuple[Array, float]:
     stated = MOUNTINGS[0], 0.0
     if not any(log.there["velocity"] for log in logs):
         return stated
-    costs: Array = np.full(len(MOUNTINGS), np.inf)
-    for delay in _DELAYS:
-        seen = [_seen(log, delay) for log in logs]
-        costs = np.minimum(costs, [_cost(seen, R) for R in MOUNTINGS])
+    costs = _tried(tuple(logs))[1].min(axis=0)
     k, second = (int(j) for j in np.argsort(costs)[:2])
     gain = float(costs[0] - costs[k])
     sure = gain > WIRING_MARGIN * TURNED_IMU and costs[second] > costs[k] + WIRING_MARGIN
@@ -80,8 +78,7 @@ def velocity_between(logs: Sequence[VehicleLog]) -> float:
     """
     if not any(log.there["velocity"] for log in logs):
         return 0.0
-    tried = [[_seen(log, delay) for log in logs] for delay in _DELAYS]
-    costs = np.array([[_cost(seen, R) for R in MOUNTINGS] for seen in tried])
+    tried, costs = _tried(tuple(logs))
     seen = tried[int(np.argmin(costs.min(axis=1)))]
     mirrored = min(_cost(seen, -R) for R in MOUNTINGS)
 
@@ -107,6 +104,13 @@ def velocity_size(logs: Sequence[VehicleLog]) -> float | None:
         told += [_alike(changed, gained), _alike(fallen, depth)]
     likeness, ratio = max(told, default=(0.0, 1.0))
     return ratio if likeness > _ALIKE else None
+
+
+@lru_cache(maxsize=1)  # both questions about a log's direction are asked of the same recordings
+def _tried(logs: tuple[VehicleLog, ...]) -> tuple[list[list[_Seen]], Array]:
+    """Return the recordings as seen with each delay of the log, and the cost of each mounting then, (delays, 24)."""
+    tried = [[_seen(log, delay) for log in logs] for delay in _DELAYS]
+    return tried, np.array([[_cost(seen, R) for R in MOUNTINGS] for seen in tried])
 
 
 def _alike(read: Array, true: Array) -> tuple[float, float]:
