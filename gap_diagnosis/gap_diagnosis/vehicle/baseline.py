@@ -13,19 +13,21 @@ from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
 from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.stuck import longest_unchanged
-from gap_diagnosis.vehicle.unknowns import OF_RUN, Key
+from gap_diagnosis.vehicle.unknowns import OF_RUN, Key, acts_in
 
 __all__ = ["Baseline", "baseline"]
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Baseline:
-    """Conventions; values of the nuisances, biases of single runs left out; noises; which sensors told anything, and
-    the longest time without a new reading [s] of each; doubt: what speaks against a healthy vehicle, in words, "":
-    nothing."""
+    """Conventions; values of the nuisances, those of single runs left out; number of the next run and deviations of
+    what it may differ by; noises; which sensors told anything, and the longest time without a new reading [s] of each;
+    doubt: what speaks against a healthy vehicle, in words, "": nothing."""
 
     conventions: Conventions
     values: Mapping[Key, float]
+    run: int
+    differing: Mapping[Key, float]
     noises: Noises
     there: Mapping[str, bool]
     unchanged: Mapping[str, float]
@@ -42,7 +44,9 @@ def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
     far = far_off(numbers_of(fit, free))
     doubt = f"Baseline: {far} Was the vehicle healthy? What ailed it then is not found." if far else ""
     values = {k: v for k, v in fit.values.items() if k[0] not in OF_RUN}
+    run = len(used)
+    differing = {k: d for k, d in nuisances(model, [*used, used[-1]]).items() if k[0] in OF_RUN and acts_in(k, run)}
     return Baseline(
-        conventions=conventions, values=values, noises=learned_from(runs), there=told_in(logs),
-        unchanged=longest_unchanged(logs), doubt=doubt,
+        conventions=conventions, values=values, run=run, differing=differing, noises=learned_from(runs),
+        there=told_in(logs), unchanged=longest_unchanged(logs), doubt=doubt,
     )  # fmt: skip

@@ -17,10 +17,10 @@ from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
 
-__all__ = ["Branch", "Steered", "accumulated", "outputs"]
+__all__ = ["FARTHEST", "Branch", "Steered", "accumulated", "outputs", "whitened"]
 
 Array = NDArray[np.float64]
-_FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
+FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 
 class Steered(NamedTuple):
@@ -48,9 +48,11 @@ class Branch:
     """One filter of the bank with its state."""
 
     def __init__(
-        self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog
-    ) -> None:
-        built = model.built(values, effects, signed=log.signed, initial=initial_state(log))
+        self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog,
+        run: int = 0,
+    ) -> None:  # fmt: skip
+        """Begin as sensors tell of a recording's begin; run: its number."""
+        built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
         self.body = built.settings.coefficients
         self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
         self._sensing = built.sensors, built.tach / [1.0, log.period]
@@ -88,23 +90,16 @@ def outputs(count: int, thrusters: int, *branches: int) -> list[Array]:
 
 
 @compiled
-def accumulated(  # type: ignore[no-untyped-def]
-    body, rotor, whitener, spread, most, doubt, forget, period, begun, ratios, sums, since
-):
-    """Take innovations (B, K, 13) and (B, K, N) of the bank, as all is believed to be first, into the log ratios.
+def whitened(body, rotor, whitener, spread):  # type: ignore[no-untyped-def]
+    """Return innovations (B, K, 13) and (B, K, N) of a bank whitened, (B, K, 13 + N); NaN: nothing was told.
 
-    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
-    most^2 / 2, and failures are still told from each other where all of them are far off. One that a failure's filter
-    no longer foresees, since its state is not finite, is as far off as can be.
+    One that a filter no longer foresees, since its state is not finite, is as far off as can be.
     """
     B, K, M = body.shape
-    N = rotor.shape[2]
-    believed, gained, fitted, changed = np.zeros(M + N), np.zeros(B), np.zeros(B), np.zeros(B)
-    for k in range(K):
-        now = begun + (k + 1) * period
-        for j in range(B):
-            gained[j], fitted[j], changed[j] = 0.0, 0.0, 0.0
-            for i in range(M + N):
+    out = np.full((B, K, M + rotor.shape[2]), np.nan)
+    for j in range(B):
+        for k in range(K):
+            for i in range(out.shape[2]):
                 if i < M:
                     there, r = np.isfinite(body[0, k, i]), 0.0
                     for m in range(M):
@@ -112,16 +107,31 @@ def accumulated(  # type: ignore[no-untyped-def]
                 else:
                     there, r = np.isfinite(rotor[0, k, i - M]), rotor[j, k, i - M] / spread[k, i - M]
                 if there:
-                    r = min(max(r, -_FARTHEST), _FARTHEST) if np.isfinite(r) else _FARTHEST
-                    believed[i] = r if j == 0 else believed[i]
-                    well = believed[i]
-                    weight = 1.0 / (1.0 + (well / most) ** 2)
-                    gained[j] += weight * (well * well - r * r - doubt * (well - r) ** 2)
-                    fitted[j] += well * (well - r)
-                    changed[j] += (well - r) ** 2
+                    out[j, k, i] = min(max(r, -FARTHEST), FARTHEST) if np.isfinite(r) else FARTHEST
+    return out
+
+
+@compiled
+def accumulated(readings, most, doubt, forget, period, begun, ratios, sums, since):  # type: ignore[no-untyped-def]
+    """Take whitened readings (B, K, M) of the bank, as all is believed to be first, into the log ratios.
+
+    A reading that is far from what is believed counts less, by 1 / (1 + r^2 / most^2): the most that one can add is
+    most^2 / 2, and failures are still told from each other where all of them are far off.
+    """
+    B, K, M = readings.shape
+    for k in range(K):
+        now = begun + (k + 1) * period
         for j in range(B - 1):
-            ratios[j] += 0.5 * gained[j + 1] - forget * period
-            sums[0, j] += fitted[j + 1]
-            sums[1, j] += changed[j + 1]
+            gained, fitted, changed = 0.0, 0.0, 0.0
+            for i in range(M):
+                well, r = readings[0, k, i], readings[j + 1, k, i]
+                if np.isfinite(well):
+                    weight = 1.0 / (1.0 + (well / most) ** 2)
+                    gained += weight * (well * well - r * r - doubt * (well - r) ** 2)
+                    fitted += well * (well - r)
+                    changed += (well - r) ** 2
+            ratios[j] += 0.5 * gained - forget * period
+            sums[0, j] += fitted
+            sums[1, j] += changed
             if ratios[j] < 0.0:
                 ratios[j], sums[0, j], sums[1, j], since[j] = 0.0, 0.0, 0.0, now

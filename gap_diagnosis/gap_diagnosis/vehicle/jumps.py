@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, whitened
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
@@ -215,8 +215,8 @@ class Jump:
         for j, (most, other) in enumerate(((inf, healthy), (rules.MOST_DEVIATIONS, (left_in, rotor)))):
             bodies, rotors = (np.stack(each)[:, :count].copy() for each in zip(other, (body, rotor), strict=True))
             accumulated(
-                bodies, rotors, by.whitener[:count], by.spread[:count], most, rules.WATCH_DOUBT, rules.WATCH_FORGET,
-                by.log.period, 0.0, self._ratios[j : j + 1], np.zeros((2, 1)), np.zeros(1),
+                whitened(bodies, rotors, by.whitener[:count], by.spread[:count]), most, rules.WATCH_DOUBT,
+                rules.WATCH_FORGET, by.log.period, 0.0, self._ratios[j : j + 1], np.zeros((2, 1)), np.zeros(1),
             )  # fmt: skip
 
 

@@ -127,6 +127,9 @@ WATCH_DOUBT = 0.5
 106) the highest sum fell from 48 to 31 by it, and delays of losses at the height of that sum stayed what they were."""
 WATCH_THRUST = 0.01
 """Share of a thrust by which it is not known: speeds and manoeuvres come that no healthy recording held."""
+WATCH_WANDER = 300.0
+"""[s] In which biases of sensors and a vehicle's trim wander by what they differ by from dive to dive: those of a gyro
+that warms up change in minutes. Set by reason."""
 WATCH_SETTLING = 5.0
 """[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
 WATCH_JUMP = (5.0, 30.0)

@@ -27,7 +27,8 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import Baseline
-from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, whitened
+from gap_diagnosis.vehicle.dive import Dive
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, starting
 from gap_diagnosis.vehicle.gains import filter_gains, motion_of, rotor_gains, slopes
@@ -101,6 +102,8 @@ class Watch:
         self.followed = lasting + [(h, h.sudden) for h in self._sudden]
         """Failures, each at a size; those that jump last."""
         self.ratios = np.zeros(len(self.followed))
+        self._run = healthy.run
+        self._dive = Dive(model, healthy.values, healthy.differing, healthy.run, 1 + len(lasting))
         self._sums = np.zeros((2, len(lasting)))
         """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
         self._since, self._found = np.zeros(len(lasting)), np.full(len(self.followed), np.nan)
@@ -140,9 +143,10 @@ class Watch:
             log = jump.freed(log)
         if not self._branches:
             lasting = self.followed[self._lasting]
-            bank: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in lasting)]
-            self._branches = [Branch(self._model, self._values, effects, log) for effects in bank]
-            self._jumps = [Jump(h, Branch(self._model, self._values, (), log)) for h in self._sudden]
+            failures: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in lasting)]
+            self._branches = [Branch(self._model, self._values, effects, log, self._run) for effects in failures]
+            self._dive.begin(log)
+            self._jumps = [Jump(h, Branch(self._model, self._values, (), log, self._run)) for h in self._sudden]
         first, noises = self._branches[0], self._noises
         nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
         rates = log.told[:, 3:6]
@@ -168,18 +172,19 @@ class Watch:
         by = Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep)
         ratios, ends = self.ratios[self._lasting], self.time + log.count * log.period
         settling = ends < self._begun + rules.WATCH_SETTLING
-        for ratio, branch in zip(ratios, self._branches[1:], strict=True):
-            if ratio <= 0.0:  # a failure that is not believed has not begun yet
-                branch.state = first.state
+        for j in np.flatnonzero(ratios <= 0.0) + 1:  # a failure that is not believed has not begun yet
+            self._branches[j].state, self._dive.numbers[j] = first.state, self._dive.numbers[0]
         for jump in self._jumps:
             if jump.outdated(self.time, self.threshold):
                 jump.forget(first)
         before = ratios.copy(), self._sums.copy(), self._since.copy()
-        out = outputs(log.count, N, len(self._branches))
-        done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(self._branches)]
+        bank = [*self._branches, *self._dive.branches]
+        out = outputs(log.count, N, len(bank))
+        done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(bank)]
+        readings = self._dive.freed(whitened(out[0], out[1], gains.whitener, spread), log.period)
         accumulated(
-            out[0], out[1], gains.whitener, spread, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET,
-            log.period, self.time, ratios, self._sums, self._since,
+            readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
+            self._sums, self._since,
         )  # fmt: skip
         for jump in self._jumps:
             if settling:
@@ -188,6 +193,7 @@ class Watch:
                 jump.step(by, out[0][0], out[1][0], self.time)
             if jump.back:
                 jump.correct(first)
+                self._dive.follow(first)
         if any(jump.size for jump in self._jumps):  # what moves the healthy vehicle's filter is no evidence for others
             ratios[:], self._sums[:], self._since[:] = before
         self.time = ends
@@ -209,6 +215,7 @@ class Watch:
         first, believed = self._branches[0], [jump for jump in self._jumps if jump.believed(self.threshold)]
         for jump in believed:
             jump.know(first, self.time)
+        self._dive.follow(first)
         self._disbelieve()
         if len(believed) > 1:  # each had a state that the other's jump had moved
             self._begun = self.time

@@ -55,7 +55,8 @@ def test_a_deviation_is_never_said_to_be_nothing_nor_an_alarm_to_be_certain() ->
 def accumulated(body, rotor, whitener, spread, ratios):  # type: ignore[no-untyped-def]
     """Return ratios, sums and beginnings after innovations: forgetting 0.5 a second, far beyond 4, doubt 0.3."""
     sums, since = np.zeros((2, len(ratios))), np.zeros(len(ratios))
-    branch.accumulated(body, rotor, whitener, spread, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
+    readings = branch.whitened(body, rotor, whitener, spread)
+    branch.accumulated(readings, 4.0, 0.3, 0.5, 0.04, 10.0, ratios, sums, since)
     return ratios, sums, since
 
 

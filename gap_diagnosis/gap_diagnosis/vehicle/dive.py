@@ -1,0 +1,112 @@
+r"""What one dive differs by from those of the baseline, learned while it lasts: biases of its sensors, its trim.
+
+Readings are nearly linear in numbers b as small as these. One filter more for each, of the healthy vehicle with b = 1
+(its deviation from dive to dive), tells what it makes of a whitened reading, c = r_well - r_with. Beside each failure,
+and beside none, b is estimated from the readings before (recursive least squares):
+
+    r' = (r - c . b) / sqrt(s),    s = 1 + c P c,    b <- b + P c (r - c . b) / s,    P <- P - P c c P / s
+
+and from instant to instant b <- k b, P <- k^2 P + (1 - k^2) I: such numbers wander, and stay within their deviations.
+So r' is of unit variance where the failure is there. One failure differs from another by what its numbers cannot be.
+"""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.branch import FARTHEST, Branch
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.unknowns import Key
+from thruster_model.compilation import compiled
+
+__all__ = ["Dive"]
+
+Array = NDArray[np.float64]
+
+
+class Dive:
+    """Numbers of a dive beside each of some failures, the first of which is none."""
+
+    def __init__(
+        self, model: Model, values: Mapping[Key, float], deviations: Mapping[Key, float], run: int, failures: int
+    ) -> None:
+        """Believe that this dive is as the others.
+
+        Args:
+            model, values: of the healthy vehicle.
+            deviations: of the numbers, by key, of the recording of number `run`.
+            failures: how many there are, none included.
+        """
+        self._model, self._values, self._deviations, self._run = model, values, deviations, run
+        self.numbers = np.zeros((failures, len(deviations)))
+        """In their deviations (failures, S)."""
+        self._P = np.eye(len(deviations))
+        self.branches: list[Branch] = []
+        """A filter for each number, (S,)."""
+
+    def begin(self, log: VehicleLog) -> None:
+        """Begin with filters anew; what was learned stays."""
+        self.branches = [
+            Branch(self._model, {**self._values, key: size}, (), log, self._run)
+            for key, size in self._deviations.items()
+        ]
+
+    def follow(self, healthy: Branch) -> None:
+        """Take the state of the healthy vehicle's filter, which has jumped."""
+        for branch in self.branches:
+            branch.state = healthy.state
+
+    def freed(self, whitened: Array, period: float) -> Array:
+        """Return readings (failures, K, M) as they would be without these numbers, and learn them.
+
+        whitened: (failures + S, K, M), those of `branches` last.
+        """
+        keep = float(np.exp(-period / rules.WATCH_WANDER))
+        out = np.empty((len(self.numbers), *whitened.shape[1:]))
+        _freed(whitened, rules.MOST_DEVIATIONS, keep, self.numbers, self._P, out)
+        return out
+
+
+@compiled
+def _freed(whitened, most, keep, numbers, P, out):  # type: ignore[no-untyped-def]
+    """Fill out, see `Dive.freed`; numbers and P are taken along. An outlier teaches little, as it counts little."""
+    B, S = numbers.shape
+    c, Pc = np.zeros(S), np.zeros(S)
+    for k in range(whitened.shape[1]):
+        for a in range(S):
+            for b in range(S):
+                P[a, b] *= keep * keep
+            P[a, a] += 1.0 - keep * keep
+            for j in range(B):
+                numbers[j, a] *= keep
+        for i in range(whitened.shape[2]):
+            well, spread = whitened[0, k, i], 1.0
+            if not np.isfinite(well):
+                out[:, k, i] = whitened[:B, k, i]
+                continue
+            for a in range(S):
+                slope = well - whitened[B + a, k, i]
+                c[a] = slope if abs(slope) < FARTHEST else 0.0
+            for a in range(S):
+                Pc[a] = 0.0
+                for b in range(S):
+                    Pc[a] += P[a, b] * c[b]
+                spread += c[a] * Pc[a]
+            for j in range(B):
+                left = whitened[j, k, i]
+                for a in range(S):
+                    left -= c[a] * numbers[j, a]
+                out[j, k, i] = left / np.sqrt(spread)
+            weight = 1.0 / (1.0 + (out[0, k, i] / most) ** 2)
+            share = weight / (1.0 + weight * (spread - 1.0))
+            for j in range(B):
+                left = out[j, k, i] * np.sqrt(spread) * share
+                if abs(left) < FARTHEST:
+                    for a in range(S):
+                        numbers[j, a] += Pc[a] * left
+            for a in range(S):
+                for b in range(S):
+                    P[a, b] -= share * Pc[a] * Pc[b]

@@ -1,0 +1,83 @@
+"""What a dive differs by from those that the watch learned from: numbers learned on line, and failures beside them."""
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+from scipy.stats import multivariate_normal
+
+from gap_diagnosis.vehicle.blind import watch_hours_io
+from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
+from gap_diagnosis.vehicle.diagnosis_io import load_model
+from gap_diagnosis.vehicle.dive import _freed
+from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.watching import Watch
+
+
+def test_readings_freed_of_numbers_are_as_likely_as_readings_that_have_them_by_chance() -> None:
+    rng = np.random.default_rng(6)
+    K, M, S = 15, 4, 3
+    slopes, true = rng.normal(size=(K, M, S)), rng.normal(size=S)
+    well = rng.normal(size=(K, M)) + slopes @ true
+    well[rng.random((K, M)) < 0.3] = np.nan
+    failed = well + rng.normal(size=(K, M))
+    with_each = [well - slopes[:, :, s] for s in range(S)]
+    numbers, P, out = np.zeros((2, S)), np.eye(S), np.empty((2, K, M))
+    _freed(np.stack([well, failed, *with_each]), np.inf, 1.0, numbers, P, out)
+    there = np.isfinite(well)
+    C, y = slopes[there], (well[there], failed[there])
+    by_chance = multivariate_normal(cov=np.eye(len(C)) + C @ C.T)
+    ratio = by_chance.logpdf(y[1]) - by_chance.logpdf(y[0])
+    assert 0.5 * np.nansum(out[0] ** 2 - out[1] ** 2) == pytest.approx(ratio)
+    posterior = np.linalg.inv(np.eye(S) + C.T @ C)
+    np.testing.assert_allclose(P, posterior)
+    np.testing.assert_allclose(numbers[1], posterior @ C.T @ y[1])
+
+
+def test_numbers_of_which_nothing_is_told_are_forgotten_again() -> None:
+    numbers, P, out = np.array([[2.0]]), np.array([[0.01]]), np.empty((1, 300, 1))
+    _freed(np.full((2, 300, 1), np.nan), 5.0, np.exp(-0.01), numbers, P, out)
+    assert numbers[0, 0] == pytest.approx(2.0 * np.exp(-3.0))
+    assert P[0, 0] == pytest.approx(1.0 - 0.99 * np.exp(-6.0))
+
+
+@pytest.fixture(scope="module")
+def watched() -> Iterator[Watched]:
+    """Watch over a vehicle with good sensors, to which small biases are large."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(watch_hours_io, "_MINUTE", 20.0)
+        draw = replace(watched_draw(5), noise=0.35)
+        yield Watched(draw, load_model(draw.vehicle))
+
+
+def spoiled(log: VehicleLog, *, tilt: float = 0.0, gyro: float = 0.0, force: float = 0.0) -> VehicleLog:
+    """Return a log whose attitude is turned about x [rad] and whose IMU reads more, [rad/s] and [m/s^2]."""
+    q, told = log.attitude.copy(), log.told.copy()
+    there = np.isfinite(q).all(axis=1)
+    turned = Rotation.from_quat(np.roll(q[there], -1, axis=1)) * Rotation.from_rotvec([tilt, -tilt, 0.0])
+    q[there] = np.roll(turned.as_quat(), 1, axis=1)
+    told[:, 3:6] += gyro
+    told[:, 6:9] += force
+    return replace(log, attitude=q, told=told)
+
+
+def ran(watched: Watched, log: VehicleLog) -> tuple[Watch, float]:
+    """Return the watch, and the highest log ratio of all it follows."""
+    watch, piece, highest = Watch(watched.model, watched._healthy), round(1.0 / log.period), 0.0
+    for first in range(0, log.count - piece + 1, piece):
+        watch.step(log.part(first, first + piece))
+        highest = max(highest, float(watch.ratios.max()))
+    return watch, highest
+
+
+def test_biases_of_a_start_are_learned_and_raise_no_alarm(watched: Watched) -> None:
+    log = watched._log(watched._truth, 6, "hold", 60.0)
+    watch, highest = ran(watched, spoiled(log, tilt=0.03, gyro=0.004, force=0.06))
+    assert highest < 0.25 * watch.threshold
+    keys, numbers = list(watched._healthy.differing), watch._dive.numbers[0]
+    plain = ran(watched, log)[0]._dive.numbers[0]
+    run = watched._healthy.run
+    more = {key: watched._healthy.differing[key] * (numbers - plain)[j] for j, key in enumerate(keys)}
+    assert [more["gyro", run, a] for a in range(3)] == pytest.approx([0.004] * 3, abs=0.0005)
