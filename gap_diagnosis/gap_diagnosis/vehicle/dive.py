@@ -6,8 +6,9 @@ and beside none, b is estimated from the readings before (recursive least square
 
     r' = (r - c . b) / sqrt(s),    s = 1 + c P c,    b <- b + P c (r - c . b) / s,    P <- P - P c c P / s
 
-and from instant to instant b <- k b, P <- k^2 P + (1 - k^2) I: such numbers wander, and stay within their deviations.
-So r' is of unit variance where the failure is there. One failure differs from another by what its numbers cannot be.
+and from instant to instant b <- k b, P <- k P k + I - k k: biases wander, and stay within their deviations; a trim or
+the charge at the begin of a dive stays (k = 1). So r' is of unit variance where the failure is there, and one failure
+differs from another by what these numbers cannot be.
 """
 
 from collections.abc import Mapping
@@ -25,6 +26,8 @@ from thruster_model.compilation import compiled
 __all__ = ["Dive"]
 
 Array = NDArray[np.float64]
+_WANDERING = ("gyro", "force", "tilt")
+"""First parts of keys of numbers that change during a dive: biases of sensors."""
 
 
 class Dive:
@@ -43,7 +46,7 @@ class Dive:
         self._model, self._values, self._deviations, self._run = model, values, deviations, run
         self.numbers = np.zeros((failures, len(deviations)))
         """In their deviations (failures, S)."""
-        self._P = np.eye(len(deviations))
+        self._P, self._wanders = np.eye(len(deviations)), np.array([key[0] in _WANDERING for key in deviations])
         self.branches: list[Branch] = []
         """A filter for each number, (S,)."""
 
@@ -64,7 +67,7 @@ class Dive:
 
         whitened: (failures + S, K, M), those of `branches` last.
         """
-        keep = float(np.exp(-period / rules.WATCH_WANDER))
+        keep = np.where(self._wanders, np.exp(-period / rules.WATCH_WANDER), 1.0)
         out = np.empty((len(self.numbers), *whitened.shape[1:]))
         _freed(whitened, rules.MOST_DEVIATIONS, keep, self.numbers, self._P, out)
         return out
@@ -78,10 +81,10 @@ def _freed(whitened, most, keep, numbers, P, out):  # type: ignore[no-untyped-de
     for k in range(whitened.shape[1]):
         for a in range(S):
             for b in range(S):
-                P[a, b] *= keep * keep
-            P[a, a] += 1.0 - keep * keep
+                P[a, b] *= keep[a] * keep[b]
+            P[a, a] += 1.0 - keep[a] * keep[a]
             for j in range(B):
-                numbers[j, a] *= keep
+                numbers[j, a] *= keep[a]
         for i in range(whitened.shape[2]):
             well, spread = whitened[0, k, i], 1.0
             if not np.isfinite(well):

@@ -64,6 +64,10 @@ CLAIM = 30.0
 """Odds at which an effect is claimed against none of it: what the diagnosis of a single thruster asks too."""
 SUSPECTED = 3.0
 """Odds above which an effect that is not claimed is not denied either."""
+AT_AN_END = 0.4
+"""Share that is left of a claim's probability where its size is at an end of the range that is searched: the recordings
+ask for more than such an effect can be, so that something that acts alike is as likely, and the verdict `cannot_tell`.
+Of fresh vehicles by other authors both claims at an end were wrong, with p 1.00."""
 NAMELESS = 12.0
 """Gain in log evidence that a nameless dependence needs: 1 in 160,000 by chance, with some 200 of them tried."""
 NAMELESS_SIZES = (1.0, 5.0, 25.0)
@@ -128,8 +132,8 @@ WATCH_DOUBT = 0.5
 WATCH_THRUST = 0.01
 """Share of a thrust by which it is not known: speeds and manoeuvres come that no healthy recording held."""
 WATCH_WANDER = 300.0
-"""[s] In which biases of sensors and a vehicle's trim wander by what they differ by from dive to dive: those of a gyro
-that warms up change in minutes. Set by reason."""
+"""[s] In which biases of sensors wander by what they differ by from dive to dive: those of a gyro that warms up change
+in minutes. Set by reason."""
 WATCH_SETTLING = 5.0
 """[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
 WATCH_JUMP = (5.0, 30.0)

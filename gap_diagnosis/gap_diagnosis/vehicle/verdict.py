@@ -197,7 +197,7 @@ def _claim(
     own = max([odds, *(o for o, offered in stage.offered if offered == h)]) if stage else odds
     beside = [(o - own, key) for key, o in stage.odds.items()] if stage else []
     weights = np.exp(np.clip([o for o, _ in (*rivals, *beside)], -50.0, 0.0))
-    probability = float(1.0 / (1.0 + weights.sum()))
+    probability = float(1.0 / (1.0 + weights.sum())) * (rules.AT_AN_END if accepted.at_the_end else 1.0)
     found = [
         (float(w) * probability, each) for w, (_, each) in zip(weights, (*rivals, *beside), strict=True) if w > 0.02
     ]

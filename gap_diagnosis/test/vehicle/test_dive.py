@@ -25,7 +25,7 @@ def test_readings_freed_of_numbers_are_as_likely_as_readings_that_have_them_by_c
     failed = well + rng.normal(size=(K, M))
     with_each = [well - slopes[:, :, s] for s in range(S)]
     numbers, P, out = np.zeros((2, S)), np.eye(S), np.empty((2, K, M))
-    _freed(np.stack([well, failed, *with_each]), np.inf, 1.0, numbers, P, out)
+    _freed(np.stack([well, failed, *with_each]), np.inf, np.ones(S), numbers, P, out)
     there = np.isfinite(well)
     C, y = slopes[there], (well[there], failed[there])
     by_chance = multivariate_normal(cov=np.eye(len(C)) + C @ C.T)
@@ -36,11 +36,12 @@ def test_readings_freed_of_numbers_are_as_likely_as_readings_that_have_them_by_c
     np.testing.assert_allclose(numbers[1], posterior @ C.T @ y[1])
 
 
-def test_numbers_of_which_nothing_is_told_are_forgotten_again() -> None:
-    numbers, P, out = np.array([[2.0]]), np.array([[0.01]]), np.empty((1, 300, 1))
-    _freed(np.full((2, 300, 1), np.nan), 5.0, np.exp(-0.01), numbers, P, out)
-    assert numbers[0, 0] == pytest.approx(2.0 * np.exp(-3.0))
-    assert P[0, 0] == pytest.approx(1.0 - 0.99 * np.exp(-6.0))
+def test_biases_of_which_nothing_is_told_are_forgotten_again_and_a_trim_is_not() -> None:
+    numbers, P, out = np.array([[2.0, 2.0]]), np.array([[0.01, 0.005], [0.005, 0.01]]), np.empty((1, 300, 1))
+    _freed(np.full((3, 300, 1), np.nan), 5.0, np.array([np.exp(-0.01), 1.0]), numbers, P, out)
+    np.testing.assert_allclose(numbers, [[2.0 * np.exp(-3.0), 2.0]])
+    across = 0.005 * np.exp(-3.0)
+    np.testing.assert_allclose(P, [[1.0 - 0.99 * np.exp(-6.0), across], [across, 0.01]])
 
 
 @pytest.fixture(scope="module")

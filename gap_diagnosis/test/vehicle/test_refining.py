@@ -9,7 +9,7 @@ import pytest
 
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.refining import Problem, Refined
-from gap_diagnosis.vehicle.verdict import Claim
+from gap_diagnosis.vehicle.verdict import Claim, _claim
 
 RNG = np.random.default_rng(3)
 BASIS, NOISE = RNG.normal(size=(4000, 1)), RNG.normal(size=(4000, 1))
@@ -156,3 +156,4 @@ def test_a_size_at_the_end_of_its_range_is_said_to_be_there(size: float, most: f
     words = Claim(refined=found, probability=0.996, group=1.0, rivals=()).words
     assert words.startswith(f"Loss of thrust at all speeds of thruster 0: share {size:.3g} ± 0.01 (p 1.00).")
     assert ("That share is the end of the range that is searched" in words) == told
+    assert (_claim(found, 100.0, (), None).probability < 0.5) == told
