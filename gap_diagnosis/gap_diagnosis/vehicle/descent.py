@@ -125,9 +125,9 @@ def _along(
     they foresaw corrects them (Broyden), unless they are `columns`, which stay as they are.
     """
     first: Array = np.zeros(len(start[1]))
+    H, slope = normal(J, start[2], start[1], target.weight, product)
     for count in range(rules.FIT_STEPS):
         score, x, r = start
-        H, slope = normal(J, r, x, target.weight, product)
         # a limit that is never reached has neither a prior nor a column: it stays where it is
         step: Array = np.linalg.solve(H + np.diag(np.maximum(target.weight, _LEAST)), -slope).astype(np.float64)
         first = step if count == 0 else first
@@ -136,10 +136,10 @@ def _along(
         there = target.held(x + step)
         r_there, further = target.scored(there)
         if not columns:
-            J = _corrected(J, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
+            J, H = _corrected(J, H, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
         if further <= score:
             return start, J, first, False
-        start = (further, there, r_there)
+        start, slope = (further, there, r_there), _projected(J, r_there) + target.weight * there
     return start, J, first, False
 
 
@@ -147,16 +147,20 @@ def normal(
     J: Columns, r: Sequence[Array], x: Array, weight: Array, product: Array | None = None
 ) -> tuple[Array, Array]:  # fmt: skip
     """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
-    H, slope = np.zeros((len(x), len(x))), weight * x
+    H = np.zeros((len(x), len(x)))
     known = 0 if product is None else len(product)
-    for each, residual in zip(J, r, strict=True):
-        for rows, some in _in_parts(each):
+    for each in J:
+        for _, some in _in_parts(each):
             H[known:] += some[:, known:].T @ some
-            slope += some.T @ residual[rows]
     if product is not None:
         H[:known, known:] = H[known:, :known].T
         H[:known, :known] = product
-    return H, slope
+    return H, _projected(J, r) + weight * x
+
+
+def _projected(J: Columns, r: Sequence[Array]) -> Array:
+    """Return J^T r."""
+    return np.asarray(sum(some.T @ of[rows] for each, of in zip(J, r, strict=True) for rows, some in _in_parts(each)))
 
 
 def product_of(columns: Sequence[NDArray[np.float32]]) -> Array:
@@ -171,8 +175,11 @@ def _in_parts(columns: NDArray[np.float32]) -> Iterator[tuple[slice, Array]]:
         yield rows, columns[rows].astype(np.float64)
 
 
-def _corrected(J: Columns, step: Array, change: Sequence[Array]) -> Columns:
-    """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made."""
-    along = (step / max(float(step @ step), 1e-12)).astype(np.float32)
+def _corrected(J: Columns, H: Array, step: Array, change: Sequence[Array]) -> tuple[Columns, Array]:
+    """Return columns (rows, n) of each run that foresee the change (rows,) that a step (n,) made, and their J^T J."""
+    along = step / max(float(step @ step), 1e-12)
     short = step.astype(np.float32)
-    return [each + np.outer(d.astype(np.float32) - each @ short, along) for each, d in zip(J, change, strict=True)]
+    left = [d.astype(np.float32) - each @ short for each, d in zip(J, change, strict=True)]
+    across, square = np.outer(_projected(J, left), along), sum(float(each @ each) for each in left)
+    corrected = [each + np.outer(d, along.astype(np.float32)) for each, d in zip(J, left, strict=True)]
+    return corrected, H + across + across.T + square * np.outer(along, along)

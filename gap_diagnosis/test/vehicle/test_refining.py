@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.descent import _corrected, normal
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.refining import Problem, Refined
 from gap_diagnosis.vehicle.verdict import Claim, _claim
@@ -157,3 +158,13 @@ def test_a_size_at_the_end_of_its_range_is_said_to_be_there(size: float, most: f
     assert words.startswith(f"Loss of thrust at all speeds of thruster 0: share {size:.3g} ± 0.01 (p 1.00).")
     assert ("That share is the end of the range that is searched" in words) == told
     assert (_claim(found, 100.0, (), None).probability < 0.5) == told
+
+
+def test_columns_that_a_step_corrected_have_the_product_that_goes_with_them() -> None:
+    rng = np.random.default_rng(7)
+    J = [rng.normal(size=(rows, 5)).astype(np.float32) for rows in (30, 50)]
+    r, x, weight = [rng.normal(size=len(each)) for each in J], rng.normal(size=5), np.ones(5)
+    step, change = rng.normal(size=5), [rng.normal(size=len(each)) for each in J]
+    corrected, product = _corrected(J, normal(J, r, x, weight)[0], step, change)
+    assert np.concatenate([each @ step for each in corrected]) == pytest.approx(np.concatenate(change), abs=1e-5)
+    np.testing.assert_allclose(product, normal(corrected, r, x, weight)[0], rtol=1e-5, atol=1e-4)
