@@ -25,8 +25,11 @@ __all__ = ["CAPS", "Groups", "Loose", "groups_of", "learned_levels", "rests_of",
 
 Array = NDArray[np.float64]
 CAPS = {"parameters": 0.4, "rest": 1.0, "shape": 0.1}
-"""Largest level by group: of parameters from run to run in their stated deviations, of rest values in deviations of the
-sensor's noise, of an effect's trace in shares of it."""
+"""Largest level by group: of parameters from run to run in their stated deviations, of rest values in deviations of a
+single reading's noise, of an effect's trace in shares of it."""
+_REST_OF_ONE = CAPS["rest"] / 3.0
+"""Level of rest values where there is one run: how they differ is learned from several, and the largest level is as far
+as a rest value goes. Three deviations reach it. A level learned from the run would be the effect itself: as large."""
 _STEPS = 7
 _WIDER = (1.0, 1.25, 1.6, 2.0, 2.5, 3.2, 4.0)
 """By how much parameters may scatter more widely than stated: a stated deviation is often a guess."""
@@ -58,7 +61,7 @@ def groups_of(fitted: Fitted, suspects: Sequence[Suspect], *, apart: bool = Fals
     """Return what may move the rows, by group.
 
     `suspects`: all of the fit; `apart`: each is a group by its key. The first columns are the sensitivities to the
-    parameters.
+    parameters. In a single run parameters, and an effect's size as a whole, are unknowns already; rest values are not.
     """
     system = fitted.problem
     runs = rows_of_runs(system)
@@ -81,14 +84,14 @@ def groups_of(fitted: Fitted, suspects: Sequence[Suspect], *, apart: bool = Fals
 
     if count > 1:
         move("parameters", each_run(shared))
-        rest = rests_of(system)
-        there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
-        numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
-        for each in system.series:
-            there[numbers[each.recording], system.signal_names.index(each.signal)] = True
-        columns.append(rest)
-        every += rest.shape[1]
-        move("rest", each_run(rest.shape[1])[:, :, there.ravel()])
+    rest = rests_of(system)
+    there = np.zeros((count, len(system.signal_names)), dtype=np.bool_)
+    numbers = {recording: run for run, recording in enumerate(dict.fromkeys(s.recording for s in system.series))}
+    for each in system.series:
+        there[numbers[each.recording], system.signal_names.index(each.signal)] = True
+    columns.append(rest)
+    every += rest.shape[1]
+    move("rest", each_run(rest.shape[1])[:, :, there.ravel()])
     for suspect, trace in zip(suspects, traces_of(fitted, suspects).values(), strict=True):
         shapes = np.column_stack((_as_large(fitted, suspect, trace), _modulated(fitted, trace)))
         columns.append(shapes)
@@ -107,10 +110,13 @@ def groups_of(fitted: Fitted, suspects: Sequence[Suspect], *, apart: bool = Fals
 
 
 def rests_of(system: System) -> Array:
-    """Return what a rest value that is off by a deviation of the sensor's noise moves, by signal, (R, signals)."""
+    """Return what a rest value that is off by a deviation of a reading's noise moves, by signal, (R, signals).
+
+    Of a single reading's: how fast a sensor is read says nothing of where it rests.
+    """
     rest = np.zeros((system.known.size, len(system.signal_names)))
     for each in system.series:
-        rest[each.rows, system.signal_names.index(each.signal)] = system.levels[each.signal]
+        rest[each.rows, system.signal_names.index(each.signal)] = system.single[each.signal]
     return rest
 
 
@@ -199,6 +205,13 @@ class _Beside:
         return TakenOff.of(self.moves.scaled(by), gram[np.ix_(by != 0.0, by != 0.0)])
 
 
+def _tried(name: str, runs: int) -> Array:
+    """Return the levels of a group among which the likeliest is taken."""
+    if name == "rest" and runs == 1:
+        return np.array([_REST_OF_ONE])
+    return np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
+
+
 def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loose, Fitted, Whitener]:
     """Return the levels under which the rows are most likely, the other unknowns re-tuned beside them.
 
@@ -215,7 +228,7 @@ def learned_levels(fitted: Fitted, noise: Whitener, groups: Groups) -> tuple[Loo
             # By how much they differ: what they have in common is a delay's.
             conventions = max(_CONVENTIONS, key=lambda factor: beside.score(levels, wider, factor, _ANY)[0])
         for g, name in enumerate(groups.names):
-            tried = np.concatenate(([0.0], np.geomspace(_LEAST * CAPS[name], CAPS[name], _STEPS)))
+            tried = _tried(name, len(groups.moves.runs))
             found = [
                 beside.score(np.where(np.arange(count) == g, level, levels), wider, conventions)[0] for level in tried
             ]
