@@ -114,7 +114,8 @@ def foretold(found: Hypothesis) -> Array:
     differs = np.zeros(width)
     if len({each.recording for each in system.series}) >= FEWEST_RUNS:
         differs[: system.parameters] = levels.get("parameters", 0.0) ** 2
-        differs[unknowns:] = levels.get("rest", 0.0) ** 2
+    # A part stands for a new run, which rests elsewhere.
+    differs[unknowns:] = levels.get("rest", 0.0) ** 2
     runs = [np.flatnonzero(folds == k) for k in range(int(folds.max()) + 1)]
     grams = [columns[run].T @ columns[run] for run in runs]
     pulls = [columns[run].T @ white[run] for run in runs]

@@ -29,13 +29,33 @@ def test_a_run_is_as_probable_as_it_is_given_the_rows_of_all_others():
         here = np.where(folds[:, None] == k, rest, 0.0)
         covariance += here @ here.T
     rows = bare.whiten(found.fitted.residuals) + unknown @ found.fitted.x
+    assert foretold(found) == pytest.approx(_given_the_others(rows, covariance, folds, bare.deviations), abs=0.02)
+
+
+def test_quarters_of_a_single_run_count_as_runs_that_rest_elsewhere():
+    system = recorded(63, push=0.5, runs=1)
+    x = np.zeros(2)
+    found = weighed(system, (), x, whitener(system, x))
+    found = replace(found, loose=found.loose._replace(levels={"rest": 0.5}))
+    bare, folds = replace(found.noise, loose=None), folds_of(system)
+    unknown, rest = (
+        bare.filtered(found.fitted.sensitivities),
+        bare.filtered(np.full((folds.size, 1), 0.5 * system.noise)),
+    )
+    covariance = np.eye(folds.size) + (unknown / bare.prior(system)) @ unknown.T
+    covariance += (folds[:, None] == folds) * (rest @ rest.T)
+    rows = bare.whiten(found.fitted.residuals) + unknown @ found.fitted.x
+    assert foretold(found) == pytest.approx(_given_the_others(rows, covariance, folds, bare.deviations), abs=0.02)
+
+
+def _given_the_others(rows, covariance, folds, deviations):
+    """Return the log density of each fold given the rows of all others, (F,)."""
     together = _log_density(rows, covariance)
-    expected = [
+    return [
         together - _log_density(rows[folds != k], covariance[np.ix_(folds != k, folds != k)])
-        - np.sum(np.log(bare.deviations[folds == k])) + 0.5 * np.sum(folds == k) * np.log(2.0 * np.pi)
+        - np.sum(np.log(deviations[folds == k])) + 0.5 * np.sum(folds == k) * np.log(2.0 * np.pi)
         for k in np.unique(folds)
     ]  # fmt: skip
-    assert foretold(found) == pytest.approx(expected, abs=0.02)
 
 
 def _log_density(rows, covariance):
