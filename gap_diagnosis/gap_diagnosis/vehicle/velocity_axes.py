@@ -79,13 +79,14 @@ def velocity_between(logs: Sequence[VehicleLog]) -> float:
     if not any(log.there["velocity"] for log in logs):
         return 0.0
     tried, costs = _tried(tuple(logs))
-    seen = tried[int(np.argmin(costs.min(axis=1)))]
+    delay = int(np.argmin(costs.min(axis=1)))
+    seen = tried[delay]
     mirrored = min(_cost(seen, -R) for R in MOUNTINGS)
 
     def cost(turn: Array) -> float:
         return _cost(seen, Rotation.from_rotvec(turn).as_matrix())
 
-    start = Rotation.from_matrix(MOUNTINGS[int(np.argmin(costs.min(axis=0)))]).as_rotvec()
+    start = Rotation.from_matrix(MOUNTINGS[int(np.argmin(costs[delay]))]).as_rotvec()
     simplex = start + np.vstack((np.zeros(3), 0.5 * np.eye(3)))
     found = minimize(
         cost, start, method="Nelder-Mead", options={"initial_simplex": simplex, "xatol": 0.01, "fatol": 0.1}
