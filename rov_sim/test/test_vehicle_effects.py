@@ -227,7 +227,7 @@ def test_effects_that_a_vehicle_cannot_have_are_refused() -> None:
     with pytest.raises(ValueError, match=r"thruster': expected 0 to 5; found 6"):
         body_with(C, [effect("thruster_failure", sizes={"failed": 1.0}, thruster=6, kind="stopped")])
     heavy = load_vehicle_settings("bluerov2_heavy").coefficients
-    with pytest.raises(ValueError, match="expected the hand of each propeller and a torque"):
+    with pytest.raises(ValueError, match="needs the hand, left or right, of each propeller"):
         body_with(heavy, [effect("reaction_torque", sizes={"share": 1.0})])
     with pytest.raises(ValueError, match=r"share.unit': expected '1'; found 'N'"):
         active_effect(EffectEntry(id="thrust_loss", sizes={"share": 0.2}, units={"share": "N"}))

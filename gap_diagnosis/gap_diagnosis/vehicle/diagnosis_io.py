@@ -24,6 +24,7 @@ from gap_diagnosis.vehicle.search import Found, search
 from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.verdict import Verdict, judged
 from rov_sim.vehicle.sensors.settings_io import load_sensors
+from rov_sim.vehicle.settings import active_effects
 from rov_sim.vehicle.settings_io import load_thruster_sets
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.effect_entry import EffectEntry
@@ -46,9 +47,15 @@ class Diagnosed:
 
 
 def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None = None) -> Model:
-    """Return the model of a vehicle's set, of its thrusters' set where one is named, of the sensors' settings."""
+    """Return the model of a vehicle's set, of its thrusters' set where one is named, of the sensors' settings.
+
+    Raises:
+        ThrusterModelError: what is wrong with one of them, or with the effects that they switch on.
+    """
     chosen = load_vehicle_set(vehicle)
-    return Model(vehicle=chosen, sets=load_thruster_sets(chosen, thruster), sensors=load_sensors(sensors))
+    sets = load_thruster_sets(chosen, thruster)
+    active_effects(chosen, sets)
+    return Model(vehicle=chosen, sets=sets, sensors=load_sensors(sensors))
 
 
 def provenance_of(runs: Sequence[Path], model: Model) -> dict[str, Any]:

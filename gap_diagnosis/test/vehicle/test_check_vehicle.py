@@ -12,10 +12,15 @@ from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.check_io import _grouped, check_vehicle
 from gap_diagnosis.vehicle.cli_check_vehicle import main
+from gap_diagnosis.vehicle.cli_diagnose_vehicle import main as diagnose
+from gap_diagnosis.vehicle.cli_fit_vehicle import main as fit
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.hypotheses import hypotheses
+from rov_sim.vehicle.settings_io import load_vehicle_settings
 from run_bag import Topic, write_run
 from thruster_model.effect_entry import EffectEntry
+from thruster_model.errors import VehicleError
+from thruster_model.vehicle_set_io import dump_vehicle_set
 
 MODEL = load_model("ngs")
 
@@ -201,3 +206,19 @@ def test_effects_that_the_set_states_are_named(tmp_path: Path) -> None:
     stated = replace(MODEL, vehicle=replace(MODEL.vehicle, effects=(entry,)))
     found = told(check_vehicle([dive(tmp_path / "dive")], stated), "good")
     assert found["effects that the set states"] == "sag of the shared supply: taken as exact"
+
+
+@pytest.mark.parametrize("command", [main, diagnose, fit])
+def test_a_set_that_lacks_what_its_effect_needs_is_one_sentence_with_file_and_key(
+    command: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reaction = EffectEntry(id="reaction_torque", sizes={"share": 1.0}, units={"share": "1"})
+    layout = tuple(replace(t, hand=None) if i == 2 else t for i, t in enumerate(MODEL.vehicle.layout))
+    own = tmp_path / "own.yaml"
+    own.write_text(dump_vehicle_set(replace(MODEL.vehicle, layout=layout, effects=(reaction,))), encoding="utf-8")
+    out = [] if command is main else ["--out", str(tmp_path / "out")]
+    assert command([str(tmp_path / "dive"), "--vehicle", str(own), *out]) == 1
+    (sentence,) = capsys.readouterr().err.splitlines()
+    assert sentence.startswith(f"{own}: key 'thrusters.2.hand': missing; the effect reaction_torque needs the hand")
+    with pytest.raises(VehicleError, match=r"key 'thrusters\.2\.hand': missing"):
+        load_vehicle_settings(own)

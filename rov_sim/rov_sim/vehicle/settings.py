@@ -7,6 +7,7 @@ import numpy as np
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect, body_with, thruster_effects
 from rov_sim.vehicle.plant import LARGEST_STEP, VehicleSettings
 from rov_sim.vehicle.truth import VehicleState
+from run_bag.unit_spelling import same_unit
 from thruster_model.effect_entry import EffectEntry
 from thruster_model.effects import stages
 from thruster_model.equations.thruster import ThrusterCoefficients
@@ -28,7 +29,7 @@ def active_effect(entry: EffectEntry) -> ActiveVehicleEffect:
     wrong = [
         f"key 'effects.{entry.id}.{name}.unit': expected '{units[name]}'; found '{unit}'"
         for name, unit in entry.units.items()
-        if name in units and unit not in units[name].replace(" or ", ", ").split(", ")
+        if name in units and not any(same_unit(unit, each) for each in units[name].replace(" or ", ", ").split(", "))
     ]
     if wrong:
         raise ValueError("; ".join(wrong))
@@ -42,7 +43,7 @@ def active_effects(vehicle: VehicleSet, sets: Sequence[ParameterSet] = ()) -> tu
     """Return the effects that a vehicle's set and those of its thrusters switch on.
 
     Raises:
-        VehicleError: effects that there are not on a vehicle, or of another form.
+        VehicleError: effects that there are not on a vehicle, of another form, or that this one cannot have.
     """
     problems, found = [], []
     for entry in vehicle.effects:
@@ -56,6 +57,13 @@ def active_effects(vehicle: VehicleSet, sets: Sequence[ParameterSet] = ()) -> tu
                 found.append(ActiveVehicleEffect(id=name, sizes=sizes, thruster=i))
             except ValueError as error:
                 problems.append(f"{thruster.name}: {error}")
+    if not problems:
+        N = len(vehicle.layout)
+        try:  # what the vehicle lacks for them is told with its file, before any run is read
+            thruster_effects(found, N)
+            body_with(vehicle.coefficients._replace(full_thrust=np.ones(N)), found)
+        except ValueError as error:
+            problems.append(str(error))
     if problems:
         raise VehicleError(vehicle.origin, problems)
     return tuple(found)

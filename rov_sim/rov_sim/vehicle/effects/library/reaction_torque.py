@@ -14,10 +14,15 @@ def body(c, active):  # type: ignore[no-untyped-def]
     if s == 0.0:
         return c
     chosen = range(c.thrusters) if active.thruster is None else (active.thruster,)
-    unknown = [i for i in chosen if c.hands[i] == 0.0]
-    if unknown or not c.propeller_torque > 0.0:
-        found = f"thruster {unknown[0]} without one" if unknown else "no propeller torque"
-        raise ValueError(f"reaction_torque: expected the hand of each propeller and a torque per n|n|; found {found}")
+    if unknown := [i for i in chosen if c.hands[i] == 0.0]:
+        keys = ", ".join(f"'thrusters.{i}.hand'" for i in unknown)
+        needs = "needs the hand, left or right, of each propeller that it acts on"
+        raise ValueError(f"key {keys}: missing; the effect reaction_torque {needs}")
+    if not c.propeller_torque > 0.0:
+        needs = "needs the torque of a propeller per n|n|, above 0"
+        raise ValueError(
+            f"key 'parameters.reaction_torque': the effect of this name {needs}; found {c.propeller_torque:g}"
+        )
     reaction = c.reaction.copy()
     for i in chosen:
         reaction[:, i] -= c.hands[i] * s * c.propeller_torque * c.K_t[:3, i]
