@@ -27,7 +27,8 @@ FOOT = f"""
   and `per_volt`. `'1'` is −1 to 1, `counts` any numbers of a device.
 - Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for %, 0.2 for −1 to 1.
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
-- Usual spellings are taken: `µs`, `°C`, `N·m`, `m/s²`, `U/min`, `sec`. YAML wants quotes about `'%'` and `'U1 [V]'`.
+- Usual spellings are taken: `µs`, `°C`, `N·m`, `U/min`, `sec`, and `m/s²`, `m/s2`, `m/s^2`, `m s^-2` or `m/s/s` alike.
+  YAML wants quotes about `'%'` and `'U1 [V]'`.
 """
 
 

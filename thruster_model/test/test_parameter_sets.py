@@ -78,6 +78,12 @@ def test_what_is_wrong_with_a_set_is_said_with_file_key_expected_and_found(text,
     assert str(error.value).startswith("mine.yaml: ")
 
 
+def test_a_unit_may_be_spelt_in_any_usual_way():
+    text = edited("unit: 1/s\n", "unit: s^-1\n").replace("unit: N s^2\n", "unit: N·s²\n")
+    again = parse_parameter_set(text, origin="mine.yaml")
+    assert again.parameters == load_parameter_set("hl").parameters, "and is written as the model has it"
+
+
 def test_all_that_is_wrong_is_said_at_once():
     text = edited("value: 13.66", "value: -1.0").replace("unit: 1/m\n", "unit: m\n")
     with pytest.raises(ParameterSetError) as error:

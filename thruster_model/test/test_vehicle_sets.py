@@ -103,6 +103,13 @@ def test_entries_beside_the_diagonal_come_where_their_names_say() -> None:
     assert (c.D_Q[1, 5], c.D_Q[5, 1], c.D_L[5, 1], c.D_L[1, 5]) == (3.0, 0.0, 2.0, 0.0)
 
 
+@pytest.mark.parametrize("unit", ["kg/m^3", "kg m^-3", "kg/m3", "kg/m³", "kg·m⁻³"])
+def test_a_unit_may_be_spelt_in_any_usual_way(unit: str) -> None:
+    changed = document()
+    changed["parameters"]["density"] = {"value": 1025.0, "unit": unit, "source": "test"}
+    assert parsed(changed).parameters["density"].unit == "kg/m^3"
+
+
 def spoiled(change):
     changed = document()
     change(changed)

@@ -14,6 +14,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
+from run_bag.unit_spelling import same_unit
 from thruster_model.command_scale import FULL_THROTTLE, CommandScale
 from thruster_model.equations.force_map import CURVES
 from thruster_model.errors import ForceTableError
@@ -47,7 +48,7 @@ class ForceCurves:
 
     def __post_init__(self) -> None:
         table, problems = self.table, []
-        if table.command_unit != self.scale.unit:
+        if not same_unit(table.command_unit, self.scale.unit):
             problems.append(f"command: expected the scale's unit {self.scale.unit}; found {table.command_unit}")
         if table.stop != self.scale.stop:
             problems.append(f"command: expected the scale's stop {self.scale.stop:g}; found {table.stop:g}")

@@ -13,6 +13,7 @@ from typing import Any
 
 import yaml
 
+from run_bag.unit_spelling import same_unit
 from safe_files.whole_files_io import write_whole
 from safe_files.yaml_io import yaml_mapping
 from thruster_model.errors import ForceTableError
@@ -58,7 +59,7 @@ def force_table_of(document: Mapping[Any, Any], *, origin: str) -> ForceTable:
             problems.append(f"key '{name}': expected {', '.join(sorted(keys))}; found {found}")
             continue
         unit = {"supply": "V", **QUANTITIES}.get(name)
-        if unit is not None and entry["unit"] != unit:
+        if unit is not None and not same_unit(str(entry["unit"]), unit):
             problems.append(f"key '{name}.unit': expected '{unit}'; found {entry['unit']!r}")
         values[name] = entry["value"]
     stop = document["command"].get("stop") if isinstance(document.get("command"), Mapping) else None

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from types import MappingProxyType
 
+from run_bag.unit_spelling import same_unit
 from thruster_model.command_scale import VOLTS, CommandScale
 from thruster_model.effects.active import NOTHING, ActiveEffects
 from thruster_model.equations.thruster import ThrusterCoefficients
@@ -30,7 +31,7 @@ class Parameter:
         """Return what is wrong with it as the parameter of that name and definition, one sentence each."""
         problems = []
         key = f"key 'parameters.{name}"
-        if self.unit != definition.unit:
+        if not same_unit(self.unit, definition.unit):
             problems.append(f"{key}.unit': expected '{definition.unit}'; found '{self.unit}'")
         if not math.isfinite(self.value) or not definition.lower <= self.value <= definition.upper:
             expected = f"a number from {definition.lower:g} to {definition.upper:g} {definition.unit}"
@@ -39,6 +40,10 @@ class Parameter:
         if deviation is not None and not (math.isfinite(deviation) and deviation >= 0):
             problems.append(f"{key}.standard_deviation': expected a number >= 0 or nothing; found {deviation!r}")
         return problems
+
+    def spelled_as(self, definition: ParameterDefinition) -> "Parameter":
+        """Return it with the unit spelt as its definition does."""
+        return self if self.unit == definition.unit else replace(self, unit=definition.unit)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +69,9 @@ class ParameterSet:
         problems = self._problems()
         if problems:
             raise ParameterSetError(self.origin, problems)
-        ordered = {name: self.parameters[name] for name in self.model.parameter_names}
+        ordered = {
+            name: self.parameters[name].spelled_as(self.model.definition(name)) for name in self.model.parameter_names
+        }
         object.__setattr__(self, "parameters", MappingProxyType(ordered))
 
     def _problems(self) -> list[str]:

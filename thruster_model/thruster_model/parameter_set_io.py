@@ -23,6 +23,7 @@ from typing import Any
 
 import yaml
 
+from run_bag.unit_spelling import same_unit
 from safe_files.whole_files_io import write_whole
 from thruster_model.command_scale import VOLTS, CommandScale
 from thruster_model.effects.active import ActiveEffects, problems_of
@@ -186,7 +187,7 @@ def _parse_effects(entries: Any) -> tuple[dict[str, dict[str, float]], list[str]
                 continue
             sizes[str(effect)][str(name)] = value
             problems += wrong_beside_size(f"effects.{effect}.{name}", entry)
-            if name in units and entry.get("unit") != units[name]:
+            if name in units and not same_unit(str(entry.get("unit")), units[name]):
                 found = f"found {entry.get('unit')!r}"
                 problems.append(f"key 'effects.{effect}.{name}.unit': expected '{units[name]}'; {found}")
     return sizes, problems + problems_of(sizes)

@@ -15,7 +15,7 @@ from thruster_model.errors import VehicleError
 from thruster_model.parameter_set import Parameter
 from thruster_model.vehicle_coefficients import VehicleCoefficients, vehicle_coefficients
 from thruster_model.vehicle_layout import LayoutEntry
-from thruster_model.vehicle_parameters import DEFAULTS, REQUIRED, definition_of, matrix_of
+from thruster_model.vehicle_parameters import DEFAULTS, REQUIRED, defined, definition_of, matrix_of
 
 __all__ = ["UNSTATED_DEVIATION", "VehicleSet"]
 
@@ -58,7 +58,8 @@ class VehicleSet:
             problems = self._matrix_problems()
         if problems:
             raise VehicleError(self.origin, problems)
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        spelled = {name: parameter.spelled_as(defined(name)) for name, parameter in self.parameters.items()}
+        object.__setattr__(self, "parameters", MappingProxyType(spelled))
         object.__setattr__(self, "layout", tuple(self.layout))
         object.__setattr__(self, "effects", tuple(self.effects))
 

@@ -1,6 +1,6 @@
 """Units in which others record, exactly: the factor that brings each to ours.
 
-A unit is written as people do: `rpm`, `1/min`, `us`, `µs`, `kgf`, `N m`, `N·m`, `m/s²`, `°C`.
+A unit is written as people do: `rpm`, `1/min`, `us`, `µs`, `kgf`, `N m`, `N·m`, `m/s²`, `m/s2`, `m s^-2`, `°C`.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+
+from ..unit_spelling import factors_of, plain
 
 G = 9.80665
 POUND = 4.4482216152605
@@ -51,7 +53,7 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
     "m": _linear(cm=1e-2, mm=1e-3, km=1e3, ft=FOOT, dm=0.1),
     "m/s": _linear(kn=1852 / 3600, kt=1852 / 3600) | {"cm/s": Conversion(1e-2), "mm/s": Conversion(1e-3),
         "km/h": Conversion(1 / 3.6), "ft/s": Conversion(FOOT)},
-    "m/s^2": _linear(g=G, gn=G) | {"m/s/s": Conversion(1.0), "mg": Conversion(1e-3 * G), "cm/s^2": Conversion(1e-2),
+    "m/s^2": _linear(g=G, gn=G) | {"mg": Conversion(1e-3 * G), "cm/s^2": Conversion(1e-2),
         "mm/s^2": Conversion(1e-3)},
     "s": _linear(ms=1e-3, us=1e-6, ns=1e-9, min=60.0, h=3600.0),
     "degC": {"K": Conversion(1.0, -273.15), "degF": Conversion(5 / 9, -32.0)},
@@ -61,19 +63,24 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
 COMMANDS = ("us", "%", "1", "counts")
 """Units of commands that are no voltage: a map says at which one the thruster stands still, how many make a volt."""
 
-_SPELLED = {
-    "μ": "u", "µ": "u", "·": " ", "*": " ", "²": "^2", "°C": "degC", "°F": "degF", "°": "deg", "−": "-",
-    "⁻¹": "^-1", "⁻²": "^-2", " s^-1": "/s", " s^-2": "/s^2", " s-1": "/s", " s-2": "/s^2",
-}  # fmt: skip
+_DEGREES = {"°C": "degC", "°F": "degF", "°": "deg"}
 _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
             "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
-            "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "1/sec": "1/s",
-            "rad/sec": "rad/s", "kg": "kgf", "grams": "gf", "lbs": "lbf", "lb": "lbf", "nm": "N m", "n.m": "N m",
-            "n-m": "N m", "degheading": "deg"}  # fmt: skip
+            "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "kg": "kgf", "grams": "gf", "lbs": "lbf",
+            "lb": "lbf", "nm": "N m", "n-m": "N m", "degheading": "deg"}  # fmt: skip
 
 
 def _known() -> set[str]:
     return {*CONVERSIONS, *COMMANDS, *(name for table in CONVERSIONS.values() for name in table)}
+
+
+def _powers(unit: str) -> frozenset[tuple[str, int]] | None:
+    factors = factors_of(unit)
+    return None if factors is None else frozenset(factors.items())
+
+
+_BY_FACTORS = {_powers(name): name for name in sorted(_known(), reverse=True)}
+_BY_SMALL = {_powers(name.lower()): name for name in sorted(_known(), reverse=True)}
 
 
 def is_unit(text: str) -> bool:
@@ -82,16 +89,24 @@ def is_unit(text: str) -> bool:
 
 
 def spelled(unit: str) -> str:
-    """Return a unit as the table has it; what it does not know comes back as it is written."""
-    text = unit.strip()
-    for other, ours in _SPELLED.items():
+    """Return a unit as the table has it, however its factors and powers are written; what is not known comes back as
+    it is."""
+    text = plain(unit)
+    for other, ours in _DEGREES.items():
         text = text.replace(other, ours)
-    text = " ".join(text.split())
-    known = _known()
-    if text in known:
+    if text in _known():
         return text
-    lower = {name.lower(): name for name in sorted(known, reverse=True)}
-    return _ALIASES.get(text.lower()) or lower.get(text.lower(), text)
+    if text.lower() in _ALIASES:
+        return _ALIASES[text.lower()]
+    factors = factors_of(text)
+    if factors is None:
+        return text
+    aliased = {_ALIASES.get(name.lower(), name): power for name, power in factors.items()}
+    for own, by in ((factors, _BY_FACTORS), (aliased, _BY_FACTORS), (factors, _BY_SMALL), (aliased, _BY_SMALL)):
+        powers = frozenset((name if by is _BY_FACTORS else name.lower(), power) for name, power in own.items())
+        if powers in by:
+            return by[powers]
+    return text
 
 
 def conversion(unit: str, ours: str) -> Conversion | None:
