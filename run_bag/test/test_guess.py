@@ -253,6 +253,41 @@ def test_what_is_wanted_is_not_measured_and_what_may_be_something_else_has_no_ch
     assert f"# {name} " in text, found
 
 
+def test_speeds_of_a_vehicle_are_known_by_their_unit_where_there_are_as_many_as_commands(tmp_path, capsys):
+    commands = {f"u{k} [%]": 50 * WAVE for k in (1, 2, 3)}
+    turns = {f"rot{k} [rpm]": 900 + 100 * WAVE for k in (1, 2, 3)}
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **commands, **turns, **GYRO}))
+    for k in (1, 2, 3):
+        assert found[f"thruster_{k - 1}/state.n"].startswith(f"{{column: 'rot{k} [rpm]', unit: rpm}}")
+        assert "by its unit alone: is it?" in found[f"thruster_{k - 1}/state.n"]
+    assert "Not recognised" not in text
+    for other in ({f"fan{k} [rpm]": 900 + WAVE for k in (1, 2, 3)}, {"rot4 [rpm]": 900 + WAVE}):
+        found, text = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **commands, **turns, **other, **GYRO}))
+        assert "Not recognised" in text and not any(channel.endswith("state.n") for channel in found), "which of them?"
+
+
+@pytest.mark.parametrize(
+    ("columns", "name"),
+    [
+        ({"keller [m]": 5 + WAVE}, "keller [m]"),
+        ({"keller [cm]": 500 + WAVE, "dvl_alt [m]": 3 + WAVE, "x [m]": WAVE, "y [m]": WAVE}, "keller [cm]"),
+        ({"keller [m]": 5 + WAVE, "bar30 [m]": 5 + WAVE}, ""),  # which of them?
+        ({"height [m]": 5 + WAVE}, ""),
+        ({"keller_m": 5 + WAVE}, ""),  # of a name that is not known the end may be anything
+    ],
+)
+def test_the_one_length_of_a_vehicle_is_a_depth_by_its_unit(tmp_path, capsys, columns, name):
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    entry = found.get("rov/depth.depth", "")
+    assert (f"column: '{name}'" in entry and "by its unit alone: is it?" in entry) if name else not entry
+
+
+def test_units_of_headers_are_known_in_plain_letters(tmp_path, capsys):
+    force = {f"{name} [m/s2]": values for name, values in FORCE.items()}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **force, **GYRO}))
+    assert found["rov/imu.linear_acceleration.x"].startswith("{column: 'ax [m/s2]', unit: m/s^2}")
+
+
 def test_names_of_vehicles_logs_are_known_by_their_last_part_too(tmp_path, capsys):
     columns = {f"drive.{k}": 60 * WAVE for k in (0, 1)} | {f"thr{k}/rev": 14 * WAVE for k in (0, 1)}
     columns |= {f"ahrs.rate_{a}": 30 * WAVE for a in "xyz"}

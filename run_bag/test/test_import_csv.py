@@ -73,6 +73,18 @@ def test_a_sign_source_that_is_not_told_follows_from_the_speed(tmp_path, capsys,
     assert ("0 is written, n counts as a magnitude" in capsys.readouterr().err) == said
 
 
+def test_speeds_without_a_sign_are_warned_of_once_with_the_line_that_says_so(tmp_path, capsys):
+    speeds = "".join(f"thruster_{i}/state.n: {STATE}\n" for i in range(3))
+    assert main(files(tmp_path, "0,1\n1,2\n", speeds)) == 0
+    (line,) = (line for line in capsys.readouterr().err.splitlines() if "sign_source" in line)
+    assert "thruster_0/state.sign_source and those of thruster_1/state, thruster_2/state are not in the map" in line
+    assert "`thruster_0/state.sign_source: {value: 0}` says so" in line
+    speeds += "".join(f"thruster_{i}/state.sign_source: {{value: 0}}\n" for i in range(3))
+    (tmp_path / "silent").mkdir()
+    assert main(files(tmp_path / "silent", "0,1\n1,2\n", speeds)) == 0
+    assert "sign_source" not in capsys.readouterr().err
+
+
 def test_rows_without_time_and_value_are_not_measured(tmp_path):
     assert main(files(tmp_path, "t,n,t2,f\n0,1,0,5\n1,2,,\n", MAP_TWO)) == 0
     assert read_run(tmp_path / "out")["thruster_0/load.wrench.force.x"].values.tolist() == [5]

@@ -27,8 +27,8 @@ from .guess_rules import (
     quoted,
 )
 from .guessed_clock import clock_in, is_time, own_times, time_of
-from .guessed_commands import alike_commands
-from .guessed_depth import WHICH_WATER, depths_of_pressures
+from .guessed_commands import Alike, alike_commands, alike_speeds
+from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
 from .guessed_names import beside, numbered, told_units, told_words, without_suffix
 from .guessed_units import fits, named_units
 from .guessed_values import is_0, moves, span_of, values_of
@@ -99,7 +99,8 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
     columns = [(source, name) for source, name in left if isinstance(source, CsvSource)]
     fields = [(source, name) for source, name in left if not isinstance(source, LogSource)]
     unnamed = [] if any(each.is_command for each in found.values()) else _commands(fields)
-    for each in [*unnamed, *(_by_pressure(columns) if vehicle else _by_unit(columns))]:
+    thrusters = {each.channel.partition("/")[0] for each in [*found.values(), *unnamed] if each.is_command}
+    for each in [*unnamed, *(_of_vehicle_by_unit(columns, thrusters) if vehicle else _by_unit(columns))]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
@@ -168,22 +169,23 @@ def _disowned(part: Found) -> bool:
 
 def _commands(fields: Sequence[tuple[Source, str]]) -> list[Found]:
     """Return commands of several thrusters that their units or values tell."""
-    return [
-        Found(
-            f"thruster_{each.thruster}/throttle.commanded",
-            each.source,
-            each.name,
-            why=f" by its {each.told} alone: is it?",
-        )
-        for each in alike_commands(fields)
-    ]
+    return [_of_thruster("throttle.commanded", each) for each in alike_commands(fields)]
 
 
-def _by_pressure(columns: Sequence[tuple[CsvSource, str]]) -> list[Found]:
-    """Return the depth as pressures tell it."""
+def _of_thruster(path: str, each: Alike) -> Found:
+    return Found(f"thruster_{each.thruster}/{path}", each.source, each.name, why=f" by its {each.told} alone: is it?")
+
+
+def _of_vehicle_by_unit(columns: Sequence[tuple[CsvSource, str]], commanded: set[str]) -> list[Found]:
+    """Return the speeds of commanded thrusters, and the depth as a pressure or a unit of length tells it."""
+    speeds = alike_speeds(columns, {int(name.removeprefix("thruster_")) for name in commanded})
     return [
-        Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
-        for source, name, entry in depths_of_pressures(columns)
+        *(_of_thruster("state.n", each) for each in speeds),
+        *(
+            Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
+            for source, name, entry in depths_of_pressures(columns)
+        ),
+        *(Found("rov/depth.depth", *each, why=" by its unit alone: is it?") for each in depth_by_unit(columns)),
     ]
 
 

@@ -1,5 +1,5 @@
 """Commands of thrusters whose names no rule knows: columns or fields that differ by a number, in %, in pulses, or
-within -1 and 1.
+within -1 and 1; and their speeds: columns in turns per time that differ by a number, as many as there are commands.
 
 A vehicle's recording has one such group: M1 ... M8 of 1283 to 1701, thrust_pct_1 ... thrust_pct_6 of -57 to 57, or
 channels[0] ... channels[7] of an array.
@@ -22,7 +22,7 @@ from .guessed_units import named_units, pulses
 from .guessed_values import moves, values_of
 from .sources import Source
 
-__all__ = ["Alike", "alike_commands"]
+__all__ = ["Alike", "alike_commands", "alike_speeds"]
 
 _STICKS = ("mavros_msgs/msg/RCIn", "sensor_msgs/msg/Joy")
 """What a pilot moves: no command of several thrusters, but one stick may be that of a bench."""
@@ -34,6 +34,8 @@ _OUTPUT = re.compile(
     re.IGNORECASE,
 )
 """Words one of which a name has whose numbers within -1 and 1 are commands; many other things are as large."""
+_TURNS = ("rpm", "krpm", "rps", "rev/min", "rev/s", "1/min")
+"""Units in which nothing else of a vehicle turns."""
 _MOVED = 0.1
 """By which commands within -1 and 1 go to either side at least."""
 
@@ -65,6 +67,20 @@ def alike_commands(fields: Sequence[tuple[Source, str]]) -> list[Alike]:
     single = [own for own in likely if len(own) == 1 and _type_of(own[0]) not in ("", _JOINTS)]
     found = several or single
     return found[0] if len(found) == 1 else []
+
+
+def alike_speeds(columns: Sequence[tuple[CsvSource, str]], thrusters: set[int]) -> list[Alike]:
+    """Return the speeds of these thrusters, of columns in turns per time; none where two groups may be them."""
+    groups: dict[tuple[str, str], list[Alike]] = {}
+    for source, name in columns:
+        bare = bare_name(name)
+        stem, thruster = numbered(bare, source.names())
+        stated = source.unit(name)
+        unit = spelled(stated) if stated else next(iter(named_units(name)[-1:]), "")
+        if stem != bare and unit in _TURNS and values_of(source, name) is not None:
+            groups.setdefault((str(source.path), stem.lower()), []).append(Alike(source, name, thruster, "unit"))
+    found = [own for own in groups.values() if sorted(each.thruster for each in own) == sorted(thrusters)]
+    return found[0] if len(found) == 1 and len(found[0]) > 1 else []
 
 
 def _used(group: list[Alike]) -> list[Alike]:

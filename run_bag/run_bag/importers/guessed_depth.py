@@ -1,4 +1,4 @@
-"""The depth that a pressure tells: (pressure - that at the surface) / (density * gravity)."""
+"""The depth that a pressure tells, (pressure - that at the surface) / (density * gravity), or a unit alone."""
 
 from __future__ import annotations
 
@@ -6,14 +6,20 @@ import re
 from collections.abc import Sequence
 
 from .column_names import bare_name
-from .conversions import G
+from .conversions import G, conversion
 from .csv_source import CsvSource
 
-__all__ = ["WHICH_WATER", "depth_of_pressure", "depths_of_pressures"]
+__all__ = ["WHICH_WATER", "depth_by_unit", "depth_of_pressure", "depths_of_pressures"]
 
 _NAMES = re.compile(
     r"((abs(olute)?_?)?(press(ure)?|(wasser)?druck)(_?abs(olute)?)?_?)?(?P<unit>mbar|bar|hpa|kpa|pa)?", re.IGNORECASE
 )
+_NO_DEPTH = re.compile(
+    r"alt|height|h(ö|oe)he|range|dist|abstand|entfernung|pos|lat|lon|north|east|nord|ost|length|tether|cable|laenge|länge|"
+    r"bottom|ground|grund|floor|boden|wave|dvl|sonar|ping|beam|echo|accuracy|sigma|std|error|target|set_?point|soll|wanted|desired|^[xyz]$",
+    re.IGNORECASE,
+)
+"""Names of what is in a unit of length, too: no depth by its unit alone."""
 _PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
 _DENSITY, _SURFACE = 1000.0, 101325.0
 """Fresh water [kg/m^3], and the pressure at its surface [Pa]."""
@@ -29,6 +35,16 @@ def depths_of_pressures(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[
         if pascals is not None:
             found.append((source, name, depth_of_pressure(pascals)))
     return found
+
+
+def depth_by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSource, str]]:
+    """Return the column of a vehicle's table that is stated to be a length and may be a depth; none of several."""
+    found = [
+        (source, name)
+        for source, name in columns
+        if (unit := source.unit(name)) and conversion(unit, "m") is not None and not _NO_DEPTH.search(bare_name(name))
+    ]
+    return found if len(found) == 1 else []
 
 
 def depth_of_pressure(pascals: float) -> str:

@@ -64,6 +64,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     how = f"{shift!r} s was added to all times, so that the clock starts at {START_S:g} s, as that of bench recordings"
     log.add("shift of the clock", shift, "s", how, digits=17)
     made: list[Topic] = []
+    unsigned: list[str] = []
     warnings = [sentence for e, at in places for sentence in _against_stated(e, at)]
     warnings += [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
     for name, own in parts.items():
@@ -79,9 +80,11 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
                 log.add(f"axes of {name}", REP103, "", "brought to north, east, down and forward, starboard, down")
         kind = own[0].entry.type
         if kind == STATE and "n" in fields and "sign_source" not in fields:
-            fields["sign_source"] = np.full(len(stamps), _sign_source(name, fields, log, warnings))
+            source = _sign_source(name, fields, log)
+            fields["sign_source"] = np.full(len(stamps), source)
+            unsigned += [name] if source == SIGN_UNKNOWN else []
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
-    return made, warnings
+    return made, warnings + _magnitudes(unsigned)
 
 
 def _against_stated(entry: Mapped, source: Source) -> list[str]:
@@ -196,7 +199,7 @@ def _merge(parts: list[_Part]) -> tuple[NDArray[np.int64], dict[str, Any]]:
     return stamps, fields
 
 
-def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions, warnings: list[str]) -> int:
+def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions) -> int:
     """Decide where the sign of n comes from: only a sensor that tells the direction gives negative speeds."""
     channel = f"{topic}.sign_source"
     if np.any(fields["n"] < 0):
@@ -205,8 +208,17 @@ def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions, warnings
         )
         return SIGN_MEASURED
     log.add(channel, SIGN_UNKNOWN, "1", "n is a magnitude: not in the map, and n is never negative")
-    warnings.append(
-        f"{channel} is not in the map and n is never negative: {SIGN_UNKNOWN} is written, n counts as a magnitude; "
-        f"where the sensor tells the direction, add `{channel}: {{value: {SIGN_MEASURED}}}`"
-    )
     return SIGN_UNKNOWN
+
+
+def _magnitudes(topics: Sequence[str]) -> list[str]:
+    """Return the warning about speeds that count as magnitudes, one for all of them."""
+    if not topics:
+        return []
+    channel = f"{topics[0]}.sign_source"
+    of = "is not in the map" if len(topics) == 1 else f"and those of {', '.join(topics[1:])} are not in the map"
+    return [
+        f"{channel} {of}, and n is never negative: {SIGN_UNKNOWN} is written, n counts as a magnitude; "
+        f"`{channel}: {{value: {SIGN_UNKNOWN}}}` says so without this warning, {{value: {SIGN_MEASURED}}} that the "
+        "sensor tells the direction"
+    ]
