@@ -1,4 +1,7 @@
-"""What runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects."""
+"""What runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects.
+
+Of a vehicle its set is named by --vehicle SET; what else there is then: --vehicle SET --help.
+"""
 
 import argparse
 import sys
@@ -8,7 +11,7 @@ from pathlib import Path
 from gap_diagnosis.check_io import check
 from gap_diagnosis.findings import Finding, lines_of, usable
 from run_bag import RunError
-from run_bag.command_line import described, printable, user_arguments
+from run_bag.command_line import described, of_a_vehicle, printable, user_arguments
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 
@@ -19,13 +22,18 @@ EXAMPLES = """
 
 def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
     """Print a line for each finding; return 0 where the runs are usable, 1 where something would be refused."""
+    taken = user_arguments(arguments)
+    if of_a_vehicle(taken):
+        from gap_diagnosis.vehicle.cli_check_vehicle import main as of_vehicle  # loads the vehicle's model
+
+        return of_vehicle(taken, program)
     parser = argparse.ArgumentParser(prog=program, **described(__doc__, EXAMPLES))
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one thruster")
     sets = ", ".join(available_sets())
     text = f"parameter set of the simulator: {sets} or a YAML file"
     parser.add_argument("--set", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
-    given = parser.parse_args(user_arguments(arguments))
+    given = parser.parse_args(taken)
     return printed(lambda: check(given.runs, load_parameter_set(given.set), given.thruster))
 
 

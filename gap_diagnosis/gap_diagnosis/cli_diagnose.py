@@ -1,4 +1,7 @@
-"""Why recordings of a thruster and the simulator's parameter set disagree."""
+"""Why recordings of a thruster and the simulator's parameter set disagree.
+
+Of a vehicle its set is named by --vehicle SET; what else there is then: --vehicle SET --help.
+"""
 
 import argparse
 import sys

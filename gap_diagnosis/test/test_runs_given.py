@@ -5,6 +5,7 @@ import pytest
 
 from gap_diagnosis.blind_check.generator import Truth, generate
 from gap_diagnosis.blind_check.store_io import write_generated_run
+from gap_diagnosis.cli_check import main as check
 from gap_diagnosis.cli_diagnose import main
 from gap_diagnosis.recording_io import read_recordings, recordings_of
 from run_bag import Topic, read_run, write_run
@@ -121,6 +122,11 @@ def test_a_clock_deviation_within_the_run_is_taken(stating):
     assert recording.experiment.throttle_shift_std == 0.02
 
 
-def test_runs_of_a_vehicle_are_taken_by_the_same_command(tmp_path, capsys):
-    assert main([str(tmp_path), "--vehicle", "no_such_vehicle", "--out", str(tmp_path / "out")]) == 1
+@pytest.mark.parametrize("command", [main, check])
+def test_runs_of_a_vehicle_are_taken_by_the_same_command(tmp_path, capsys, command):
+    out = ["--out", str(tmp_path / "out")] if command is main else []
+    assert command([str(tmp_path), "--vehicle", "no_such_vehicle", *out]) == 1
     assert "no_such_vehicle" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        command(["--help"])
+    assert "--vehicle SET --help" in capsys.readouterr().out

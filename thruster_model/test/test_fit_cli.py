@@ -146,6 +146,13 @@ def test_a_fit_that_determines_nothing_is_written_and_ends_with_1(runs, tmp_path
     assert (tmp_path / "out/report.html").is_file()
 
 
+@pytest.mark.parametrize("words", [["runs/log", "--vehicle", "ngs", "--out", "fit"], ["--help"]])
+def test_who_fits_a_vehicle_is_told_by_what(capsys, words):
+    with pytest.raises(SystemExit):
+        cli_fit.main(words)
+    assert "thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle" in "".join(capsys.readouterr())
+
+
 def refused(words, capsys, sentence):
     """Exit status 1, the sentence on stderr, nothing else and no traceback."""
     assert cli_fit.main([str(word) for word in words]) == 1

@@ -1,4 +1,7 @@
-"""Fit thruster models to recorded runs, and report how well each describes the thruster."""
+"""Fit thruster models to recorded runs, and report how well each describes the thruster.
+
+Of a vehicle it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle.
+"""
 
 import argparse
 import json
@@ -11,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NoReturn
 
-from run_bag.command_line import described, user_arguments
+from run_bag.command_line import described, of_a_vehicle, user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
@@ -32,7 +35,10 @@ EXAMPLES = """
 
 def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
     """Fit, write the sets, the summary and the report; return the exit status."""
-    given = _parser(program).parse_args(user_arguments(arguments))
+    parser, taken = _parser(program), user_arguments(arguments)
+    if of_a_vehicle(taken):
+        parser.error("of a vehicle it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle")
+    given = parser.parse_args(taken)
     if arguments is None:
         signal.signal(signal.SIGINT, _stop)
     try:

@@ -267,8 +267,10 @@ def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Array) -> tuple[Ar
     rates = _sensor(run, "imu", [f"{_IMU}angular_velocity.{a}" for a in "xyz"], odd)
     if rates is not None:
         return _in_body(rates, imu)
-    notes.append("rates of rov/odometry: there is no gyro")
-    return _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
+    other = _sensor(run, "odometry", [f"{_ODOMETRY}twist.twist.angular.{a}" for a in "xyz"], odd)
+    if other is not None:
+        notes.append("gyro: the rates of rov/odometry, as rov/imu has none")
+    return other
 
 
 def _measured(q: Array, odd: _Odd | None) -> bool:

@@ -150,3 +150,4 @@ def test_an_odometry_tells_of_the_body_however_the_imu_is_mounted() -> None:
     found = Rotation.from_quat(log.attitude[np.isfinite(log.attitude[:, 0])][-1][[1, 2, 3, 0]])
     assert (expected.inv() * found).magnitude() < 0.02
     assert np.nanmean(log.told[:, 3:6], axis=0) == pytest.approx((0.1, 0.2, 0.3))
+    assert "gyro: the rates of rov/odometry, as rov/imu has none" in log.notes
