@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.effects.effect import VehicleEffect
+from rov_sim.vehicle.sensors.settings_io import usual_settings
 from run_bag.command_line import user_arguments
 from thruster_model.effects.effect import EffectParameter
 from thruster_model.vehicle_coefficients import STIR
 from thruster_model.vehicle_layout import FRAMES
-from thruster_model.vehicle_parameters import DEFAULTS, defined
+from thruster_model.vehicle_parameters import AXES, DEFAULTS, REQUIRED, defined, definition_of
 from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
 
@@ -24,6 +25,19 @@ _EQUATIONS = (
     "W = mass gravity, B = density volume gravity",
     "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model in place of (4.5)  (4.20)",
 )
+_MORE = ("x_G", "y_G", "z_G", "x_B", "y_B", "I_xy", "I_xz", "I_yz", "density", "gravity", "reaction_torque")
+"""What a set may state, beside entries of matrices."""
+_SENSORS = """
+## Sensors of a simulation
+
+What a file of `--sensors` may state, each entry with value, unit and source; left out, it is as here. A diagnosis \
+reads [a few of them](own_dive.md) alone. `rotation` is roll, pitch, yaw (3-2-1) from the body's axes to the sensor's. \
+`phase` is the instant of the first reading, `delay` how long after its instant a reading comes. `lost_share` of the \
+readings hold nothing, `lost_length` in a row. A `noise` is a standard deviation from reading to reading, a `bias` \
+constant, a `bias_deviation` what is added to it at random, once in a run. A list has a value for each axis of the \
+sensor; one value holds for all.
+
+"""
 _IDLE = (
     "An idle thruster in a stream: v = 0 is an equilibrium of (4.4) that no water keeps. So where n and v "
     f"are exactly 0, as before a first command, and k_Uv k_w |U| > k_v, a step begins with v = {STIR:g} m/s sgn(U), "
@@ -70,7 +84,7 @@ def reference() -> str:
         f"Numbers in brackets are the thesis'. Where a set does not state them: {water}; all else that a set may leave "
         "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n\n" + _IDLE + "\n" + _SUPPLY
     )
-    vehicles = "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
+    vehicles = _parameters() + "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())
     frames = (
         "\n## Frames of ArduSub\n\nWhich way a positive command of motor 1, 2, ... pushes; 45 degrees between two "
         "directions. Motor 1 is `thruster_0`.\n\n| frame | motors |\n|---|---|\n"
@@ -90,7 +104,43 @@ def reference() -> str:
         "v in (4.4); losses of thrust in this table do not.",
         *(f"- `{effect.id}`: {effect.note}." for effect in VEHICLE_LIBRARY.values() if effect.note),
     ]
-    return head + equations + vehicles + frames + "\n".join(lines) + "\n"
+    return head + equations + vehicles + frames + "\n".join(lines) + "\n" + _sensors()
+
+
+def _parameters() -> str:
+    """Return what a set may state beside what it must, with units; entries of matrices by their units."""
+    rows = [_row([f"`{name}`", defined(name).meaning, defined(name).unit]) for name in _MORE]
+    for kind, word in (("A", "added mass"), ("L", "linear drag"), ("Q", "quadratic drag")):
+        own: dict[str, list[str]] = {}
+        for name in (f"{kind}_{a}{b}" for a in AXES for b in AXES if a != b):
+            if (definition := definition_of(name)) is not None:
+                own.setdefault(definition.unit, []).append(f"`{name}`")
+        rows += [_row([", ".join(names), f"{word} beside the diagonal", unit]) for unit, names in own.items()]
+    heads = ["parameter", "meaning", "unit"]
+    return (
+        f"\n## What a set may state\n\nRequired are {', '.join(f'`{name}`' for name in REQUIRED)}, in the units of the "
+        "tables below. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`.\n\n"
+        + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows])
+        + "\n"
+    )
+
+
+def _sensors() -> str:
+    """Return the settings of sensors that hold where a file leaves them out."""
+    rows = [
+        _row([sensor, f"`{key}`", _value(entry["value"]), entry["unit"], entry["source"]])
+        for sensor, entries in usual_settings().items()
+        for key, entry in entries.items()
+    ]
+    heads = ["sensor", "entry", "value", "unit", "source"]
+    return _SENSORS + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows]) + "\n"
+
+
+def _value(value: object) -> str:
+    """Return a value as YAML has it, of lists the numbers."""
+    if isinstance(value, bool):
+        return str(value).lower()
+    return ", ".join(f"{x:g}" for x in value) if isinstance(value, list) else f"{value:g}"
 
 
 def _vehicle(name: str, vehicle: VehicleSet) -> str:

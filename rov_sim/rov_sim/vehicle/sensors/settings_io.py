@@ -12,7 +12,7 @@ from run_bag.importers.conversions import Conversion, conversion
 from safe_files.yaml_io import yaml_mapping
 from thruster_model.errors import ThrusterModelError
 
-__all__ = ["SensorSettingsError", "load_sensors", "parse_sensors"]
+__all__ = ["SensorSettingsError", "load_sensors", "parse_sensors", "usual_settings"]
 
 _USUAL = "vehicle_sensors.yaml"
 _SHARED = {"rate": "Hz", "phase": "s", "delay": "s", "lost_share": "1", "lost_length": "1"}
@@ -51,8 +51,7 @@ def parse_sensors(text: str, *, origin: str) -> VehicleSensors:
 
     origin: names it in errors.
     """
-    file = resources.files("rov_sim") / "vehicle/sensors" / _USUAL
-    usual = yaml_mapping(file.read_text("utf-8"), SensorSettingsError, _USUAL)
+    usual = usual_settings()
     document = yaml_mapping(text, SensorSettingsError, origin) if text.strip() else {}
     known = ", ".join(QUANTITIES)
     problems = [f"key '{key}': expected one of {known}" for key in document if key not in QUANTITIES]
@@ -72,6 +71,12 @@ def parse_sensors(text: str, *, origin: str) -> VehicleSensors:
         return VehicleSensors(**sensors, **own, origin=origin)
     except ValueError as error:
         raise SensorSettingsError(origin, str(error).split("\n")) from error
+
+
+def usual_settings() -> Mapping[str, Any]:
+    """Return the package's settings as they are written: value, unit and source of each entry of each sensor."""
+    file = resources.files("rov_sim") / "vehicle/sensors" / _USUAL
+    return yaml_mapping(file.read_text("utf-8"), SensorSettingsError, _USUAL)
 
 
 def _units(name: str) -> dict[str, tuple[str, int]]:

@@ -16,8 +16,9 @@ EFFECT = VehicleEffect(
     block="sensor",
     equation="R_s turned by s about one axis",
     parameters=(EffectParameter(name="angle", unit="rad", meaning="of the turn", lower=-0.3, upper=0.3),),
-    note="the IMU's axes are turned by +s from where `vehicle_sensors.yaml` has them, about one of them; gyro, "
-    "accelerometer and attitude all tell of these axes; a diagnosis supposes it of an attitude in `rov/odometry`, too",
+    note="the IMU's axes are turned by +s from where the sensors' file has them, about one of them; gyro, "
+    "accelerometer and attitude all tell of these axes. A diagnosis supposes this turn of `rov/odometry`, too, though "
+    "not the `rotation` of the file",
     needs=("axis",),
     choices={"axis": AXES},
     sensing=sensing,

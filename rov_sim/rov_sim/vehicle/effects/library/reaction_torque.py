@@ -1,6 +1,6 @@
 """Propellers turn the vehicle the other way: the moment -h s Q e of each, h = +1 for a right-handed one.
 
-Q = c_Q n|n| with c_Q from the vehicle's set: the thesis' tables hold no propeller's torque (Table 4.2 a tenth of one,
+Q = q n|n| with q from the vehicle's set: the thesis' tables hold no propeller's torque (Table 4.2 a tenth of one,
 Table 3.1 three times too much). A set without hands knows no such moment, and says so.
 """
 
@@ -42,10 +42,12 @@ EFFECT = VehicleEffect(
     id="reaction_torque",
     title="torque of the propellers on the vehicle",
     block="thrusters",
-    equation="-h_i s c_Q n|n| e_i",
+    equation="-h_i s q n|n| e_i",
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of the propellers' torque that acts", lower=0.0, upper=1.0),
     ),
+    note="q is the vehicle's `reaction_torque`: numbers of the torque in a thrusters' set, and the flow, have no part "
+    "in it; each propeller that it acts on needs a `hand`",
     may_take=("thruster",),
     body=body,
     suspected=(Suspected(sizes={"share": (0.5, 0.1)}, places=places),),
