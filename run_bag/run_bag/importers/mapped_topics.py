@@ -80,9 +80,9 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
                 log.add(f"axes of {name}", REP103, "", "brought to north, east, down and forward, starboard, down")
         kind = own[0].entry.type
         if kind == STATE and "n" in fields and "sign_source" not in fields:
-            source = _sign_source(name, fields, log)
-            fields["sign_source"] = np.full(len(stamps), source)
-            unsigned += [name] if source == SIGN_UNKNOWN else []
+            sign = _sign_source(name, fields, log)
+            fields["sign_source"] = np.full(len(stamps), sign)
+            unsigned += [name] if sign == SIGN_UNKNOWN else []
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
     return made, warnings + _magnitudes(unsigned)
 
