@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -93,9 +94,9 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
     last = found.stages[-1]
     wrench = np.asarray(last.screen.runs[0].noises.wrench)
     begun = len(last.accepted) + 1 - len(found.stages)  # effects with which the search began
-    where: list[Stage | None] = [*([None] * begun), *found.stages[:-1]]
+    where = [*([None] * begun), *pairwise(found.stages)]
     accepted = zip(last.accepted, found.odds, found.rivals, where, strict=True)
-    claims = tuple(_claim(a, o, r, stage) for a, o, r, stage in accepted if worth_claiming(a))
+    claims = tuple(_claim(a, o, r, stages) for a, o, r, stages in accepted if worth_claiming(a))
     small = tuple(a for a in last.accepted if not worth_claiming(a))
     near = [(odds, each) for odds, each in found.left if worth_claiming(each)]
     best = near[0][0] if near else -np.inf
@@ -189,13 +190,18 @@ def _in_calm_water(found: Found) -> list[tuple[float, Key]]:
 
 
 def _claim(
-    accepted: Refined, odds: float, rivals: Sequence[tuple[float, Refined]], stage: Stage | None
+    accepted: Refined, odds: float, rivals: Sequence[tuple[float, Refined]], stages: tuple[Stage, Stage] | None
 ) -> Claim:  # fmt: skip
-    """Return a claim; stage: where it was accepted with these odds, None where nothing else was tried there."""
-    h = accepted.hypothesis
-    # a fit may gain more than its first order foresaw
-    own = max([odds, *(o for o, offered in stage.offered if offered == h)]) if stage else odds
-    beside = [(o - own, key) for key, o in stage.odds.items()] if stage else []
+    """Return a claim; stages: where it was accepted with these odds, and the next one; None: nothing else was tried.
+
+    What something nameless explains no less beside the effect than without it is not what the effect explains.
+    """
+    h, own, beside = accepted.hypothesis, odds, []
+    if stages is not None:
+        stage, after = stages
+        # a fit may gain more than its first order foresaw
+        own = max([odds, *(o for o, offered in stage.offered if offered == h)])
+        beside = [(o - max(after.odds.get(key, 0.0), 0.0) - own, key) for key, o in stage.odds.items()]
     weights = np.exp(np.clip([o for o, _ in (*rivals, *beside)], -50.0, 0.0))
     probability = float(1.0 / (1.0 + weights.sum())) * (rules.AT_AN_END if accepted.at_the_end else 1.0)
     found = [

@@ -168,3 +168,13 @@ def test_columns_that_a_step_corrected_have_the_product_that_goes_with_them() ->
     corrected, product = _corrected(J, normal(J, r, x, weight)[0], step, change)
     assert np.concatenate([each @ step for each in corrected]) == pytest.approx(np.concatenate(change), abs=1e-5)
     np.testing.assert_allclose(product, normal(corrected, r, x, weight)[0], rtol=1e-5, atol=1e-4)
+
+
+@pytest.mark.parametrize(("left", "probability"), [(-3.0, 0.5), (98.0, 1.0)])
+def test_what_explains_no_less_beside_an_effect_is_no_rival_of_it(left: float, probability: float) -> None:
+    found = Refined(hypothesis=LOSS, sizes=(0.5,), deviations=(0.01,))
+    key = ("nameless", "roll angle", "time")
+    stages: Any = (SimpleNamespace(offered=((90.0, LOSS),), odds={key: 100.0}), SimpleNamespace(odds={key: left}))
+    claim = _claim(found, 100.0, (), stages)
+    assert claim.probability == pytest.approx(probability, abs=1e-3)
+    assert bool(claim.nameless) == (probability < 1.0)
