@@ -21,7 +21,7 @@ from run_bag.command_line import user_arguments
 
 __all__ = ["main", "said"]
 
-_DIVES, _LOSSES = 30, 3
+_DIVES, _LOSSES = 12, 3
 """Healthy dives of a vehicle before the next one is drawn; beside each third of them a thruster fails in one, and
 something else in another one."""
 _MINUTES = 10.0
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
             draw = watched_draw(seed)
             watched = Watched(draw, load_model(draw.vehicle))
         of = {"seed": seed, "run": run, "vehicle": watched.draw.vehicle}
-        failing = run // _LOSSES
+        failing = place // _LOSSES
         dives = [watched.loss(failing), watched.failure(failing)] if run % _LOSSES == 0 else []
         for each in (*dives, watched.healthy(run, _MINUTES)):  # the healthy one last: it tells that all is done
             dive = {**of, **each}
