@@ -121,11 +121,15 @@ TURNED_BY = 0.15
 """[rad] Deviation of the angle by which an IMU is said to be turned: so far directions of thrusts count as known."""
 PULSE_MARGIN = 1.25
 """By which a dry run stays below its limits: righting moment and damping of a set deviate by 5 to 20 %."""
-WATCH_THRESHOLD = 90.0
-"""Log likelihood ratio at which the watch speaks. By Wald 14 would do for 10 h if the model were right. In 77 h of 16
-healthy vehicles 90 was reached eight times, 160 twice. A loss of 30 % gains 170 a second."""
+WATCH_THRESHOLD = 45.0
+"""Log likelihood ratio at which the watch speaks: three seconds of the most that one may add. By Wald 14 would do for
+10 h if the model were right. The highest of 60 healthy minutes of two tuning vehicles with good sensors was 30."""
 WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
+WATCH_MOST = 15.0
+"""[1/s] By how much a sum may grow: readings of a moment are wrong together, as where the water in a slow thruster turns
+the other way than the filter thinks. Without it that added 86 and 107 in two seconds (tuning seeds 102 and 177). A loss
+of 30 % gains 170 a second and is found in 3 s for 1 s."""
 WATCH_DOUBT = 0.5
 """Share of what a failure would gain that is taken off. In an hour of three healthy vehicles (tuning seeds 101, 102,
 106) the highest sum fell from 48 to 31 by it, and delays of losses at the height of that sum stayed what they were."""

@@ -186,6 +186,7 @@ class Watch:
             readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
             self._sums, self._since,
         )  # fmt: skip
+        ratios[:] = np.minimum(ratios, before[0] + rules.WATCH_MOST * log.count * log.period)
         for jump in self._jumps:
             if settling:
                 jump.forget(first)

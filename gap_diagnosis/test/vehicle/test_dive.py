@@ -82,3 +82,16 @@ def test_biases_of_a_start_are_learned_and_raise_no_alarm(watched: Watched) -> N
     run = watched._healthy.run
     more = {key: watched._healthy.differing[key] * (numbers - plain)[j] for j, key in enumerate(keys)}
     assert [more["gyro", run, a] for a in range(3)] == pytest.approx([0.004] * 3, abs=0.0005)
+
+
+@pytest.mark.parametrize(("lasts", "alarm"), [(1.5, False), (30.0, True)])
+def test_what_is_wrong_for_a_moment_raises_no_alarm_however_wrong_it_is(
+    watched: Watched, lasts: float, alarm: bool
+) -> None:
+    log = watched._log(watched._truth, 6, "hold", 60.0)
+    told, begun = log.told.copy(), round(30.0 / log.period)
+    told[begun : begun + round(lasts / log.period), 3] += 0.05
+    watch, highest = ran(watched, replace(log, told=told))
+    assert (highest >= watch.threshold) == alarm
+    if alarm:
+        assert watch._found[int(np.argmax(watch.ratios))] <= 34.0
