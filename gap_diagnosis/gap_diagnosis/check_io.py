@@ -125,7 +125,8 @@ def _fit(runs: Sequence[Run], parameter_set: ParameterSet, thruster: int) -> lis
         return [Finding(kind="refused", about="fit would refuse", sentence=sentence) for sentence in refused]
     known = [each.name for each in judged if each.status == "determined"]
     told = f"{', '.join(known) or 'none'}, each by itself: {len(known)} of {len(judged)}"
-    kept = Finding(kind="good" if known else "note", about="parameters that a fit would determine", sentence=told)
+    about, kind = "parameters that a fit would determine", _kind(note=not known)
+    kept = Finding(kind=kind, about=about, sentence=told, of_fit=True)
     signals = {signal for each in experiments for signal in each.measurements}
     others = [each for each in judged if each.status != "determined"]
     return [kept, *_undetermined(others, parameter_set, signals)]
@@ -140,9 +141,13 @@ def _undetermined(judged: Iterable[Determination], parameter_set: ParameterSet, 
             unread.setdefault(moved, []).append(each.name)
             continue
         about = f"parameter {each.name} of a fit ({each.status})"
-        yield Finding(kind="good" if each.settled else "note", about=about, sentence=each.sentence)
+        yield Finding(kind=_kind(note=not each.settled), about=about, sentence=each.sentence, of_fit=True)
     for moved, parameters in unread.items():
         lacking = " or ".join(SIGNALS[name].title.lower() for name in SIGNALS if name in moved)
         told = f"{', '.join(parameters)}: only {lacking} would show it; not measured"
-        kind: Kind = "good" if moved == {"torque"} else "note"
-        yield Finding(kind=kind, about="parameters of a fit without a sensor", sentence=told)
+        kind = _kind(note=moved != {"torque"})
+        yield Finding(kind=kind, about="parameters of a fit without a sensor", sentence=told, of_fit=True)
+
+
+def _kind(*, note: bool) -> Kind:
+    return "note" if note else "good"

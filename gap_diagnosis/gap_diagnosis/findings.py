@@ -18,12 +18,14 @@ class Finding:
         kind, sentence: of it.
         about: what it is about, "" where that is a run as a whole.
         run: name of the recording, "" where it is about all of them.
+        of_fit: whether it is about a fit alone, and asks nothing of a diagnosis.
     """
 
     kind: Kind
     sentence: str
     about: str = ""
     run: str = ""
+    of_fit: bool = False
 
 
 def usable(found: Sequence[Finding]) -> bool:
@@ -43,6 +45,8 @@ def lines_of(found: Sequence[Finding]) -> list[str]:
         lines.append(_MARKS[kind] + ": ".join(filter(None, (whose, about, sentence))))
     refused = sum(kind == "refused" for kind, _, _ in runs)
     notes = _counted(sum(kind == "note" for kind, _, _ in runs), "note", "?")
+    of_fit = len({(each.about, each.sentence) for each in found if each.kind == "note" and each.of_fit})
+    notes += f", {of_fit} of a fit alone" if of_fit else ""
     told = f"not usable as it is: {_counted(refused, 'refusal', '!')}, {notes}" if refused else f"usable: {notes}"
     return [*lines, told]
 

@@ -104,6 +104,10 @@ def test_a_parameter_whose_only_sensor_is_missing_is_told_so_and_torque_is_no_no
     lines = capsys.readouterr().out.splitlines()
     told = "c_T1, c_T2, delta_T1, delta_T2: only thrust would show it; not measured"
     assert f"? parameters of a fit without a sensor: {told}" in lines
+    notes = [line for line in lines if line.startswith("? ")]
+    of_fit = [line for line in notes if " a fit" in line.partition(":")[0]]
+    assert 0 < len(of_fit) < len(notes), lines
+    assert lines[-1] == f"usable: {len(notes)} notes (?), {len(of_fit)} of a fit alone"
     (torque,) = (line for line in lines if "parameter c_Q1 of a fit" in line)
     assert "not measured" not in torque, "the rotor tells its torque in this model"
     main([str(run), "--set", "yoerger"])

@@ -419,3 +419,27 @@ def test_a_velocity_log_downwards_is_in_our_axes_and_one_without_all_axes_is_ask
     found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **log, **GYRO}))
     asked = "where are its other axes? a diagnosis reads all three or none"
     assert [found[f"rov/velocity.twist.twist.linear.{axis}"].count(asked) for axis in "xz"] == [1, 1]
+
+
+@pytest.mark.parametrize(
+    ("name", "channel"),
+    [
+        ("U_soll", "throttle.commanded"),
+        ("Sollspannung", "throttle.commanded"),
+        ("voltage_setpoint", "throttle.commanded"),
+        ("duty", "throttle.commanded"),
+        ("enc", "state.n"),
+        ("encoder [rpm]", "state.n"),
+        ("Anstroemung [m/s]", "flow.ambient"),
+        ("Anströmung", "flow.ambient"),
+        ("U_soll [m/s]", ""),
+        ("encoder [deg]", ""),
+    ],
+)
+def test_a_bench_s_words_count_where_no_stated_unit_denies_them(tmp_path, capsys, name, channel):
+    found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 0.7 * WAVE}))
+    assert [each for each in found if each != "time"] == ([f"thruster_0/{channel}"] if channel else [])
+    asked = " a speed? an encoder's angle is none" in text
+    assert asked is (channel == "state.n")
+    found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, "enc": WAVE, "u_set": WAVE, **GYRO}))
+    assert not any(each.startswith("thruster") for each in found), "a vehicle's encoder may be an arm's"

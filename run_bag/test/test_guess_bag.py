@@ -276,3 +276,72 @@ def test_a_sensor_that_never_changes_is_asked_about_and_a_hold_once(tmp_path: Pa
     assert text.count("never changes: is it measured?") == 1
     assert text.count("hold is a guess: previous or linear?") == 1
     assert "hold is a guess" in found["thruster_0/throttle.commanded"] and len(found) > 10
+
+
+def turning(values: np.ndarray, *, efforts: bool = False) -> tuple[str, Callable[[Any, Any, int], Any]]:
+    """Return the type and the messages of a joint whose speeds or efforts are the values."""
+
+    def made(types: Any, header: Any, k: int) -> Any:
+        none, own = np.zeros(0), values[k : k + 1]
+        return types["sensor_msgs/msg/JointState"](
+            header, ["a"], none, none if efforts else own, own if efforts else none
+        )
+
+    return "sensor_msgs/msg/JointState", made
+
+
+FORCE, VOLTS, SPEED = ("geometry_msgs/msg/WrenchStamped", push), 4.0 * np.sin(TIME), 90.0 * np.sin(TIME)
+
+
+@pytest.mark.parametrize(
+    ("inside", "outside", "axial"),
+    [("/laser/inside", "/laser/outside", True), ("/meter/inside", "/meter/tank", True), ("/meter", "/other", False)],
+)
+def test_of_two_flows_of_a_bench_the_names_tell_which_is_which(
+    inside: str, outside: str, axial: bool, tmp_path: Path, capsys: Any
+) -> None:
+    found, text = guessed(capsys, write_bag(tmp_path / "bag", {inside: DVL, outside: DVL, "/six_axes": FORCE}))
+    flows = {name.partition(".")[2]: entry for name, entry in found.items() if "flow" in name}
+    assert set(flows) == ({"axial", "ambient"} if axial else set()), "of two alike nobody knows"
+    if axial:
+        assert inside[1:] in flows["axial"] and outside[1:] in flows["ambient"] and "of the water around?" not in text
+
+
+def test_a_bench_s_topic_is_known_by_a_type_that_it_alone_has(tmp_path: Path, capsys: Any) -> None:
+    topics = {"/six_axes": FORCE, "/wanted/wrench_cmd": FORCE, "/laser": DVL, "/hub": turning(SPEED)}
+    topics |= {"/hub_setpoint": turning(VOLTS, efforts=True)}
+    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    for channel, field in (
+        ("load.wrench.force.x", "six_axes.wrench.force.x"), ("flow.ambient", "laser.twist.linear.x"),
+        ("state.n", "hub.velocity[0]"),
+    ):  # fmt: skip
+        assert field in found[f"thruster_0/{channel}"] and "by its type alone: is it?" in found[f"thruster_0/{channel}"]
+    assert "at the propeller it is flow.axial" in found["thruster_0/flow.ambient"]
+    assert "hub_setpoint.effort[0]" in found["thruster_0/throttle.commanded"]
+    assert text.count("by its type alone") == 3 and len(found) == 4
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"/imu": IMU, "/rc/out": OUT},
+        {"/rc/out": OUT},
+        {"/seven_axes": FORCE, "/lamp": DVL, "/wheel": turning(SPEED)},
+        {"/bar30": ("sensor_msgs/msg/FluidPressure", pressure)},
+    ],
+)
+def test_a_type_alone_tells_nothing_of_a_vehicle_or_of_two_topics(
+    more: dict[str, Any], tmp_path: Path, capsys: Any
+) -> None:
+    topics = {"/six_axes": FORCE, "/laser": DVL, "/hub": turning(SPEED), **more}
+    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    assert "by its type alone" not in text and not any("load" in name or "flow" in name for name in found)
+
+
+@pytest.mark.parametrize("topic", ["/thr/encoder", "/drive/state", "/motor/shaft"])
+def test_a_bench_s_rotor_is_known_by_words_that_an_arm_s_joint_may_have_on_a_vehicle(
+    topic: str, tmp_path: Path, capsys: Any
+) -> None:
+    topics = {topic: turning(SPEED), "/other": turning(SPEED)}
+    found, _ = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    assert f"{topic[1:]}.velocity[0]" in found["thruster_0/state.n"]

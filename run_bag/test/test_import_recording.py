@@ -694,11 +694,15 @@ def test_what_is_wrong_with_a_map_is_a_line_for_each_sentence_with_its_channels(
         ("x.csv", b"t,\0n\n0,1\n", "x.csv:"),
         ("x.csv", b"t;n\n0;1,5\n1;2.5\n", "line 3, column 2: expected a finite number"),
         ("x.csv", "t,n\n0,1\n".encode("utf-16"), "x.csv: cannot be read as csv"),
+        ("csv.mat", b"MATLAB 5.0 MAT-file" + bytes(200), "found a MATLAB file: bring it to csv first (in MATLAB"),
+        ("csv.mat", bytes(200), "found a MATLAB file: bring it to csv first (in MATLAB"),
+        ("csv.xlsx", b"PK\x03\x04" + bytes(50), "found a packed file, such as a spreadsheet or npz"),
+        ("x.csv", "t,n\n0,1\n".encode("utf-16"), "found text in UTF-16: bring it to csv first (an editor"),
     ],
 )
 def test_a_broken_recording_is_refused_with_its_name(tmp_path, capsys, name, content, sentence):
     (tmp_path / name).write_bytes(content)
-    place = "column: n, time_column: t" if name.endswith("csv") else "field: a.b"
+    place = "column: n, time_column: t" if "csv" in name else "field: a.b"
     (tmp_path / "map.yaml").write_text(f"thruster_0/state.n: {{{place}, unit: rpm}}")
     assert main([str(tmp_path / name), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
     assert sentence in capsys.readouterr().err

@@ -192,8 +192,21 @@ def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
     for d in model.parameters:
         values = [f"{s.parameters[d.name].value:.6g} ({s.parameters[d.name].source})" for s in own.values()]
         lines.append(_row([d.name, d.meaning, d.unit, "no" if d.role == "given" else "yes", *values]))
-    lines += [f"\nSet `{name}`: {s.name}; {s.source}." for name, s in own.items()]
+    lines += [f"\nSet `{name}`: {s.name}; {s.source}.{_exact(s, model)}" for name, s in own.items()]
     return "\n".join(lines) + "\n"
+
+
+def _exact(own: ParameterSet, model: Model) -> str:
+    """Return which parameters of a set a fit moves and no diagnosis does: 5 % of 0 is 0."""
+    fitted = {d.name: own.parameters[d.name] for d in model.parameters if d.role != "given"}
+    names = [name for name, p in fitted.items() if p.value == 0.0 and not p.standard_deviation]
+    if not names:
+        return ""
+    told = f"{', '.join(names[:-1])} and {names[-1]} are" if len(names) > 1 else f"{names[0]} is"
+    return (
+        f" A diagnosis that begins here takes what is 0 as exact: {told} moved by a `fit` alone. State a "
+        "`standard_deviation` of each in [a set of yours](check_and_sets.md#write-a-set) where it may differ."
+    )
 
 
 def _row(cells: Sequence[str]) -> str:

@@ -22,6 +22,7 @@ from ..errors import RecordingError, TooLargeError
 from .column_names import unit_behind, without_unit
 from .conversions import is_unit
 from .dated import in_seconds
+from .foreign import told_of_others
 from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
@@ -47,7 +48,10 @@ class CsvSource:
         try:
             if path.stat().st_size > MAX_BYTES:
                 raise TooLargeError(f"{path}: expected a table of at most {MAX_BYTES} bytes", path=path)
-            self.data = _without_comments(path.read_bytes().removeprefix(b"\xef\xbb\xbf"))
+            content = path.read_bytes()
+            if other := told_of_others(path, content):
+                raise RecordingError(f"{path}: cannot be read as csv: {other}", path=path, expected="text")
+            self.data = _without_comments(content.removeprefix(b"\xef\xbb\xbf"))
             first = [line.decode("utf-8") for line in self.data[: 1 << 20].splitlines()[:LOOK]]
         except UnicodeDecodeError as error:
             text = f"{path}: cannot be read as csv: expected UTF-8: {error}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 
@@ -11,7 +12,7 @@ from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import COMMANDS
 from .csv_source import CsvSource
-from .guess_rules import UNTOLD, WHICH_FLOW, quoted
+from .guess_rules import SURROUNDING, UNTOLD, WHICH_FLOW, quoted
 from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
@@ -132,7 +133,7 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
-    doubt = WHICH_FLOW if path == "ambient" and "ambient" not in name.lower() else ""
+    doubt = WHICH_FLOW if path == "ambient" and not re.search(SURROUNDING, name) else ""
     still = "" if table or command or len(group) > 1 or moves(source, name) else CONSTANT
     notes = _joined(notes, f" {why}" if why else "", each.why, doubt, still)
     return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from .guessed_depth import WHICH_WATER, depth_of_pressure
 
 __all__ = [
-    "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "OTHER_AXES", "THRUSTER", "UNTOLD", "VEHICLE", "WHICH_FLOW",
-    "WHOSE_ATTITUDE", "OfType", "Rule", "quoted",
+    "BENCH", "BY_TYPE", "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "OTHER_AXES", "SURROUNDING", "THRUSTER", "UNTOLD",
+    "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType", "Rule", "quoted",
 ]  # fmt: skip
 
 
@@ -100,13 +100,22 @@ THRUSTER = (
     Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
     Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/flow.ambient", r"adv", alone=True),
-    Rule("thruster_{i}/flow.ambient", r"str(ö|oe)mung(s_?geschwindigkeit)?"),
+    Rule("thruster_{i}/flow.ambient", r"(an|zu)?str(ö|oe)mung(s_?geschwindigkeit)?"),
     Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/state.supply_voltage", _SUPPLY),
     Rule("thruster_{i}/throttle.commanded", r"voltage|volts?|spannung"),
     Rule("thruster_{i}/state.current", r"(current|curr|amp(s|ere)?|i|strom)(_a)?"),
 )
 """Of tables and other bags: the whole name, or its last part."""
+
+_ASKED = r"soll|set(_?point)?|ref|cmd|command(ed)?"
+BENCH = (
+    Rule("thruster_{i}/throttle.commanded", rf"(u|duty|spannung|voltage|volts?)_?({_ASKED})|soll_?(u|spannung)"),
+    Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?"),
+    Rule("thruster_{i}/state.n", r"enc(oder)?", alone=True, why=" a speed? an encoder's angle is none"),
+)
+"""Of tables and bags without a vehicle, before the others: a vehicle's u may be its speed, its encoder an arm's. A unit
+of something else denies them where it is stated."""
 
 BY_UNIT = {
     "rad/s": "thruster_{i}/state.n",
@@ -116,6 +125,9 @@ BY_UNIT = {
     "us": "thruster_{i}/throttle.commanded",
 }
 """Units that leave little doubt in a table of one thruster, whatever a column is called -> the channel."""
+
+SURROUNDING = r"(?i)ambient|outside|tank|tunnel"
+"""Words of a name that say that a flow is of the water around."""
 
 WHICH_FLOW = " of the water around? at the propeller it is flow.axial"
 """Asked where a name says that it is a flow, and not which."""
@@ -163,27 +175,37 @@ class OfType(NamedTuple):
 
 
 _MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
-_SENT = r"(?i)(cmd|command|throttle)"
+_SENT = r"(?i)(cmd|command|throttle|set_?point|(^|[/_])soll|stell(wert|gr))"
 _LOG, _ROTORS = rf"{_MEASURED}(dvl|doppler|bottom|veloc|twist)", rf"{_MEASURED}(thruster|motor|rotor|prop|esc|rpm)"
 _TWIST = r"(pose\.pose\.(orientation\.[wxyz]|position\.[xyz])|twist\.twist\.(linear|angular)\.[xyz])"
 _PUSH = rf"{_MEASURED}(load|cell|force|wrench|thrust|(^|[/_])ft([/_]|$))"
+_SHAFT = rf"{_MEASURED}(encoder|tach|drive|drehzahl|((^|[/_])(thr|shaft|welle)([/_]|$)))"
+_AMBIENT = rf"{_MEASURED}(ambient|adv|flow|current_?meter|water|str(ö|oe)mung|velocimeter|outside|tank|tunnel)"
 _FLOWS, _ALONG = r"geometry_msgs/msg/(Twist|Vector3)(Stamped)?", r"(twist\.)?linear\.x|(vector\.)?x"
 _OURS = "rov/velocity.twist.twist.linear"
 _IMU = r"(orientation\.[wxyz]|(angular_velocity|linear_acceleration)\.[xyz])"
+_LOAD, _SPEEDS = r"(wrench\.)?(?P<part>(force|torque)\.x)", r"velocity\[(?P<i>\d+)\]"
 OF_BENCH = (
-    OfType(r"geometry_msgs/msg/Wrench(Stamped)?", r"(wrench\.)?(?P<part>(force|torque)\.x)",
-           "thruster_0/load.wrench.{part}", _PUSH),
-    OfType(_FLOWS, _ALONG, "thruster_0/flow.axial", rf"{_MEASURED}(axial|duct)", "m/s"),
-    OfType(_FLOWS, _ALONG, "thruster_0/flow.ambient", rf"{_MEASURED}(ambient|adv|flow|current_?meter|water)", "m/s"),
-)  # fmt: skip
-"""Of bags without a vehicle, before the others: a bench's load cell and current meters, along x."""
+    OfType(r"geometry_msgs/msg/Wrench(Stamped)?", _LOAD, "thruster_0/load.wrench.{part}", _PUSH),
+    OfType(_FLOWS, _ALONG, "thruster_0/flow.axial", rf"{_MEASURED}(axial|duct|inside)", "m/s"),
+    OfType(_FLOWS, _ALONG, "thruster_0/flow.ambient", _AMBIENT, "m/s"),
+    OfType(r"sensor_msgs/msg/JointState", _SPEEDS, "thruster_{i}/state.n", _SHAFT, "rad/s"),
+)
+"""Of bags without a vehicle, before the others: a bench's load cell and current meters, along x, and its rotor."""
+_ALONE = " by its type alone: is it?"
+BY_TYPE = (
+    OfType(r"geometry_msgs/msg/WrenchStamped", _LOAD, "thruster_0/load.wrench.{part}", _MEASURED, why=_ALONE),
+    OfType(r"geometry_msgs/msg/TwistStamped", _ALONG, "thruster_0/flow.ambient", _MEASURED, why=_ALONE),
+    OfType(r"sensor_msgs/msg/JointState", r"velocity\[0\]", "thruster_0/state.n", _MEASURED, "rad/s", why=_ALONE),
+)
+"""Of a bench's bags: what the one topic of its type is, whatever it is called."""
 OF_TYPE = (
     OfType(r"sensor_msgs/msg/Imu", _IMU, "rov/imu.{path}"),
     OfType(r"nav_msgs/msg/Odometry", _TWIST, "rov/odometry.{path}"),
     OfType(r"geometry_msgs/msg/TwistWithCovarianceStamped", r"twist\.twist\.linear\.[xyz]", "rov/velocity.{path}"),
     OfType(r"geometry_msgs/msg/Twist(Stamped)?", r"(twist\.)?linear\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG),
     OfType(r"geometry_msgs/msg/Vector3Stamped", r"vector\.(?P<part>[xyz])", f"{_OURS}.{{part}}", _LOG, "m/s"),
-    OfType(r"sensor_msgs/msg/JointState", r"velocity\[(?P<i>\d+)\]", "thruster_{i}/state.n", _ROTORS, "rad/s"),
+    OfType(r"sensor_msgs/msg/JointState", _SPEEDS, "thruster_{i}/state.n", _ROTORS, "rad/s"),
     OfType(r"sensor_msgs/msg/JointState", r"effort\[(?P<i>\d+)\]", "thruster_{i}/throttle.commanded", _SENT),
     OfType(r"sensor_msgs/msg/BatteryState", r"voltage|current", "rov/battery.{path}"),
     OfType(

@@ -11,9 +11,11 @@ from ..units import unit_of
 from .axes import ANGLES, PARTS, unit_in_map
 from .bag_source import BagSource
 from .column_names import bare_name, without_unit
-from .conversions import conversion, spelled
+from .conversions import conversion, is_unit, spelled
 from .csv_source import CsvSource
 from .guess_rules import (
+    BENCH,
+    BY_TYPE,
     BY_UNIT,
     LOGS,
     OF_BENCH,
@@ -100,7 +102,9 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
     fields = [(source, name) for source, name in left if not isinstance(source, LogSource)]
     unnamed = [] if any(each.is_command for each in found.values()) else _commands(fields)
     thrusters = {each.channel.partition("/")[0] for each in [*found.values(), *unnamed] if each.is_command}
-    for each in [*unnamed, *(_of_vehicle_by_unit(columns, thrusters) if vehicle else _by_unit(columns))]:
+    told = _of_vehicle_by_unit(columns, thrusters) if vehicle else _by_unit(columns)
+    one = not vehicle and thrusters <= {"thruster_0"} and not any(e.topic.startswith("rov/") for e in found.values())
+    for each in [*unnamed, *told, *(_by_type(left) if one else [])]:
         if each.channel not in found and (each.source, each.name) in left:
             found[each.channel] = each
             left.remove((each.source, each.name))
@@ -201,11 +205,27 @@ def _by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[Found]:
     return [each for (each, *others) in found.values() if not others]
 
 
+def _by_type(left: Sequence[tuple[Source, str]]) -> list[Found]:
+    """Return channels of a bench that the one topic of its type in a bag has, but for those that are only wanted."""
+    found = []
+    for source, name in left:
+        topic, _, path = name.partition(".")
+        if not isinstance(source, BagSource):
+            continue
+        for rule in BY_TYPE:
+            match = re.fullmatch(rule.path, path)
+            alike = [own for own, kind in source.types.items() if kind == rule.types and re.search(rule.topics, own)]
+            single = f"{topic}.velocity[1]" not in source.channels  # several joints are no thruster's
+            if match and alike == [topic] and single and not is_0(source, name):
+                found.append(Found(rule.channel.format(**match.groupdict()), source, name, rule.unit, why=rule.why))
+    return found
+
+
 def _rules(source: Source, *, vehicle: bool) -> tuple[tuple[Rule, ...], tuple[OfType, ...]]:
     """Return the rules of names and those of types for a source."""
     if isinstance(source, LogSource):
         return LOGS, ()
-    return ((*LOGS, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*LOGS, *THRUSTER), (*OF_BENCH, *OF_TYPE))
+    return ((*LOGS, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*LOGS, *BENCH, *THRUSTER), (*OF_BENCH, *OF_TYPE))
 
 
 def _in_order(source: Source) -> list[str]:
@@ -272,6 +292,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                     match
                     and known_units
                     and not _denied(channel, source, name)
+                    and not (rule in BENCH and _in_other_units(channel, source, name))
                     and (not rule.together or set(rule.together) <= beside(source, name))
                 ):
                     return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why)
@@ -280,6 +301,12 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
 
 def _may_be_in(channel: str, unit: str) -> bool:
     return fits(unit, ours_of(channel), command=channel.endswith(".commanded"))
+
+
+def _in_other_units(channel: str, source: Source, name: str) -> bool:
+    """Tell whether the recording states a unit in which the channel cannot be."""
+    stated = source.unit(name)
+    return stated != "" and is_unit(stated) and not _may_be_in(channel, spelled(stated))
 
 
 def _denied(channel: str, source: Source, name: str) -> bool:
