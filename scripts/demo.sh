@@ -2,7 +2,7 @@
 # The main job, end to end: why do a simulator and recordings of a thruster disagree?
 #
 # usage: scripts/demo.sh                          a thruster with a hidden effect, recorded here; 2 to 3 minutes
-#        scripts/demo.sh PATH... [--set SET]      recordings of a bench (csv, csv.xz with dat or mat beside them), files
+#        scripts/demo.sh PATH... [--set SET]      the thesis' recordings (csv, csv.xz with dat or mat beside them), files
 #                                                 or folders, against the parameter set of a simulator (hl)
 #        scripts/demo.sh --vehicle                an effect hidden on one thruster of a vehicle's dive in lockstep
 #

@@ -10,7 +10,9 @@ import pytest
 from run_bag.definitions import definitions
 from run_bag.importers.axes import unit_in_map
 from run_bag.importers.conversions import CONVERSIONS
-from run_bag.importers.guess_rules import BY_UNIT, LOGS, THRUSTER, VEHICLE
+from run_bag.importers.csv_source import CsvSource
+from run_bag.importers.guess import guess
+from run_bag.importers.guess_rules import BY_UNIT, LOGS, OF_BENCH, OF_TYPE, THRUSTER, VEHICLE
 from run_bag.known_topics import KNOWN, KNOWN_VEHICLE, topic_rows, topic_type
 from run_bag.layout import layout
 from run_bag.topics_table import channels, topics
@@ -43,6 +45,37 @@ def test_the_page_of_channels_and_units_is_what_the_tables_of_the_code_say() -> 
     page = (ROOT / "docs/channels.md").read_text("utf-8")
     assert made.stdout == page, f"{script.name} > docs/channels.md makes it anew"
     assert all(f"`{unit}`" in page for taken in CONVERSIONS.values() for unit in taken)
+
+
+def rows_of(heading: str) -> list[list[str]]:
+    """Return the cells of the table below a line of the page of channels that begins so."""
+    page = (ROOT / "docs/channels.md").read_text("utf-8")
+    (table,) = re.findall(rf"^{re.escape(heading)}.*\n\n\|.*\n\|.*\n((?:\|.*\n)+)", page, re.MULTILINE)
+    return [[cell.strip().replace("`", "") for cell in row.strip("|").split("|")] for row in table.splitlines()]
+
+
+def test_words_of_columns_that_the_page_lists_are_proposed_as_their_channels(tmp_path: Path) -> None:
+    rows = rows_of("Of columns of one thruster")
+    assert len(rows) >= 8
+    for channel, words in rows:
+        for word in words.split(", "):
+            (tmp_path / "x.csv").write_text(f"time,{word}\n" + "".join(f"{0.1 * k},{k}.5\n" for k in range(9)))
+            assert f"\nthruster_0/{channel}: {{column: {word}," in guess([CsvSource(tmp_path / "x.csv")]), word
+
+
+def test_words_of_topics_that_the_page_lists_are_proposed_as_their_channels() -> None:
+    rows = rows_of("Of topics of a bench")
+    assert len(rows) >= 5
+    for channel, message, words in rows:
+        kind, path = message.split(", ")
+        package = "sensor_msgs" if kind == "JointState" else "geometry_msgs"
+        for word in words.split(", "):
+            rule = next(
+                rule for rule in (*OF_BENCH, *OF_TYPE)
+                if re.fullmatch(rule.types, f"{package}/msg/{kind}") and re.search(rule.topics, f"one/{word}")
+                and re.fullmatch(rule.path, path if "." in path else f"{path}[0]")
+            )  # fmt: skip
+            assert rule.channel.replace("{i}", "0").replace("{part}", "force.x") == f"thruster_0/{channel}", word
 
 
 def test_the_channels_of_a_map_have_units_and_are_all_that_a_proposal_or_a_fit_names() -> None:

@@ -345,3 +345,9 @@ def test_a_bench_s_rotor_is_known_by_words_that_an_arm_s_joint_may_have_on_a_veh
     topics = {topic: turning(SPEED), "/other": turning(SPEED)}
     found, _ = guessed(capsys, write_bag(tmp_path / "bag", topics))
     assert f"{topic[1:]}.velocity[0]" in found["thruster_0/state.n"]
+
+
+@pytest.mark.parametrize("topic", ["/drive/reference", "/drehzahl_soll", "/drive/target"])
+def test_a_joint_s_speed_that_is_only_wanted_is_not_measured(topic: str, tmp_path: Path, capsys: Any) -> None:
+    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {topic: turning(SPEED)}))
+    assert "thruster_0/state.n" not in found

@@ -31,13 +31,54 @@ FOOT = f"""
   YAML wants quotes about `'%'` and `'U1 [V]'`.
 """
 
+COLUMNS = {
+    "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, setpoint, U_soll, Sollwert, Stellgroesse",
+    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, Drehzahl, Drehgeber",
+    "state.supply_voltage": "supply, battery, vdc, Akku, Versorgungsspannung",
+    "state.current": "current, amps, i, Strom",
+    "load.wrench.force.x": "thrust, force, load_cell, Fx, Schub, Kraft, Kraftmessdose",
+    "load.wrench.torque.x": "torque, moment, Mx, q, Drehmoment",
+    "flow.ambient": "flow, ambient, water_speed, inflow, adv, Strömung, Anstroemung",
+    "flow.axial": "axial, duct, axial_flow",
+}
+"""Words that a proposal knows in columns of a thruster."""
+TOPICS = {
+    "throttle.commanded": ("JointState", "effort", "cmd, command, throttle, setpoint, soll, stellwert"),
+    "state.n": ("JointState", "velocity", "thruster, motor, rotor, esc, rpm, thr, encoder, drive, shaft, tacho"),
+    "load.wrench.force.x": ("WrenchStamped", "wrench.force.x", "load, cell, force, wrench, thrust, ft"),
+    "flow.axial": ("TwistStamped", "twist.linear.x", "axial, duct, inside"),
+    "flow.ambient": (
+        "TwistStamped", "twist.linear.x",
+        "ambient, outside, tank, tunnel, adv, flow, water, current_meter, velocimeter, stroemung",
+    ),
+}  # fmt: skip
+"""Words that a proposal knows in topics of a bench, with the type and the field of the messages."""
+KNOWN = """
+## Words that `--guess` knows
+Of columns of one thruster (`thruster_0/...`), small or capital letters, with a unit behind or without:
+
+"""
+OF_TOPICS = """
+Of topics of a bench's bag. What has `cmd`, `command`, `setpoint`, `target`, `goal`, `soll` or `ref` is not measured:
+
+"""
+MORE = """
+- Of two flows of one type, `inside` or `axial` is at the propeller. A topic without such a word is known by its type,
+  where it alone has that: `by its type alone: is it?`
+- All words, those of a vehicle too, are in `run_bag/importers/guess_rules.py`.
+"""
+
 
 def page() -> str:
     """Return the whole page."""
     named = [_row("channel", "unit", "what it is"), _row("---", "---", "---"), *map(_channel, channels())]
     taken = [_row("unit of the channel", "others"), _row("---", "---")]
     taken += [_row(ours, ", ".join(f"`{unit}`" for unit in others)) for ours, others in CONVERSIONS.items()]
-    return HEAD + "\n".join(named) + "\n" + UNITS + "\n".join(taken) + "\n" + FOOT
+    columns = [_row("channel", "words"), _row("---", "---"), *(_row(f"`{c}`", words) for c, words in COLUMNS.items())]
+    topics = [_row("channel", "type, field", "words"), _row("---", "---", "---")]
+    topics += [_row(f"`{c}`", f"`{kind}`, `{field}`", words) for c, (kind, field, words) in TOPICS.items()]
+    known = KNOWN + "\n".join(columns) + "\n" + OF_TOPICS + "\n".join(topics) + "\n" + MORE
+    return HEAD + "\n".join(named) + "\n" + UNITS + "\n".join(taken) + "\n" + FOOT + known
 
 
 def unit_of_channel(channel: KnownChannel) -> str:

@@ -24,7 +24,11 @@ TOLD = (
 
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
-    p = argparse.ArgumentParser(prog="import_bench", description="Import recordings of the thruster bench as runs.")
+    purpose = (
+        "Import recordings of the thesis' bench as runs: its csv or csv.xz, with dat or mat beside them. "
+        "Those of a bench of your own: thruster import."
+    )
+    p = argparse.ArgumentParser(prog="import_bench", description=purpose)
     p.add_argument("paths", nargs="+", type=Path, metavar="PATH", help="files, or folders searched recursively")
     p.add_argument("--out", required=True, type=Path, metavar="DIR", help="folder that gets one run per recording")
     p.add_argument("--throttle-set", type=float, metavar="VOLTS", help="signed throttle at the plateau [V]")

@@ -174,7 +174,9 @@ class OfType(NamedTuple):
     why: str = ""
 
 
-_MEASURED = r"(?i)^(?!.*(cmd|command|set_?point|target|desired|goal)).*"
+_MEASURED = (
+    r"(?i)^(?!.*(cmd|command|set_?point|target|desired|wanted|demand|goal|(^|[/_])(soll|ref(erence)?([/_]|$)))).*"
+)
 _SENT = r"(?i)(cmd|command|throttle|set_?point|(^|[/_])soll|stell(wert|gr))"
 _LOG, _ROTORS = rf"{_MEASURED}(dvl|doppler|bottom|veloc|twist)", rf"{_MEASURED}(thruster|motor|rotor|prop|esc|rpm)"
 _TWIST = r"(pose\.pose\.(orientation\.[wxyz]|position\.[xyz])|twist\.twist\.(linear|angular)\.[xyz])"
