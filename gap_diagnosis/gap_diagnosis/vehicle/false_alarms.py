@@ -26,8 +26,9 @@ __all__ = ["excess", "most_alarms", "probabilities", "rate_at", "stated_rate", "
 Array = NDArray[np.float64]
 TAIL = 20
 """Peaks that the tail is fitted to: its mean excess is then known to a quarter."""
-COUNTED_HOURS, COUNTED = 77.0, ((90.0, 8), (160.0, 2))
-"""[h] of 16 healthy vehicles (seeds 2000 to 2015) that `watch_rate` counted, and how often a threshold was reached."""
+COUNTED_HOURS, COUNTED = 12.5, ((20.0, 9), (30.0, 5), (45.0, 0))
+"""[h] of 7 healthy vehicles (seeds 2016 to 2022) that `watch_rate` counted, and in how many minutes a threshold was
+reached, the lowest first."""
 FAILURES = 0.1
 """[1/h] of failures that are expected of a vehicle: as many as the false alarms that are accepted."""
 
@@ -56,13 +57,17 @@ def threshold_for(rate: float, peaks: Sequence[float], hours: float) -> float:
 
 
 def excess() -> float:
-    """Return theta, the mean excess of the exponential through both counts."""
-    (low, more), (high, fewer) = COUNTED
+    """Return theta, the mean excess of the exponential through the lowest and the highest threshold reached."""
+    (low, more), *_, (high, fewer) = _reached()
     return (high - low) / float(np.log(more / fewer))
 
 
+def _reached() -> list[tuple[float, int]]:
+    return [(level, counted) for level, counted in COUNTED if counted]
+
+
 def _counted_rate(threshold: float) -> float:
-    high, fewer = COUNTED[-1]
+    high, fewer = _reached()[-1]
     return fewer / COUNTED_HOURS * float(np.exp((high - threshold) / excess()))
 
 

@@ -43,7 +43,7 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     trimmed = float(TRIMMED * np.cbrt(vehicle.values["volume"]))
     deviations = {name: vehicle.deviation(name) for name in vehicle.parameters}
     said = {name for name, p in vehicle.parameters.items() if p.value or p.standard_deviation is not None}
-    deviations |= {f"{a}_G": trimmed for a in "xyz" if said.isdisjoint((f"{a}_G", f"{a}_B"))}
+    deviations |= {f"{a}_G": trimmed for a in "xyz" if f"{a}_G" not in said}
     found: dict[Key, float] = {
         ("vehicle", name): deviation for name, deviation in deviations.items() if name not in _GIVEN and deviation > 0.0
     }

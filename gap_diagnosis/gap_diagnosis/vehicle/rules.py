@@ -19,8 +19,9 @@ OWN = 0.02
 """Deviation of one thruster from the others: motors and propellers of one batch."""
 TRIMMED = 0.01
 """Share of a vehicle's volume, and of its size, by which buoyancy and centre of mass differ from dive to dive: ballast,
-another battery, the tether's end. One of 11 kg: 1.1 N and 2 mm. A set that says nothing of an axis of both centres is
-as unsure of it: taken for exact, a centre of mass 0.3 mm off was a payload of 0.95 kg at odds of e^43."""
+another battery, the tether's end. One of 11 kg: 1.1 N and 2 mm. A set that does not say where the centre of mass is
+along an axis is as unsure of it: taken for exact, one 0.3 mm off was a payload of 0.95 kg at odds of e^43. Where the
+centre of buoyancy is tells its distance alone: one 5.5 mm below the origin, as moved, was an effect at e^119."""
 CHARGED, EMPTYING = 0.05, 2e-4
 """Share of the nominal voltage, and [1/s] of it, by which a battery that no sensor reads is off at rest as a recording
 begins, and changes: a lithium cell goes from 4.2 to 3.4 V, a tenth of it in ten minutes at work. Taken for full and
@@ -127,9 +128,9 @@ WATCH_THRESHOLD = 45.0
 WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
 WATCH_MOST = 15.0
-"""[1/s] By how much a sum may grow: readings of a moment are wrong together, as where the water in a slow thruster turns
-the other way than the filter thinks. Without it that added 86 and 107 in two seconds (tuning seeds 102 and 177). A loss
-of 30 % gains 170 a second and is found in 3 s for 1 s."""
+"""[1/s] By how much the sum that grows most may grow, others in proportion: readings of a moment are wrong together, as
+where the water in a slow thruster turns the other way than the filter thinks. Without it that added 86 and 107 in two
+seconds (tuning seeds 102 and 177). A loss of 30 % gains 170 a second and is found in 3 s for 1 s."""
 WATCH_DOUBT = 0.5
 """Share of what a failure would gain that is taken off. In an hour of three healthy vehicles (tuning seeds 101, 102,
 106) the highest sum fell from 48 to 31 by it, and delays of losses at the height of that sum stayed what they were."""

@@ -186,7 +186,9 @@ class Watch:
             readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
             self._sums, self._since,
         )  # fmt: skip
-        ratios[:] = np.minimum(ratios, before[0] + rules.WATCH_MOST * log.count * log.period)
+        rises = np.maximum(ratios - before[0], 0.0)
+        counts = min(1.0, rules.WATCH_MOST * log.count * log.period / max(float(rises.max()), 1e-9))
+        ratios -= (1.0 - counts) * rises
         for jump in self._jumps:
             if settling:
                 jump.forget(first)

@@ -39,10 +39,14 @@ def test_a_centre_of_mass_that_a_set_leaves_out_is_as_unsure_as_a_vehicle_is_tri
 @pytest.mark.parametrize("deviation", [0.0, 0.001])
 def test_a_deviation_that_is_stated_stands_also_for_a_centre_at_0(point: str, deviation: float) -> None:
     stated = Parameter(value=0.0, unit="m", source="s", standard_deviation=deviation)
-    found = nuisances(believing(**{point: stated}), [])
-    assert {k: d for k, d in found.items() if k[1] in ("x_G", "x_B")} == (
-        {("vehicle", point): deviation} if deviation else {}
-    )
+    model = believing(**{point: stated})
+    expected = {("vehicle", "x_G"): float(TRIMMED * np.cbrt(model.vehicle.values["volume"]))} if point == "x_B" else {}
+    expected |= {("vehicle", point): deviation} if deviation else {}
+    assert {k: d for k, d in nuisances(model, []).items() if k[1] in ("x_G", "x_B")} == expected
+
+
+def test_where_the_centre_of_buoyancy_is_says_nothing_of_where_the_centre_of_mass_is() -> None:
+    assert ("vehicle", "z_G") in nuisances(load_model("bluerov2_heavy"), [])  # which states z_B
 
 
 def test_a_centre_of_mass_that_was_left_out_is_written_as_fitted() -> None:
