@@ -17,6 +17,7 @@ from gap_diagnosis.vehicle.false_alarms import (
     stated_rate,
     threshold_for,
 )
+from gap_diagnosis.vehicle.rules import WATCH_THRESHOLD
 
 
 def test_thresholds_of_exponential_peaks_are_those_of_their_distribution() -> None:
@@ -36,18 +37,18 @@ def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
 
 
 def test_the_stated_rate_is_the_counted_one_and_none_where_nothing_was_counted() -> None:
-    assert stated_rate(160.0) == "0.03 (less than 0.08 at 95 %, 77 h counted)"
-    assert stated_rate(90.0) == "0.1 (less than 0.2 at 95 %, 77 h counted)"
-    assert stated_rate(89.0) == "not counted below a threshold of 90"
+    assert stated_rate(30.0) == "0.4 (less than 0.8 at 95 %, 12.5 h counted)"
+    assert stated_rate(45.0) == "0.2 (less than 0.2 at 95 %, 12.5 h counted)"
+    assert stated_rate(19.0) == "not counted below a threshold of 20"
 
 
 def test_an_alarm_is_as_probable_as_failures_are_frequent_beside_false_alarms_at_its_height() -> None:
-    # 2 false alarms in 77 h at 160 against one failure in 10 h
-    assert probabilities([160.0]) == pytest.approx([0.1 / (0.1 + 2.0 / 77.0)])
-    # 8 at 90 and 2 at 160: e times as many for each 70 / ln 4 = 50.5 that it is lower
-    assert probabilities([90.0]) == pytest.approx([0.1 / (0.1 + 8.0 / 77.0)])
-    first, second = probabilities([600.0, 600.0 - 70.0])
-    assert first == pytest.approx(4.0 * second) and first + second == pytest.approx(1.0, abs=1e-3)
+    # 5 false alarms in 12.5 h at 30 against one failure in 10 h
+    assert probabilities([30.0]) == pytest.approx([0.1 / (0.1 + 5.0 / 12.5)])
+    # 9 at 20 and 5 at 30: 5 / 9 times as many for each 10 that it is higher
+    assert probabilities([50.0]) == pytest.approx([0.1 / (0.1 + 5.0 / 12.5 * (5.0 / 9.0) ** 2)])
+    first, second = probabilities([600.0, 570.0])
+    assert first == pytest.approx((9.0 / 5.0) ** 3 * second) and first + second == pytest.approx(1.0, abs=1e-3)
 
 
 def test_too_few_minutes_give_no_threshold() -> None:
@@ -89,4 +90,4 @@ def test_a_thruster_that_loses_half_its_thrust_stands_out_as_do_failing_sensors(
         failed = watched.failure(run)
         assert failed["failure"] == name
         if name not in ("velocity log", "foam lost"):  # these take longer than 20 s
-            assert max(failed["ratios"]) > 160.0 and max(failed["ratios"]) > max(failed["others"])
+            assert max(failed["ratios"]) > 2.0 * WATCH_THRESHOLD and max(failed["ratios"]) > max(failed["others"])
