@@ -6,8 +6,8 @@ and beside none, b is estimated from the readings before (recursive least square
 
     r' = (r - c . b) / sqrt(s),    s = 1 + c P c,    b <- b + P c (r - c . b) / s,    P <- P - P c c P / s
 
-and from instant to instant b <- k b, P <- k P k + I - k k: biases wander, and stay within their deviations; a trim or
-the charge at the begin of a dive stays (k = 1). So r' is of unit variance where the failure is there, and one failure
+and from instant to instant b <- k b, P <- k P k + I - k k: biases wander, and stay within their deviations; a trim, or
+the charge as a dive begins, stays (k = 1). So r' is of unit variance where the failure is there, and one failure
 differs from another by what these numbers cannot be.
 """
 

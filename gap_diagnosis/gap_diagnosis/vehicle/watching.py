@@ -5,8 +5,10 @@ Of each failure the log likelihood ratio of the readings accumulates as CUSUM:
     g <- max(0, g + log p(y | failure) - log p(y | well) - doubt d - forget dt),   alarm at g >= threshold
 
 with d = |r_well - r_failure|^2 / 2, what the failure would gain on average if it were there: the readings must lie well
-nearer to the failure, not only as near as a misfit of the healthy vehicle may push them for a while. A filter of a
-failure that is not believed (g = 0) begins at the believed state with each piece, as the failure would.
+nearer to the failure, not only as near as a misfit of the healthy vehicle may push them for a while. Of a piece all
+count less, by one factor, where the largest g would grow by more than `rules.WATCH_MOST`. A filter of a failure that is
+not believed (g = 0) begins at the believed state with each piece, as the failure would. Readings are those without what
+the dive differs by from the baseline's (`dive`).
 
 Failures are the hypotheses of single parts whose effects say at which sizes they are followed (`Suspected.watched`), of
 sensors that the healthy vehicle had. One that does not matter (a thruster at rest) adds nothing either way. What a
