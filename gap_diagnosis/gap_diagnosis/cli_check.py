@@ -1,7 +1,4 @@
-"""What runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects.
-
-Of a vehicle its set is named by --vehicle SET; what else there is then: --vehicle SET --help.
-"""
+"""What runs are good for, before any fit: rates, hold, excitation, signs, units, parameters, effects."""
 
 import argparse
 import sys
@@ -11,7 +8,7 @@ from pathlib import Path
 from gap_diagnosis.check_io import check
 from gap_diagnosis.findings import Finding, lines_of, usable
 from run_bag import RunError
-from run_bag.command_line import described, of_a_vehicle, printable, user_arguments
+from run_bag.command_line import described, of_a_vehicle, offer_vehicle, printable, user_arguments
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
 
@@ -33,6 +30,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
     text = f"parameter set of the simulator: {sets} or a YAML file"
     parser.add_argument("--set", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
+    offer_vehicle(parser, "of a vehicle, its set; what else there is then: --vehicle SET --help")
     given = parser.parse_args(taken)
     return printed(lambda: check(given.runs, load_parameter_set(given.set), given.thruster))
 

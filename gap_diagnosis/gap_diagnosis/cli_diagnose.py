@@ -1,7 +1,4 @@
-"""Why recordings of a thruster and the simulator's parameter set disagree.
-
-Of a vehicle its set is named by --vehicle SET; what else there is then: --vehicle SET --help.
-"""
+"""Why recordings of a thruster and the simulator's parameter set disagree."""
 
 import argparse
 import sys
@@ -19,7 +16,7 @@ from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.report import diagnosis_report
 from gap_diagnosis.stretches import LENGTH, LONGEST, THINNED
 from run_bag import RunError
-from run_bag.command_line import described, of_a_vehicle, user_arguments
+from run_bag.command_line import described, of_a_vehicle, offer_vehicle, user_arguments
 from safe_files.whole_files_io import new_folder
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ThrusterModelError
@@ -99,6 +96,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     parser.add_argument("--set", "--model", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--out", type=Path, default=Path("diagnosis"), help="new or empty folder (default diagnosis)")
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
+    offer_vehicle(parser, "of a vehicle, its set; what else there is then: --vehicle SET --help")
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default 0)")
     text = f"of recordings that are longer together, use so much, in stretches (default {THINNED:g} beyond {LONGEST:g})"

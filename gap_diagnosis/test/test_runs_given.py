@@ -129,4 +129,4 @@ def test_runs_of_a_vehicle_are_taken_by_the_same_command(tmp_path, capsys, comma
     assert "no_such_vehicle" in capsys.readouterr().err
     with pytest.raises(SystemExit):
         command(["--help"])
-    assert "--vehicle SET --help" in capsys.readouterr().out
+    assert "--vehicle SET --help" in " ".join(capsys.readouterr().out.split())

@@ -31,6 +31,15 @@ def of_a_vehicle(arguments: Sequence[str]) -> bool:
     return any(each.split("=")[0] == "--vehicle" for each in arguments)
 
 
+def offer_vehicle(parser: argparse.ArgumentParser, text: str) -> None:
+    """Add the option of a vehicle's set to the help of a program that hands such arguments over before it parses."""
+
+    def refused(_: str) -> str:  # an abbreviation alone comes here
+        raise argparse.ArgumentTypeError("expected to be written in full")
+
+    parser.add_argument("--vehicle", metavar="SET", type=refused, help=text)
+
+
 def described(description: str | None, examples: str) -> dict[str, Any]:
     """Return what a parser says of its program: its purpose and lines of examples.
 

@@ -150,7 +150,9 @@ def test_a_fit_that_determines_nothing_is_written_and_ends_with_1(runs, tmp_path
 def test_who_fits_a_vehicle_is_told_by_what(capsys, words):
     with pytest.raises(SystemExit):
         cli_fit.main(words)
-    assert "thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle" in "".join(capsys.readouterr())
+    assert "thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle" in " ".join(
+        "".join(capsys.readouterr()).split()
+    )
 
 
 def refused(words, capsys, sentence):

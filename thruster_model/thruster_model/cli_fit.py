@@ -1,7 +1,4 @@
-"""Fit thruster models to recorded runs, and report how well each describes the thruster.
-
-Of a vehicle it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle.
-"""
+"""Fit thruster models to recorded runs, and report how well each describes the thruster."""
 
 import argparse
 import json
@@ -14,7 +11,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import NoReturn
 
-from run_bag.command_line import described, of_a_vehicle, user_arguments
+from run_bag.command_line import described, of_a_vehicle, offer_vehicle, user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
@@ -76,6 +73,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     parser.add_argument("--validate", nargs="+", type=Path, default=[], metavar="RUN", help="runs to predict only")
     limit = "largest credible flow [m/s], beyond which a velocimeter wraps (default %(default)s: a Vectrino's range)"
     parser.add_argument("--largest-flow", type=float, default=FlowLimits().velocity, metavar="SPEED", help=limit)
+    offer_vehicle(parser, "it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle")
     parser.add_argument("--hold-out", action="store_true", help="repeat each fit with each run left out")
     return parser
 
