@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "check") -> int:
     text = f"parameter set of the simulator: {sets} or a YAML file"
     parser.add_argument("--set", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
-    offer_vehicle(parser, "of a vehicle, its set; what else there is then: --vehicle SET --help")
+    offer_vehicle(parser)
     given = parser.parse_args(taken)
     return printed(lambda: check(given.runs, load_parameter_set(given.set), given.thruster))
 

@@ -96,7 +96,7 @@ def _parser(program: str) -> argparse.ArgumentParser:
     parser.add_argument("--set", "--model", dest="set", metavar="SET", required=True, help=text)
     parser.add_argument("--out", type=Path, default=Path("diagnosis"), help="new or empty folder (default diagnosis)")
     parser.add_argument("--thruster", type=int, default=0, help="index of the thruster (default 0)")
-    offer_vehicle(parser, "of a vehicle, its set; what else there is then: --vehicle SET --help")
+    offer_vehicle(parser)
     parser.add_argument("--without", nargs="*", default=[], metavar="EFFECT", help="effects that are not considered")
     parser.add_argument("--seed", type=int, default=0, help="of the bootstrap (default 0)")
     text = f"of recordings that are longer together, use so much, in stretches (default {THINNED:g} beyond {LONGEST:g})"

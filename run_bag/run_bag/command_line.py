@@ -31,7 +31,10 @@ def of_a_vehicle(arguments: Sequence[str]) -> bool:
     return any(each.split("=")[0] == "--vehicle" for each in arguments)
 
 
-def offer_vehicle(parser: argparse.ArgumentParser, text: str) -> None:
+_OF_VEHICLE = "of a vehicle, its set; what else there is then: --vehicle SET --help"
+
+
+def offer_vehicle(parser: argparse.ArgumentParser, text: str = _OF_VEHICLE) -> None:
     """Add the option of a vehicle's set to the help of a program that hands such arguments over before it parses."""
 
     def refused(_: str) -> str:  # an abbreviation alone comes here

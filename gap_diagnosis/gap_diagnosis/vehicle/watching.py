@@ -104,7 +104,6 @@ class Watch:
         self.followed = lasting + [(h, h.sudden) for h in self._sudden]
         """Failures, each at a size; those that jump last."""
         self.ratios = np.zeros(len(self.followed))
-        self._run = healthy.run
         self._dive = Dive(model, healthy.values, healthy.differing, healthy.run, 1 + len(lasting))
         self._sums = np.zeros((2, len(lasting)))
         """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
@@ -146,9 +145,9 @@ class Watch:
         if not self._branches:
             lasting = self.followed[self._lasting]
             failures: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in lasting)]
-            self._branches = [Branch(self._model, self._values, effects, log, self._run) for effects in failures]
+            self._branches = [Branch(self._model, self._values, effects, log) for effects in failures]
             self._dive.begin(log)
-            self._jumps = [Jump(h, Branch(self._model, self._values, (), log, self._run)) for h in self._sudden]
+            self._jumps = [Jump(h, Branch(self._model, self._values, (), log)) for h in self._sudden]
         first, noises = self._branches[0], self._noises
         nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
         rates = log.told[:, 3:6]
