@@ -16,12 +16,12 @@ from gap_diagnosis.vehicle.oddities import Logged
 from gap_diagnosis.vehicle.screening import READINGS
 from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.verdict import Claim, Verdict
+from rov_sim.vehicle.effects.body_axes import BODY_AXES
 
 __all__ = ["PROGRAMME", "content_of", "where_of"]
 
 PROGRAMME = "next_experiment"
 """Folder of the run whose throttles are to be played next."""
-_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 
 
 def place_of(h: Hypothesis) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
         )
     if not rows and verdict.name == "unknown":
         worst = int(np.argmax(verdict.wrench / np.array([1.0, 1.0, 1.0, 0.2, 0.2, 0.2])))
-        rows.append({"block": "body", "thruster": None, "axis": _AXES[worst], "regime": "random", "weight": 1.0})
+        rows.append({"block": "body", "thruster": None, "axis": BODY_AXES[worst], "regime": "random", "weight": 1.0})
     total = sum(row["weight"] for row in rows) or 1.0
     return [
         {**{k: v for k, v in row.items() if k != "weight"}, "share": round(row["weight"] / total, 3)} for row in rows

@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.rules import PULSE_MARGIN
+from rov_sim.vehicle.effects.body_axes import BODY_AXES
 from rov_sim.vehicle.plant import simulate
 from rov_sim.vehicle.truth import at_rest
 
 __all__ = ["DryRun", "Limits", "Programme", "pulses", "sweeps"]
 
 Array = NDArray[np.float64]
-_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _SWEPT = (0.1, 0.8)
 """[1/s] From where the body follows to where its inertia holds it."""
 _REACHED = 0.5
@@ -124,7 +124,7 @@ def _alone(model: Model) -> Mapping[str, Array]:
     K = model.vehicle.configuration
     inverse = np.linalg.pinv(K)
     found = {}
-    for k, axis in enumerate(_AXES):
+    for k, axis in enumerate(BODY_AXES):
         thrusts = inverse[:, k]
         if (K @ thrusts)[k] > _REACHED:
             found[axis] = np.sign(thrusts) * np.sqrt(np.abs(thrusts) / np.abs(thrusts).max())

@@ -109,6 +109,9 @@ LARGE_WRENCH, CALM_WRENCH = (1.2, 0.25), (0.6, 0.12)
 """[N, N m] Random wrench above which it is no eddy but something that the model lacks, and the largest one of pools and
 harbours, against which there must be evidence for it: a minute holds six values of a wrench of ten seconds, and what
 they make of its size may be twice as large. Of a vehicle of `SIZED`; eddies push others by their areas."""
+ONE_AXIS = 3.0
+"""Times the middle one of the three forces, or moments, of a random wrench, from which on one of them is not the
+water's where there is evidence for it. An arm that swings every ten seconds pitched vehicles by 5 and 8 times that."""
 SIZED = 0.0134
 """[m^3] A vehicle for which wrenches of water are given: the one of most of the seeds."""
 WIRING_SEEN = 60.0

@@ -10,6 +10,7 @@ from scipy.signal import lfilter
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.filtering import Prepared, filtered
+from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.gram import Column
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
@@ -18,31 +19,34 @@ from gap_diagnosis.vehicle.turns import rotations
 from gap_diagnosis.vehicle.unknowns import Key, acts_in
 from gap_diagnosis.vehicle.whitening import whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.effects.body_axes import pushed_by
+from rov_sim.vehicle.effects.body_axes import BODY_AXES, pushed_by
 from rov_sim.vehicle.innovations import states_of
 from thruster_model.errors import VehicleError
 
 __all__ = ["READINGS", "Screen", "nameless_names"]
 
 Array = NDArray[np.float64]
-_AXES = ("surge", "sway", "heave", "roll", "pitch", "yaw")
 _TOLD = {
-    **{f"gyro {a}": 3 + k for k, a in enumerate("xyz")}, "depth": 9,
+    **{f"gyro {a}": 3 + k for k, a in enumerate("xyz")}, **{f"accelerometer {a}": 6 + k for k, a in enumerate("xyz")},
+    "depth": 9,
     **{f"velocity {a}": 10 + k for k, a in enumerate("xyz")},
 }  # fmt: skip
 """Columns of `VehicleLog.told` that an error of a reading may be in."""
 _ANGLES = {"roll angle": (1.0, 0.0, 0.0), "pitch angle": (0.0, 1.0, 0.0)}
 """Axes of the body about which a told attitude may be turned."""
-_PULLED = {"roll angle": "acceleration along y", "pitch angle": "acceleration along x"}
+_PULLED = {"roll angle": "late acceleration along y", "pitch angle": "late acceleration along x"}
 """What pulls them where an attitude follows the accelerometer."""
-_PULLED_IN = 1.0
-"""[s] In which an attitude follows it: a filter of gyro and accelerometer takes some tenths to some seconds."""
+_LATE = 1.0
+"""[s] In which an attitude follows it: a filter of gyro and accelerometer takes some tenths to some seconds. Water that
+slides in a hull, and a wake, take as long."""
+_TILTS = ("roll angle", "pitch angle")
+"""The first two components of the earth's down in axes of the body are a tilt about the other axis each."""
 _PROBES = {
-    **dict.fromkeys(_AXES[:3], 1.0), **dict.fromkeys(_AXES[3:], 0.1),
+    **dict.fromkeys(BODY_AXES[:3], 1.0), **dict.fromkeys(BODY_AXES[3:], 0.1),
     **{place: 0.01 if place.startswith("gyro") else 0.02 for place in _TOLD}, "heading": 0.02,
     **dict.fromkeys(_ANGLES, 0.01),
 }  # fmt: skip
-"""[N, N m, rad/s, rad, m, m/s] By which nameless dependences are tried, by what they act on."""
+"""[N, N m, rad/s, m/s^2, rad, m, m/s] By which nameless dependences are tried, by what they act on."""
 READINGS = {**{place: place.split()[0] for place in _TOLD}, **dict.fromkeys(("heading", *_ANGLES), "attitude")}
 """Places of nameless dependences that are errors of a reading, not wrenches, with their sensor (`VehicleLog.there`)."""
 
@@ -147,9 +151,9 @@ class Screen:
         def change(k: int) -> Array:
             run, extra = self.runs[k], None
             size = _PROBES[place] / scale * told[k]
-            if place in _AXES:
+            if place in BODY_AXES:
                 extra = np.zeros((run.log.count, 6))
-                extra[:, _AXES.index(place)] = size
+                extra[:, BODY_AXES.index(place)] = size
             else:
                 run = replace(run, log=_misread(run.log, place, size))
             result = filtered(self.model, run, self.values, self.effects, extra, coarse=True)
@@ -179,13 +183,19 @@ def nameless_names(model: Model, there: Mapping[str, bool]) -> list[Key]:
     names = [f"thrust {i}" for i in range(model.thrusters)]
     names += ["uu", "vv", "ww", "rr", "uv", "uw", "ur"]
     names += [f"{a}|{a}|" for a in "uvwpqr"]
-    names += ["time", "start or end", "depth"]
-    named = {(_AXES[a], f"{c}|{c}|") for a, c in enumerate("uvwpqr")}  # its own drag
+    names += ["time", "start or end", "depth", *_TILTS, *(f"late {tilt}" for tilt in _TILTS)]
+    named = {(BODY_AXES[a], f"{c}|{c}|") for a, c in enumerate("uvwpqr")}  # its own drag
     named |= {(a, f"thrust {i}") for i in range(model.thrusters) for a in pushed_by(K_t, i)}  # its wake on the hull
-    of_body = [("nameless", axis, f) for axis in _AXES for f in names if (axis, f) not in named]
-    errors: dict[str, tuple[str, ...]] = {f"gyro {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "pqr", strict=True)}
+    named |= {("roll", "roll angle"), ("pitch", "pitch angle")}  # righting
+    named |= {("sway", "roll angle"), ("surge", "pitch angle")}  # weight
+    of_body = [("nameless", axis, f) for axis in BODY_AXES for f in names if (axis, f) not in named]
+    of_body += [("nameless", axis, f"late {c}") for axis, c in zip(BODY_AXES, "uvwpqr", strict=True)]
+    errors: dict[str, tuple[str, ...]] = {
+        f"gyro {a}": (f"{c}|{c}|", "time", "rotors") for a, c in zip("xyz", "pqr", strict=True)
+    }
+    errors |= {f"accelerometer {a}": ("time", "rotors") for a in "xyz"}
     errors |= {f"velocity {a}": (f"{c}|{c}|", "time") for a, c in zip("xyz", "uvw", strict=True)}
-    errors |= {"depth": ("u|u|", "time"), "heading": ("time",)}
+    errors |= {"depth": ("u|u|", "time", "rotors"), "heading": ("time",)}
     errors |= {angle: (by, "time") for angle, by in _PULLED.items()}
     return of_body + [("nameless", place, f) for place, of in errors.items() for f in of if there[READINGS[place]]]
 
@@ -194,6 +204,8 @@ def features(prepared: Prepared, feature: str) -> Array:
     """Return a feature of the motion over a run (K,)."""
     states = states_of(np.nan_to_num(prepared.base.states))
     nu = states.nu
+    if feature.startswith("late"):
+        return _late(prepared, features(prepared, feature.removeprefix("late ")))
     if feature.startswith("thrust"):
         out = states.thrusts[:, int(feature.split()[1])]
     elif feature == "time":
@@ -202,14 +214,25 @@ def features(prepared: Prepared, feature: str) -> Array:
         out = np.linspace(-1.0, 1.0, len(nu)) ** 2
     elif feature == "depth":
         out = states.position[:, 2] - np.mean(states.position[:, 2])
-    elif feature.startswith("acceleration"):  # of a body that turns, what a filter of this time makes of it
-        slow, dt = np.exp(-prepared.log.period / _PULLED_IN), prepared.log.period
-        felt = np.gradient(nu[:, :3], dt, axis=0) + np.cross(nu[:, 3:], nu[:, :3])
-        out = lfilter([1.0 - slow], [1.0, -slow], felt[:, "xyz".index(feature[-1])])
+    elif feature == "rotors":  # what makes a hull vibrate
+        out = np.sum(states.speeds**2, axis=1)
+    elif feature in _TILTS:
+        out = down_of(states.attitude)[:, 1 - _TILTS.index(feature)]
+    elif feature.startswith("acceleration"):  # of a body that turns
+        felt = np.gradient(nu[:, :3], prepared.log.period, axis=0) + np.cross(nu[:, 3:], nu[:, :3])
+        out = felt[:, "xyz".index(feature[-1])]
     elif feature.endswith("|"):
         a = "uvwpqr".index(feature[0])
         out = nu[:, a] * np.abs(nu[:, a])
+    elif len(feature) == 1:
+        out = nu[:, "uvwpqr".index(feature)]
     else:
         a, b = ("uvwpqr".index(c) for c in feature)
         out = nu[:, a] * nu[:, b]
     return np.asarray(out)
+
+
+def _late(prepared: Prepared, signal: Array) -> Array:
+    """Return a signal (K,) as what follows it within `_LATE` has it."""
+    slow = np.exp(-prepared.log.period / _LATE)
+    return np.asarray(lfilter([1.0 - slow], [1.0, -slow], signal, zi=[slow * signal[0]])[0])

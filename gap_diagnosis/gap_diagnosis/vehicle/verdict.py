@@ -20,12 +20,15 @@ from gap_diagnosis.vehicle.search import Found
 from gap_diagnosis.vehicle.stage import Stage, least_shown
 from gap_diagnosis.vehicle.unknowns import Key, unit_of, words_of
 from gap_diagnosis.vehicle.whitening import log_likelihood
+from rov_sim.vehicle.effects.body_axes import BODY_AXES
 
 __all__ = ["Claim", "Verdict", "judged"]
 
 Array = NDArray[np.float64]
 _NAMED = 3
 """Numbers that a summary names, those that moved most."""
+_ALONE = "nothing recorded, nor with the other axes"
+"""What a wrench goes with that comes and goes on one axis."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,7 +105,7 @@ def judged(found: Found, logs: Sequence[VehicleLog], errors: Sequence[Errors] = 
     best = near[0][0] if near else -np.inf
     p_none = float(1.0 / (1.0 + np.exp(np.clip(best, -500.0, 500.0)))) if not claims else 0.0
     nameless = [(gain, key) for gain, key in last.nameless if gain > rules.NAMELESS]
-    hidden = [] if nameless else _in_calm_water(found)
+    hidden = [] if nameless else _in_calm_water(found) or _on_one_axis(last)
     total = float(np.log(len(last.nameless) / rules.P_NAMELESS))
     top = last.nameless[0][0] if last.nameless else -np.inf
     p_unknown = float(1.0 / (1.0 + np.exp(np.clip(total - top, -500.0, 500.0))))
@@ -160,25 +163,41 @@ def _acts(key: Key) -> str:
 
 
 def _rough(last: Stage) -> bool:
-    """Return whether the recordings ask for a random wrench that calm water does not have.
+    """Return whether the recordings ask for a random wrench that calm water does not have."""
+    wrench, water = last.screen.runs[0].noises.wrench, last.screen.model.wrench_of_water
+    return bool(np.any(wrench > water(rules.LARGE_WRENCH))) and (
+        _asked_for(last, water(rules.CALM_WRENCH)) > rules.NAMELESS
+    )
+
+
+def _on_one_axis(last: Stage) -> list[tuple[float, Key]]:
+    """Return the axis on which the random wrench is far larger than on the others of its kind, as no water's is."""
+    wrench = last.screen.runs[0].noises.wrench
+    most = np.repeat(rules.ONE_AXIS * np.median(wrench.reshape(2, 3), axis=1), 3)
+    if np.all(wrench <= most):
+        return []
+    gain, axis = _asked_for(last, most), BODY_AXES[int(np.argmax(wrench / most))]
+    return [(gain, ("nameless", axis, _ALONE))] if gain > rules.NAMELESS else []
+
+
+def _asked_for(last: Stage, most: Array) -> float:
+    """Return by how much recordings are likelier with the random wrench that was learned than with one of at most this.
 
     Without a velocity log they hardly tell its size: then one that is learned as large is not evidence of it.
     """
-    noises, water = last.screen.runs[0].noises, last.screen.model.wrench_of_water
-    if np.all(noises.wrench <= water(rules.LARGE_WRENCH)):
-        return False
-    calm = np.minimum(noises.wrench, water(rules.CALM_WRENCH))
+    noises = last.screen.runs[0].noises
     effects = [e.active for e in last.fit.effects]
-    likelihood = []
-    for wrench in (noises.wrench, calm):
-        again = [
+
+    def likelihood(wrench: Array) -> float:
+        again = (
             prepared_with(
                 last.screen.model, p.log, p.run, noises._replace(wrench=wrench), last.fit.values, effects, p.base.states
             )
             for p in last.screen.runs
-        ]
-        likelihood.append(sum(log_likelihood(p) for p in again))
-    return bool(likelihood[0] > likelihood[1] + rules.NAMELESS)
+        )
+        return sum(log_likelihood(p) for p in again)
+
+    return likelihood(noises.wrench) - likelihood(np.minimum(noises.wrench, most))
 
 
 def _in_calm_water(found: Found) -> list[tuple[float, Key]]:

@@ -151,6 +151,25 @@ def test_numbers_that_are_off_within_their_deviations_are_what_a_gap_comes_from(
     assert f"by {as_is:.2f} times" in content["summary"] and f"re-tuned, by {retuned:.2f} times" in content["summary"]
 
 
+@pytest.mark.parametrize(
+    ("outside", "seed", "axes", "of_it"),
+    [
+        ("sliding_water", 1552, ("roll", "pitch"), "late"),
+        ("vibration", 1594, ("accelerometer x", "accelerometer z"), "rotors"),
+        ("moving_arm", 1582, ("pitch",), "nothing recorded"),
+    ],
+)
+def test_what_no_library_has_is_unknown_and_what_it_goes_with_is_said(
+    outside: str, seed: int, axes: tuple[str, ...], of_it: str, tmp_path: Path
+) -> None:
+    draw = Draw(seed=seed, vehicle="ngs", outside=outside, wrench=0.1, kinds=("steps",), duration=40.0)
+    content = of(tmp_path, draw).content
+    assert (content["verdict"], content["effects"]) == ("unknown", []) and content["p_unknown"] >= 0.9
+    first = content["unexplained"][0]
+    assert first["signal"] in axes and of_it in first["depends_on"]
+    assert f"{first['signal']} and goes with {first['depends_on']}" in content["summary"]
+
+
 def test_marks_ask_for_effect_and_place() -> None:
     hidden = [{"id": "thrust_loss", "thruster": 2, "sizes": {"share": 0.4}}]
     said = {

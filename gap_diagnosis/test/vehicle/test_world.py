@@ -25,8 +25,8 @@ def test_a_vehicle_moves_in_both_alike(name: str) -> None:
     sent, out, speeds = np.zeros((K, N)), np.zeros((K * 20, 18)), np.zeros((K * 20, N))
     run_world(
         base, 20, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G, truth.r_B,
-        truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign, np.zeros((K, 6)),
-        np.array([0.0, 0.0, 3.0]), np.eye(3), np.zeros((N, 12)), np.zeros((K, 4)), np.zeros((K, 12)),
+        truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign, truth.sliding,
+        np.zeros((K, 6)), np.array([0.0, 0.0, 3.0]), np.eye(3), np.zeros((N, 12)), np.zeros((K, 4)), np.zeros((K, 12)),
         np.array([1.0, 0.0]), out, speeds, sent, np.zeros((K * 20, 2)),
     )  # fmt: skip
     run = simulate(vehicle_settings(vehicle, [own] * N, initial=at_rest(N, position=(0.0, 0.0, 3.0))), sent, 0.04)

@@ -59,6 +59,8 @@ OF_THRUSTER = (
     "thruster_misalignment", "hull_interaction", "thruster_swap", "thruster_interaction",
 )  # fmt: skip
 OUTSIDE = ("lift", "breathing_thrust", "leak")
+OUTSIDE_TOO = ("sliding_water", "moving_arm", "vibration")
+"""Half of the cases outside have one of these: what remembers, what moves by itself, what a sensor takes for motion."""
 SETS = ("bluerov2_heavy", "ngs")
 KINDS = ("steps", "sines", "pulses")
 PERIODS = (0.02, 0.04, 0.05, 0.1)
@@ -75,7 +77,7 @@ class Draw:
         seed: of everything.
         vehicle: name of the believed set.
         effects: (id, target, sizes) each; none: no gap beyond the parameters.
-        outside: of `OUTSIDE`, or "".
+        outside: of `OUTSIDE` or `OUTSIDE_TOO`, or "".
         deviations: parameters are off by so many of their deviations.
         wrench: deviation of the force [N]; the moment's is a fifth of it in N m; time: its correlation time [s].
         noise: factor of the sensors' noises.
@@ -146,9 +148,12 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
             sizes |= {"x": float(anchor.uniform(-0.3, 0.0)), "y": float(anchor.uniform(-0.1, 0.1))}
             sizes |= {"z": float(rng.uniform(-0.2, 0.2))}
         effects.append((effect, _place(rng, effect, thrusters), sizes))
+    outside = str(rng.choice(OUTSIDE)) if kind == "outside" else ""
+    other = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(88,)))
+    if outside and other.random() < 0.5:
+        outside = str(other.choice(OUTSIDE_TOO))
     return Draw(
-        seed=seed, vehicle=vehicle, effects=tuple(effects),
-        outside=str(rng.choice(OUTSIDE)) if kind == "outside" else "",
+        seed=seed, vehicle=vehicle, effects=tuple(effects), outside=outside,
         deviations=float(rng.uniform(0.4, 1.2)), wrench=float(rng.uniform(0.02, 0.4)),
         time=float(np.exp(rng.uniform(np.log(0.5), np.log(10.0)))), noise=float(np.exp(rng.uniform(-1.1, 1.1))),
         kinds=tuple(str(k) for k in rng.choice(KINDS, 2, replace=False)), missing=missing,

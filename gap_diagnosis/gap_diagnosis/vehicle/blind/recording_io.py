@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
-from gap_diagnosis.vehicle.blind.truth import Truth, biased, installed, levelled, metered, rested, truth_of
+from gap_diagnosis.vehicle.blind.truth import Truth, biased, installed, levelled, metered, rested, truth_of, unnamed
 from gap_diagnosis.vehicle.blind.world import STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
@@ -95,27 +95,31 @@ def recorded_run(
     wrench = np.column_stack([_wander(rng, K, s, draw.time / draw.period) for s in size])
     gains = _feedback(vehicle, K_t, quiet=kind == "pulses")
     noise = rng.normal(size=(K, 12)) * np.array([0.004] * 3 + [0.003] * 3 + [0.006, 0.01] + [0.0] * 4)
-    _outside(draw.outside, wrench, truth, t, rng)
+    _outside(draw, wrench, truth, t, rng)
     sent, out = np.zeros((K, N)), np.zeros((K * steps, 18))
     out_n, supply = np.zeros((K * steps, N)), np.zeros((K * steps, 2))
     done = run_world(
         commands, steps, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G,
-        truth.r_B, truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign, wrench,
-        np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, rested(draw, run), out, out_n, sent, supply,
+        truth.r_B, truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign,
+        truth.sliding, wrench, np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, rested(draw, run), out,
+        out_n, sent, supply,
     )  # fmt: skip
     if done < K:
         raise ArithmeticError(f"case {draw.seed}: the world diverged in run {run}")
     return _topics(draw, truth, sensors, run, rng, sent, out, out_n, supply)
 
 
-def _outside(kind: str, wrench: Array, truth: Truth, t: Array, rng: np.random.Generator) -> None:
+def _outside(draw: Draw, wrench: Array, truth: Truth, t: Array, rng: np.random.Generator) -> None:
     """Change the wrench (K, 6) by something that the library does not have and that does not depend on the motion."""
+    kind = draw.outside
     if kind == "leak":
         wrench[:, 2] += 4.0 * t / t[-1]
         wrench[:, 4] += 0.4 * t / t[-1]
     elif kind == "breathing_thrust":
         wrench[:, 0] += 4.0 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
         wrench[:, 5] += 0.5 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
+    elif kind == "moving_arm":  # to and fro about every ten seconds, a second each way
+        wrench[:, 4] += unnamed(draw)[2] * np.clip(4.0 * np.sin(2 * np.pi * t / rng.uniform(8.0, 14.0)), -1.0, 1.0)
     elif kind == "lost_foam":
         wrench[t >= LATE, 2] += 5.0
     elif kind == "lift":
@@ -174,6 +178,8 @@ def _topics(
     if "imu_bias" in wrong:
         axis, size = wrong["imu_bias"]
         rate[:, "xyz".index(axis)] += size
+    shaken = np.mean((n[at] / 100.0) ** 2, axis=1)
+    force += unnamed(draw)[3] * np.outer(shaken, np.array([0.6, 0.0, -0.8]))
     rate = rate + bias[0] + rng.normal(size=rate.shape) * 0.003 * factor
     force = force + bias[1] + rng.normal(size=force.shape) * 0.05 * factor
     yaw = wrong["magnetic_disturbance"][1] * supply[at, 1] if "magnetic_disturbance" in wrong else np.zeros(at.size)

@@ -18,7 +18,10 @@ TWINS: tuple[frozenset[str], ...] = (
 """Effects that these models cannot tell apart: on the same thruster either name counts."""
 
 
-BLOCKS = {"lift": ("body",), "leak": ("body",), "breathing_thrust": ("body", "thrusters")}
+BLOCKS = {
+    "lift": ("body",), "leak": ("body",), "breathing_thrust": ("body", "thrusters"), "sliding_water": ("body",),
+    "moving_arm": ("body",), "vibration": ("sensor",),
+}  # fmt: skip
 """Where what is hidden from outside the library acts."""
 ALWAYS = ("thruster_swap", "thruster_polarity", "thruster_failure")
 

@@ -13,7 +13,7 @@ from thruster_model.vehicle_set import VehicleSet
 
 __all__ = [
     "GROUPS", "Installed", "Truth", "biased", "installed", "levelled", "metered", "off", "placed", "rested", "slanted",
-    "truth_of",
+    "truth_of", "unnamed",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -39,6 +39,7 @@ class Truth(NamedTuple):
     sag: float
     wiring: Array
     sign: Array
+    sliding: Array
     sensors: dict[str, Any]
 
 
@@ -127,6 +128,22 @@ def biased(draw: Draw) -> tuple[float, float]:
     return float(rng.uniform(0.0005, 0.002)), float(rng.uniform(0.01, 0.04))
 
 
+def unnamed(draw: Draw) -> Array:
+    """Return sizes of what is outside the library, 0 where it is not there (4,).
+
+    They are the moment [N m] of water that slides, per sine of a tilt, and its time [s]; the moment of an arm [N m];
+    the bias of the accelerometer [m/s^2] at rotors' 100 rad/s.
+    """
+    rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(89,)))
+    moment, time, arm, bias = rng.uniform((0.5, 0.5, 0.2, 0.3), (1.5, 2.0, 0.6, 1.0))
+    return np.array(
+        [
+            moment * (draw.outside == "sliding_water"), time,
+            arm * (draw.outside == "moving_arm"), bias * (draw.outside == "vibration"),
+        ]
+    )  # fmt: skip
+
+
 def levelled(draw: Draw, run: int) -> Array:
     """Return by how much the attitude is turned further than its IMU in a run, about its three axes [rad]."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(84, run)))
@@ -176,7 +193,8 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
         weight, arm = weight + mass * g, arm + mass * g * place
     return Truth(
         table, M, np.diag(world["L"]), np.diag(world["Q"]), weight, world["buoyancy"], arm / weight, world["r_B"],
-        world["current"], world["tether"], world["interaction"], world["sag"], world["wiring"], world["sign"], sensors,
+        world["current"], world["tether"], world["interaction"], world["sag"], world["wiring"], world["sign"],
+        unnamed(draw)[:2], sensors,
     )  # fmt: skip
 
 

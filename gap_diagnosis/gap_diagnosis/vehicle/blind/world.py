@@ -107,14 +107,15 @@ def _push(p, n, v):  # type: ignore[no-untyped-def]
 @compiled
 def run_world(  # type: ignore[no-untyped-def]
     commands, steps, thrusters, M, D_L, D_Q, weight, buoyancy, r_G, r_B, current, tether, interaction, sag, wiring,
-    sign, wrench, position, R, gains, wanted, feedback_noise, rest, out, out_n, sent, supply,
+    sign, sliding, wrench, position, R, gains, wanted, feedback_noise, rest, out, out_n, sent, supply,
 ):  # fmt: skip
     """Fill out (K steps + 1, 24) with position, R, v over ground, w, dv, dw at each step; out_n with rotor speeds;
     sent (K, N): commands with feedback; supply (K steps + 1, 2): relative voltage and load.
 
     commands (K, N) [V]; gains (N, 12): of feedback on errors of turn, rate, depth; wanted (K, 4): roll, pitch, yaw,
-    depth; wiring, sign (N,): whose command each thruster gets, and +1 or -1, what it makes of it; rest: the battery's
-    relative voltage at rest as the run begins, and by how much it falls in a second.
+    depth; wiring, sign (N,): whose command each thruster gets, and +1 or -1, what it makes of it; sliding (2,):
+    moment [N m] of water in the hull that slides to the lower side, per sine of a tilt, and its time [s]; rest: the
+    battery's relative voltage at rest as the run begins, and by how much it falls in a second.
     """
     K, N = commands.shape
     inverse = np.linalg.inv(M)
@@ -124,7 +125,7 @@ def run_world(  # type: ignore[no-untyped-def]
         np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6), np.zeros(6)
     )  # fmt: skip
     R, turned, position = R.copy(), np.zeros((3, 3)), position.copy()
-    past = np.zeros((N, 400))
+    past, slid, pushed = np.zeros((N, 400)), R[2, :2].copy(), np.zeros(6)
     now = 0
     for k in range(K):
         _times(inverse, momentum, nu)
@@ -204,8 +205,13 @@ def run_world(  # type: ignore[no-untyped-def]
                 for j in range(3):
                     out[at, 3 + 3 * i + j] = R[i, j]
                     out[at, 12 + i] += R[j, i] * current[j]
+            for j in range(2):
+                slid[j] += (R[2, j] - slid[j]) * (1.0 - np.exp(-h / sliding[1]))
+            pushed[:] = wrench[k]
+            pushed[3] += sliding[0] * slid[1]
+            pushed[4] -= sliding[0] * slid[0]
             _forces(
-                R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench[k], forces
+                R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, pushed, forces
             )  # fmt: skip
             _slope(nu, momentum, forces, slope)
             for i in range(6):
@@ -214,8 +220,7 @@ def run_world(  # type: ignore[no-untyped-def]
             half = 0.5 * h
             _turn(R, half * (nu[3] + nu2[3]), half * (nu[4] + nu2[4]), half * (nu[5] + nu2[5]), turned)
             _forces(
-                turned, nu2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench[k],
-                forces,
+                turned, nu2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, pushed, forces
             )  # fmt: skip
             _slope(nu2, trial, forces, later)
             for i in range(6):
