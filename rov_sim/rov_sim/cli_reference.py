@@ -25,7 +25,20 @@ _EQUATIONS = (
     "W = mass gravity, B = density volume gravity",
     "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model in place of (4.5)  (4.20)",
 )
-_MORE = ("x_G", "y_G", "z_G", "x_B", "y_B", "I_xy", "I_xz", "I_yz", "density", "gravity", "reaction_torque")
+_MORE = (
+    "net_buoyancy",
+    "x_G",
+    "y_G",
+    "z_G",
+    "x_B",
+    "y_B",
+    "I_xy",
+    "I_xz",
+    "I_yz",
+    "density",
+    "gravity",
+    "reaction_torque",
+)
 """What a set may state, beside entries of matrices."""
 _SENSORS = """
 ## Sensors of a simulation
@@ -119,7 +132,8 @@ def _parameters() -> str:
     heads = ["parameter", "meaning", "unit"]
     return (
         f"\n## What a set may state\n\nRequired are {', '.join(f'`{name}`' for name in REQUIRED)}, in the units of the "
-        "tables below. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`.\n\n"
+        "tables below. In place of `volume` a set may state `net_buoyancy`: of a vehicle that is trimmed it is known far "
+        "better than mass and volume are. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`.\n\n"
         + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows])
         + "\n"
     )

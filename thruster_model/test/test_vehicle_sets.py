@@ -161,6 +161,23 @@ def test_the_thrusters_set_of_a_file_is_looked_for_beside_it_first(tmp_path: Pat
     assert set(found.models) == {str((tmp_path / "mine.yaml").resolve())}
 
 
+def test_a_vehicle_that_is_trimmed_weighs_what_it_displaces_whatever_its_mass() -> None:
+    trimmed = document()
+    del trimmed["parameters"]["volume"]
+    trimmed["parameters"]["net_buoyancy"] = {"value": 2.0, "unit": "N", "source": "spring balance"}
+    vehicle = parsed(trimmed)
+    assert vehicle.values["volume"] == pytest.approx((30.0 + 2.0 / 9.81) / 1000.0)
+    for heavier in (vehicle, vehicle.with_values({"mass": 33.0}, source="scale")):
+        assert heavier.coefficients.buoyancy - heavier.coefficients.weight == pytest.approx(2.0)
+    assert parsed(yaml.safe_load(dump_vehicle_set(vehicle))) == vehicle
+    trimmed["parameters"]["net_buoyancy"]["value"] = -400.0
+    with pytest.raises(VehicleError, match="buoyancy: expected more than 0 N"):
+        parsed(trimmed)
+    trimmed["parameters"]["volume"] = document()["parameters"]["volume"]
+    with pytest.raises(VehicleError, match="expected in place of 'volume'; found both"):
+        parsed(trimmed)
+
+
 def test_a_vehicle_that_nobody_knows_is_named_with_those_that_are() -> None:
     with pytest.raises(VehicleError, match=r"known vehicles \(bluerov2, bluerov2_heavy, ngs, pool_rov\)"):
         load_vehicle_set("submarine")

@@ -25,6 +25,7 @@ _WORDS = {"A": "added mass", "L": "linear drag", "Q": "quadratic drag"}
 _PLAIN = {
     "mass": ("kg", "mass", 1e-6, 1e6, 10.0),
     "volume": ("m^3", "displaced volume", 1e-9, 1e3, 0.01),
+    "net_buoyancy": ("N", "buoyancy less weight, in place of `volume`", -1e6, 1e6, 1.0),
     "density": ("kg/m^3", "density of the water", 900.0, 1100.0, 1000.0),
     "gravity": ("m/s^2", "acceleration of gravity", 9.7, 9.9, 9.81),
     "reaction_torque": ("N m s^2", "torque of a propeller per n|n|", 0.0, 1e-2, 2.5e-5),
@@ -35,7 +36,8 @@ _PLAIN = {
 }  # fmt: skip
 DIAGONALS = tuple(f"{kind}_{axis}" for kind in "ALQ" for axis in AXES)
 REQUIRED = ("mass", "volume", "z_B", "I_x", "I_y", "I_z", *DIAGONALS)
-"""What every vehicle's set states; all others are zero, or the water's, where they are not stated."""
+"""What every vehicle's set states; all others are zero, or the water's, where they are not stated. In place of the
+volume it may state the net buoyancy: whoever trims a vehicle knows that to a newton, mass and volume to 10 N."""
 DEFAULTS = {"density": 1000.0, "gravity": 9.81}
 
 

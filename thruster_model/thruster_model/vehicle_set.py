@@ -50,7 +50,11 @@ class VehicleSet:
     origin: str = "vehicle set"
 
     def __post_init__(self) -> None:
-        problems = [f"key 'parameters.{name}': missing" for name in REQUIRED if name not in self.parameters]
+        trimmed = "net_buoyancy" in self.parameters
+        wanted = [name for name in REQUIRED if name != "volume" or not trimmed]
+        problems = [f"key 'parameters.{name}': missing" for name in wanted if name not in self.parameters]
+        if trimmed and "volume" in self.parameters:
+            problems.append("key 'parameters.net_buoyancy': expected in place of 'volume'; found both")
         for name, parameter in self.parameters.items():
             problems += _parameter_problems(name, parameter)
         problems += _layout_problems(self.layout)
@@ -65,7 +69,7 @@ class VehicleSet:
 
     def _matrix_problems(self) -> list[str]:
         c = self.coefficients
-        problems = []
+        problems = [] if c.buoyancy > 0.0 else [f"buoyancy: expected more than 0 N; found {c.buoyancy:.3g} N"]
         for name, matrix in (("M_RB", c.M_RB), ("M_A", c.M_A + 1e-12 * np.eye(6)), ("M_RB + M_A", c.mass_matrix)):
             least = float(np.linalg.eigvalsh(matrix)[0])
             if least <= 0.0:
@@ -74,8 +78,11 @@ class VehicleSet:
 
     @property
     def values(self) -> dict[str, float]:
-        """Values by name, SI units, defaults included."""
-        return {**DEFAULTS, **{name: parameter.value for name, parameter in self.parameters.items()}}
+        """Values by name, SI units, defaults included; the volume also where it follows from the net buoyancy."""
+        v = {**DEFAULTS, **{name: parameter.value for name, parameter in self.parameters.items()}}
+        if "net_buoyancy" in v:
+            v["volume"] = (v["mass"] + v["net_buoyancy"] / v["gravity"]) / v["density"]
+        return v
 
     def deviation(self, name: str) -> float:
         """Return the standard deviation of a parameter: as stated, else `UNSTATED_DEVIATION` of its value."""

@@ -44,6 +44,11 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     deviations = {name: vehicle.deviation(name) for name in vehicle.parameters}
     said = {name for name, p in vehicle.parameters.items() if p.value or p.standard_deviation is not None}
     deviations |= {f"{a}_G": trimmed for a in "xyz" if f"{a}_G" not in said}
+    lifting, lifted = "volume", TRIMMED * vehicle.values["volume"]
+    if "net_buoyancy" in deviations:
+        lifting, lifted = "net_buoyancy", TRIMMED * vehicle.coefficients.buoyancy
+        if vehicle.parameters[lifting].standard_deviation is None:  # a share of what is left says nothing
+            deviations[lifting] = lifted
     found: dict[Key, float] = {
         ("vehicle", name): deviation for name, deviation in deviations.items() if name not in _GIVEN and deviation > 0.0
     }
@@ -73,7 +78,7 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
             found |= {("charge", k, "level"): CHARGED, ("charge", k, "rate"): EMPTYING}
     for k in range(1, len(logs)):
         against = np.sqrt(1.0 + 1.0 / k)  # of one run against the mean of k
-        found["trim", "volume", k] = float(against * TRIMMED * vehicle.values["volume"])
+        found["trim", lifting, k] = float(against * lifted)
         found |= {("trim", f"{a}_G", k): float(against * trimmed) for a in "xyz"}
     there = told_in(logs)
     tried = hypotheses(model, there)

@@ -45,6 +45,22 @@ def test_a_deviation_that_is_stated_stands_also_for_a_centre_at_0(point: str, de
     assert {k: d for k, d in nuisances(model, []).items() if k[1] in ("x_G", "x_B")} == expected
 
 
+@pytest.mark.parametrize("stated", [None, 0.5])
+def test_a_trimmed_vehicles_mass_moves_nothing_up_or_down(stated: float | None) -> None:
+    model = load_model("bluerov2")
+    parameters = {n: p for n, p in model.vehicle.parameters.items() if n != "volume"}
+    parameters["net_buoyancy"] = Parameter(value=2.0, unit="N", source="s", standard_deviation=stated)
+    model = replace(model, vehicle=replace(model.vehicle, parameters=parameters))
+    free = nuisances(model, [])
+    lifted = TRIMMED * model.vehicle.coefficients.buoyancy
+    assert free["vehicle", "net_buoyancy"] == (stated or pytest.approx(lifted)) and ("vehicle", "volume") not in free
+    heavier = model.built({("vehicle", "mass"): 1.0}).settings.coefficients
+    assert heavier.buoyancy - heavier.weight == pytest.approx(2.0)
+    assert heavier.M_RB[0, 0] == pytest.approx(model.vehicle.values["mass"] + 1.0)
+    lifted_by = model.built({("trim", "net_buoyancy", 1): 3.0}, run=1).settings.coefficients
+    assert lifted_by.buoyancy - lifted_by.weight == pytest.approx(2.0 + 0.5 * 3.0)
+
+
 def test_where_the_centre_of_buoyancy_is_says_nothing_of_where_the_centre_of_mass_is() -> None:
     assert ("vehicle", "z_G") in nuisances(load_model("bluerov2_heavy"), [])  # which states z_B
 
