@@ -132,7 +132,7 @@ def _parameters() -> str:
     heads = ["parameter", "meaning", "unit"]
     return (
         f"\n## What a set may state\n\nRequired are {', '.join(f'`{name}`' for name in REQUIRED)}, in the units of the "
-        "tables below. In place of `volume` a set may state `net_buoyancy`: of a vehicle that is trimmed it is known far "
+        "tables below. In place of `volume` a set may state `net_buoyancy`: of a trimmed vehicle it is known far "
         "better than mass and volume are. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`.\n\n"
         + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows])
         + "\n"
