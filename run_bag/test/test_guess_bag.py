@@ -251,6 +251,36 @@ def test_several_sticks_are_no_commands_and_a_point_below_the_surface_is_a_depth
     assert found["rov/depth.depth"].startswith("{field: keller/depth.point.z, unit: m}")
 
 
+def test_speeds_beyond_any_thruster_s_are_rpm_and_asked_about_once(tmp_path: Path, capsys: Any) -> None:
+    def tachometers(types: Any, header: Any, k: int) -> Any:
+        message = joints(types, header, k)
+        message.velocity = np.abs(PULSES[k] - 1500.0) * np.array([6.0, 20.0, 0.0])
+        return message
+
+    topics = {"/imu": IMU, "/out": OUT, "/esc/states": ("sensor_msgs/msg/JointState", tachometers)}
+    bag = write_bag(tmp_path / "bag", topics)
+    found, text = guessed(capsys, bag)
+    units = [re.findall(r"unit: ([^,}]+)", found[f"thruster_{i}/state.n"])[0] for i in range(2)]
+    assert units == ["rpm", "rpm"], "the first would be none by its own values"
+    assert text.count("in rad/s by its type, and 2000 is no thruster's: is it rpm?") == 1
+    (tmp_path / "map.yaml").write_text(text.replace("unit: rpm", "unit: rad/s"))
+    assert main([str(bag), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    told = capsys.readouterr()
+    assert told.err.count("no thruster's; is `unit` that of the recording?") == 1
+    assert "thruster_1/state.n: up to 2000 rad/s: no thruster's" in told.err
+    assert "  thruster_0 to 2/throttle: commanded: 800 readings in 40.0 s, 20 Hz\n" in told.out
+
+
+def test_a_depth_that_is_negative_as_a_rule_is_a_height_with_a_sign_and_a_question(tmp_path: Path, capsys: Any) -> None:
+    def above(types: Any, header: Any, k: int) -> Any:
+        return types["geometry_msgs/msg/PointStamped"](header, types["geometry_msgs/msg/Point"](0.0, 0.0, -DEPTH[k]))
+
+    bag = write_bag(tmp_path / "bag", {"/imu": IMU, "/depth": ("geometry_msgs/msg/PointStamped", above)})
+    entry = guessed(capsys, bag)[0]["rov/depth.depth"]
+    assert entry.startswith("{field: depth.point.z, unit: m, sign: -1}")
+    assert entry.endswith("a height by its values: is it?")
+
+
 @pytest.mark.parametrize(
     ("made", "there"), [(imu, False), (turning_imu(-1.0), False), (turning_imu(0.0), True), (turning_imu(1e-4), True)]
 )

@@ -156,10 +156,18 @@ def test_without_an_attitude_a_velocity_log_is_held_against_the_depth_as_if_leve
     assert "\naxes: {rov/velocity: rep103}   # rov/velocity.z is positive while the depth shrinks" in text
 
 
-@pytest.mark.parametrize("depth", ["level", "above", "none"])
+def test_a_height_tells_the_axes_of_a_velocity_log_as_a_depth_does(tmp_path, capsys):
+    above = dive(-1, -1)
+    above["depth"] = -above["depth"]
+    text = guessed(capsys, write_table(tmp_path / "a.csv", above))
+    assert "rov/depth.depth: {column: depth, unit: m, sign: -1}" in text
+    assert "\naxes: {rov/imu: rep103, rov/velocity: rep103}" in text
+
+
+@pytest.mark.parametrize("depth", ["level", "none"])
 def test_a_velocity_log_whose_axes_nothing_tells_stays_as_stated_with_a_question(tmp_path, capsys, depth):
     table = dive(-1, -1)
-    shown = {"level": 3.0 + 0 * table["t"], "above": -table["depth"]}
+    shown = {"level": 3.0 + 0 * table["t"]}
     del table["depth"]
     text = guessed(capsys, write_table(tmp_path / "a.csv", table | ({"depth": shown[depth]} if depth in shown else {})))
     assert "\naxes: {rov/imu: rep103}   # at rest the IMU's z axis points up\n" in text

@@ -161,6 +161,16 @@ def test_a_set_that_does_not_fit_its_table_is_refused_with_a_sentence(change, sa
         parse_parameter_set(TEXT.replace(*change, 1), origin="set")
 
 
+def test_a_set_s_table_without_a_name_and_a_source_has_those_of_the_set():
+    above, table = TEXT.split("force_table:\n")
+    bare = "".join(line for line in table.splitlines(True) if not line.startswith(("  name:", "  source:")))
+    made = parse_parameter_set(f"{above}force_table:\n{bare}", origin="set").force_table
+    assert (made.name, made.source) == (INVENTED.name, INVENTED.source)
+    np.testing.assert_array_equal(made.force, TABLE.force)
+    on_base = parse_parameter_set(f"base: force_table\nforce_table:\n{bare}", origin="mine.yaml").force_table
+    assert (on_base.name, on_base.source) == ("mine", "mine")
+
+
 def test_a_model_without_a_set_s_table_has_no_coefficients():
     with pytest.raises(ValueError, match="expected the curves of a parameter set's table"):
         MODELS["force_table"].coefficients(INVENTED.values)

@@ -6,7 +6,8 @@ source: ...
 parameters:
   k_n: {value: 13.66, unit: 1/s, source: "Table 4.1", standard_deviation: 0.2}
 command: {unit: µs, stop: 1500, per_volt: 80, lowest: 1100, highest: 1900}      optional: how commands are written
-force_table: {name: ..., command: ..., supply: ..., force: ...}     where the model needs it, as in `force_table_io`
+force_table: {command: ..., supply: ..., force: ...}     where the model needs it, as in `force_table_io`; name and
+                                                         source are the set's where it states none of its own
 
 Or what differs from another set, known by its name or its file (from the folder of this one):
 
@@ -99,7 +100,7 @@ def parse_parameter_set(text: str, *, origin: str, above: Sequence[Path] = ()) -
     sizes, wrong = _parse_effects(document.get("effects", {}))
     problems += wrong
     command = _parse_command(document.get("command"), problems)
-    table = _parse_table(document.get("force_table"), problems)
+    table = _parse_table(document, origin, problems)
     if problems:
         raise ParameterSetError(origin, problems)
     given: dict[str, Any] = {
@@ -154,14 +155,17 @@ def _parse_command(entry: Any, problems: list[str]) -> CommandScale:
     return VOLTS
 
 
-def _parse_table(entry: Any, problems: list[str]) -> ForceTable | None:
+def _parse_table(document: Mapping[str, Any], origin: str, problems: list[str]) -> ForceTable | None:
+    """Return the set's table; without a name or a source of its own it has the set's."""
+    entry = document.get("force_table")
     if entry is None:
         return None
     if not isinstance(entry, Mapping):
         problems.append(f"key 'force_table': expected a mapping; found {type(entry).__name__}")
         return None
     try:
-        return force_table_of(entry, origin="force_table")
+        of_set = {key: document.get(key) or Path(origin).stem for key in ("name", "source")}
+        return force_table_of({**of_set, **entry}, origin="force_table")
     except ForceTableError as error:
         problems += [f"key 'force_table': {problem}" for problem in error.problems]
         return None

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from ..alignment import moves_between
 from ..topic import Topic
+from .thrusters_alike import thrusters_alike
 from .vehicle_advice import advice_on_vehicle
 
 Array = NDArray[np.float64]
@@ -45,7 +46,14 @@ def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
         if thruster.startswith("thruster_"):
             found.setdefault(thruster, {})[kind] = topic
     vehicle = [topic for topic in topics if topic.name.strip("/").startswith("rov/")]
-    told = [each for name, own in sorted(found.items()) for each in _of_thruster(name, own, holds, alone=not vehicle)]
+    thrusters = sorted(found.items(), key=lambda each: (len(each[0]), each[0]))  # 10 is behind 9
+    told = thrusters_alike(
+        (name, sentence)
+        for thruster, own in thrusters
+        for each in _of_thruster(thruster, own, holds, alone=not vehicle)
+        for name, _, sentence in [each.partition(": ")]
+    )
+    told += _too_large(thrusters)
     if not found:
         told = ["no thruster_<i>/... topic is in it: `fit` and `diagnose` need thruster_<i>/throttle.commanded"]
     return [*told, *advice_on_vehicle(vehicle)]
@@ -54,9 +62,7 @@ def advice(topics: Sequence[Topic], holds: Mapping[str, str]) -> list[str]:
 def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], *, alone: bool) -> list[str]:
     """`alone`: a thruster on a bench, of which nothing is known where it has no readings of its own."""
     told = []
-    command = next(
-        (s for kind, field in (("throttle_sent", "sent"), ("throttle", "commanded"), ("throttle", "sent"))
-         if kind in own and (s := _samples(own[kind], field)) is not None), None)  # fmt: skip
+    command = _command(own)
     if command is None:
         told.append(f"{name}: no throttle: `fit` and `diagnose` refuse a run without {name}/throttle.commanded")
     else:
@@ -76,6 +82,30 @@ def _of_thruster(name: str, own: Mapping[str, Topic], holds: Mapping[str, str], 
     return told
 
 
+def _command(own: Mapping[str, Topic]) -> tuple[Array, Array] | None:
+    """Return times [s] and values of what a thruster got, None where nothing says it."""
+    fields = (("throttle_sent", "sent"), ("throttle", "commanded"), ("throttle", "sent"))
+    return next((s for kind, f in fields if kind in own and (s := _samples(own[kind], f)) is not None), None)
+
+
+def _too_large(thrusters: Sequence[tuple[str, Mapping[str, Topic]]]) -> list[str]:
+    """Return what is of another unit by its size, a channel of all thrusters at once."""
+    told = []
+    for kind, field in [("throttle", "commanded"), *((k, f) for k, fields in SIGNALS.items() for f in fields)]:
+        large = {}
+        for name, own in thrusters:
+            samples = _command(own) if kind == "throttle" else _samples(own[kind], field) if kind in own else None
+            largest = 0.0 if samples is None else float(np.max(np.abs(samples[1])))
+            if largest > LARGE[field]:
+                large[name] = largest
+        doubt = "no thruster's; is `unit` that of the recording?"
+        if field == "commanded":
+            doubt = f"full command is {FULL:g} V; are `unit` and `per_volt` right?"
+        says = f"up to {max(large.values(), default=0.0):.4g} {UNITS[field]}: {doubt}"
+        told += thrusters_alike((f"{name}/{kind}.{field}", says) for name in large)
+    return told
+
+
 def _samples(topic: Topic, field: str) -> tuple[Array, Array] | None:
     """Return times [s] and values where measured, None where nothing is."""
     if field not in topic.fields:
@@ -86,7 +116,7 @@ def _samples(topic: Topic, field: str) -> tuple[Array, Array] | None:
 
 
 def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: bool) -> list[str]:
-    told = _common(name, "commanded", time, values, held=hold == "previous" and as_they_change(values))
+    told = _common(name, time, held=hold == "previous" and as_they_change(values))
     steps = np.diff(time)
     if np.ptp(values) == 0.0:
         told.append(f"{name}: {values[0]:g} V throughout: a thruster that nothing moves tells nothing")
@@ -107,7 +137,7 @@ def _of_throttle(name: str, time: Array, values: Array, *, hold: str, alone: boo
 def _of_signal(
     name: str, field: str, time: Array, values: Array, *, command: tuple[Array, Array] | None, magnitude: bool
 ) -> list[str]:  # fmt: skip
-    told = _common(name, field, time, values)
+    told = _common(name, time)
     steps = np.diff(time)
     if values.size < LEAST:
         told.append(f"{name}: {values.size} samples: expected at least {LEAST}; it will be left out")
@@ -151,15 +181,9 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
     return []
 
 
-def _common(name: str, field: str, time: Array, values: Array, *, held: bool = False) -> list[str]:
+def _common(name: str, time: Array, *, held: bool = False) -> list[str]:
     """Return what may be wrong with any channel; held: one that says nothing while it stays as it is."""
     told = []
-    largest = float(np.max(np.abs(values)))
-    if largest > LARGE[field]:
-        doubt = "no thruster's; is `unit` that of the recording?"
-        if field == "commanded":
-            doubt = f"full command is {FULL:g} V; are `unit` and `per_volt` right?"
-        told.append(f"{name}: up to {largest:.4g} {UNITS[field]}: {doubt}")
     steps = np.diff(time)
     if steps.size:
         usual = float(np.median(steps))

@@ -26,6 +26,7 @@ from .log_source import LOGS, LogSource
 from .mapped_topics import mapped_topics
 from .recording_map import ASKED, Constant, RecordingMap, read_map
 from .sources import Source
+from .thrusters_alike import thrusters_alike
 
 BAGS = (".mcap", ".db3", ".bag", ".zstd")
 EXAMPLES = """
@@ -146,7 +147,8 @@ def _run(options: argparse.Namespace) -> int:
         print(f"warning: {options.out}: {sentence}", file=sys.stderr)
     print(f"{options.out}:")
     constant = {(e.topic, e.path) for e in told.entries if isinstance(e, Constant)}
-    print("\n".join(_told(topic, {path for name, path in constant if name == topic.name}) for topic in made))
+    told_of = [(t.name, _told(t, {path for name, path in constant if name == t.name})) for t in made]
+    print("\n".join(f"  {line}" for line in thrusters_alike(told_of)))
     return 0
 
 
@@ -165,15 +167,11 @@ def _told(topic: Topic, constant: Collection[str]) -> str:
             continue
         at = seconds[np.isfinite(numbers)] if numbers.dtype.kind == "f" and numbers.ndim == 1 else seconds
         alike.setdefault((at.size, float(np.ptp(at)) if at.size else 0.0), []).append(name)
-    return (
-        f"  {topic.name}: "
-        + "; ".join(
-            f"{', '.join(names)}: {count} readings in {lasts:.1f} s"
-            + (f", {float(f'{(count - 1) / lasts:.3g}'):g} Hz" if lasts else "")
-            for (count, lasts), names in alike.items()
-        )
-        + "".join(same)
-    )
+    return "; ".join(
+        f"{', '.join(names)}: {count} readings in {lasts:.1f} s"
+        + (f", {float(f'{(count - 1) / lasts:.3g}'):g} Hz" if lasts else "")
+        for (count, lasts), names in alike.items()
+    ) + "".join(same)
 
 
 if __name__ == "__main__":

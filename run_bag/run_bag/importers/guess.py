@@ -16,6 +16,7 @@ from .guess_rules import SURROUNDING, UNTOLD, WHICH_FLOW, quoted
 from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
+from .guessed_depth import is_height
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import guessed_unit
 from .guessed_values import is_0, moves, span_of, values_of
@@ -41,10 +42,13 @@ def guess(sources: Sequence[Source]) -> str:
         groups.setdefault(each.group, []).append(each)
     force = _rows(groups.get("rov/imu.linear_acceleration", []))
     asked = next((each for each in found if each.is_command), None)
+    arrays: dict[tuple[Source, str], list[Found]] = {}
+    for each in found:
+        arrays.setdefault(_array(each), []).append(each)
     entries = [
         _line(
-            each, groups[each.group], clock, shared=names[each.name] > 1, force=list(force.values()),
-            asked=each != asked,
+            each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
+            force=list(force.values()), asked=each != asked,
         )
         for each in found
     ]  # fmt: skip
@@ -96,12 +100,22 @@ def _says_our_axes(each: Found) -> bool:
     return each.channel.endswith("linear.z") and "down" in each.name.lower()
 
 
-def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, force: Sequence[Array], asked: bool) -> str:
+def _array(each: Found) -> tuple[Source, str]:
+    """Return the array of a bag or log of which a field is an element, else the field or column itself."""
+    whole = isinstance(each.source, CsvSource) or not each.name.endswith("]")
+    return each.source, each.name if whole else each.name.rpartition("[")[0]
+
+
+def _line(
+    each: Found, group: Sequence[Found], array: Sequence[Found], clock: str, *, shared: bool, force: Sequence[Array],
+    asked: bool,
+) -> str:  # fmt: skip
     """Return the entry of a channel.
 
     Args:
         each: the channel.
         group: the parts of one field, whose unit is found from all their values.
+        array: elements of one array, which have one unit, too.
         clock: the column of time of most tables; shared: whether several files have a column of that name.
         force: readings of the accelerometer's three axes, none where they are not known.
         asked: whether the hold of commands is asked about elsewhere.
@@ -117,7 +131,8 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
         notes = _joined(notes, each.why)
         return f"{each.channel}: {{{place}: {quoted(name)}, {each.entry}{more}}}   #{notes}"
     path, command = each.channel.partition(".")[2], each.is_command
-    parts = [values for part in group if (values := values_of(part.source, part.name)) is not None]
+    alike = group if len(group) > 1 else array
+    parts = [values for part in alike if (values := values_of(part.source, part.name)) is not None]
     unit, why = guessed_unit(
         ours_of(each.channel), bare_name(name) if table else name, source.unit(name),
         np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=each.topic == "rov/imu",
@@ -130,11 +145,16 @@ def _line(each: Found, group: Sequence[Found], clock: str, *, shared: bool, forc
         why = _joined(why, " stop and per_volt are guesses: write yours").strip()
     if command:
         why = _joined(why, "" if asked else HOLD).strip()
+    elif unit == "rpm" and each.usual == "rad/s" and each != array[0]:
+        why = ""
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
-    text += (", hold: previous" if command else "") + (", sign: -1" if each.sign < 0 and not as_ours else "")
+    height = path == "depth" and own is not None and is_height(own, unit)
+    minus = (each.sign < 0 and not as_ours) or height
+    text += (", hold: previous" if command else "") + (", sign: -1" if minus else "")
     doubt = WHICH_FLOW if path == "ambient" and not re.search(SURROUNDING, name) else ""
     still = "" if table or command or len(group) > 1 or moves(source, name) else CONSTANT
+    doubt = " a height by its values: is it?" if height and each.sign > 0 else doubt
     notes = _joined(notes, f" {why}" if why else "", each.why, doubt, still)
     return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+import numpy as np
+
 from .column_names import bare_name
 from .conversions import G, conversion
 from .csv_source import CsvSource
+from .sources import Array
+from .vehicle_advice import SHALLOWEST
 
-__all__ = ["WHICH_WATER", "depth_by_unit", "depth_of_pressure", "depths_of_pressures"]
+__all__ = ["WHICH_WATER", "depth_by_unit", "depth_of_pressure", "depths_of_pressures", "is_height"]
 
 _NAMES = re.compile(
     r"((abs(olute)?_?)?(press(ure)?|(wasser)?druck)(_?abs(olute)?)?_?)?(?P<unit>mbar|bar|hpa|kpa|pa)?", re.IGNORECASE
@@ -45,6 +49,12 @@ def depth_by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSou
         if (unit := source.unit(name)) and conversion(unit, "m") is not None and not _NO_DEPTH.search(bare_name(name))
     ]
     return found if len(found) == 1 else []
+
+
+def is_height(values: Array, unit: str) -> bool:
+    """Tell whether readings in a unit are positive up: they are of a vehicle below the surface."""
+    into = conversion(unit, "m")
+    return into is not None and into.factor * float(np.nanmedian(values)) < SHALLOWEST
 
 
 def depth_of_pressure(pascals: float) -> str:

@@ -20,6 +20,10 @@ from .recording_map import ASKED
 from .sources import Array
 
 
+AS_RPM = "in rad/s by its type, and {} is no thruster's: is it rpm?"
+"""Asked once of an array of speeds."""
+
+
 class Guessed(NamedTuple):
     """A unit, and what a person should know about it ("" where it was stated)."""
 
@@ -97,7 +101,8 @@ def guessed_unit(
             return Guessed(usual, f"{stated!r} is not known: taken as {usual}")
         return _asked(possible(ours, largest, inertial=vehicle), f"{stated!r} is not known as a unit of it")
     if usual:
-        return Guessed(usual)
+        beyond = not vehicle and ours == "rad/s" and usual == ours and largest > LARGE["n"]
+        return Guessed("rpm", AS_RPM.format(f"{largest:.4g}")) if beyond else Guessed(usual)
     named = [unit for unit in named_units(name) if fits(unit, ours, command=command)]
     if named and not _contradicted(named[-1], ours, name, values, largest):
         return Guessed(named[-1], "unit by its name")

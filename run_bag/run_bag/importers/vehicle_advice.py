@@ -12,10 +12,10 @@ from .attitude_advice import advice_on_attitude
 from .axes import REP103
 from .falling import falling
 
-__all__ = ["advice_on_vehicle"]
+__all__ = ["SHALLOWEST", "advice_on_vehicle"]
 
 Array = NDArray[np.float64]
-_FASTEST, _SPEED, _SHALLOWEST, _VOLTS = 20.0, 5.0, -0.5, 200.0
+_FASTEST, _SPEED, SHALLOWEST, _VOLTS = 20.0, 5.0, -0.5, 200.0
 """[rad/s, m/s, m, V] Beyond these a vehicle's reading is of another unit or sign: thrusters drive none at 10 knots."""
 _BACKWARD = 0.1
 """Share of the largest current of a battery up to which it may be an offset on the other side of 0."""
@@ -66,7 +66,7 @@ def _of_depth(topic: Topic) -> list[str]:
     if not there.any():
         return []
     told, usual = [], float(np.median(depth[there]))
-    if usual < _SHALLOWEST:
+    if usual < SHALLOWEST:
         told.append(f"rov/depth.depth: {usual:.3g} m as a rule: expected depths, positive down; say `sign: -1`")
     fastest = _fastest(np.asarray(topic.stamps)[there] * 1e-9, depth[there])
     if fastest > _SPEED:
