@@ -241,3 +241,14 @@ def test_what_holds_of_all_runs_is_one_line_and_one_note():
     assert lines_of(found) == ["? a, b alike: not measured: depth", "? c: not measured: battery", "usable: 2 notes (?)"]
     assert lines_of(found[:2]) == ["? each run: not measured: depth", "usable: 1 note (?)"]
     assert lines_of(found[2:]) == ["? c: not measured: battery", "usable: 1 note (?)"]
+
+
+def test_a_long_list_is_broken_between_words_and_a_sentence_is_one_line():
+    names = "; ".join(f"effect {k} (first normal of thruster 0 1 2)" for k in range(20))
+    found = [
+        Finding(kind="note", about=about, sentence=names) for about in ("effects that would not show", "excitation")
+    ]
+    listed, said = lines_of(found)[:-2], lines_of(found)[-2]
+    assert max(map(len, listed)) <= 120 and all(line.startswith(6 * " ") for line in listed[1:])
+    assert " ".join(line.strip() for line in listed) == f"? effects that would not show: {names}"
+    assert said == f"? excitation: {names}"

@@ -31,7 +31,7 @@ def of_a_vehicle(arguments: Sequence[str]) -> bool:
     return any(each.split("=")[0] == "--vehicle" for each in arguments)
 
 
-_OF_VEHICLE = "of a vehicle, its set; what else there is then: --vehicle SET --help"
+_OF_VEHICLE = "of a vehicle, its set, in place of --set; what else there is then: --vehicle SET --help"
 
 
 def offer_vehicle(parser: argparse.ArgumentParser, text: str = _OF_VEHICLE) -> None:

@@ -12,9 +12,9 @@ __all__ = ["add_longest", "add_sets"]
 def add_sets(parser: argparse.ArgumentParser) -> None:
     """Add the vehicle's set, its thrusters' and its sensors' to the arguments of a command."""
     sets = ", ".join(available_vehicles())
-    parser.add_argument("--vehicle", required=True, help=f"its set: {sets} or a YAML file")
-    text = "parameter set of its thrusters; default: the one that the vehicle's set names"
-    parser.add_argument("--set", "--model", dest="set", metavar="SET", help=text)
+    parser.add_argument("--vehicle", metavar="SET", required=True, help=f"the vehicle's set: {sets} or a YAML file")
+    text = "set of its thrusters, not of the vehicle; seldom needed, as the vehicle's set names it"
+    parser.add_argument("--set", "--model", dest="set", metavar="THRUSTERS", help=text)
     parser.add_argument("--sensors", type=Path, help="its sensors and battery, a YAML file: see docs/own_dive.md")
 
 

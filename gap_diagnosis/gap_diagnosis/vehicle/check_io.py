@@ -1,6 +1,6 @@
 """Runs of a vehicle, as files, and what they are good for: sensors, excitation, wiring, and what could be told."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.check_io import topics_within
 from gap_diagnosis.findings import Finding, Kind
+from gap_diagnosis.suspects import betrayed_by
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.conventions import conventions_of
 from gap_diagnosis.vehicle.filtering import foreseen as expected
@@ -19,7 +20,7 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog, fewer_throttles, told_in, wanting
 from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
-from gap_diagnosis.vehicle.oddities import common_to
+from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.stretches import stretches_of
 from gap_diagnosis.vehicle.unknowns import Key, words_of
 from gap_diagnosis.vehicle.velocity_axes import velocity_size
@@ -70,8 +71,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     found += [Finding(kind="note", about="throttles", sentence=each) for each in fewer_throttles(logs)]
     if lacking := wanting(logs):
         return [*found, Finding(kind="refused", about="fit would refuse", sentence=lacking)]
-    for each in common_to([log.oddities for log in logs]):
-        found.append(Finding(kind="note", about="log of a sensor", sentence=each.sentence))
+    found += [_shown_by_log(each) for each in common_to([log.oddities for log in logs])]
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
     kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
@@ -128,7 +128,15 @@ def _sensors(log: VehicleLog) -> Iterable[Finding]:
         yield Finding(kind="good", run=log.name, sentence=log.left_out)
     missing = [sensor for sensor, there in log.there.items() if not there]
     if missing:
-        yield Finding(kind="note", run=log.name, about="not measured", sentence=", ".join(missing))
+        yield Finding(kind="good", run=log.name, about="not measured", sentence=", ".join(missing))
+
+
+def _shown_by_log(each: Logged) -> Finding:
+    """Return what the log of a sensor shows; stamps that scatter are in nobody's way once readings are put in place."""
+    if each.effect != betrayed_by("stamps"):
+        return Finding(kind="note", about="log of a sensor", sentence=each.sentence)
+    told = f"Readings are put on regular stamps; on their own they would err by {rules.WORTH:g} of their noise or more."
+    return Finding(kind="good", about="log of a sensor", sentence=f"{each.sentence} {told}")
 
 
 def _throttles(log: VehicleLog) -> Iterable[Finding]:
@@ -145,9 +153,9 @@ def _throttles(log: VehicleLog) -> Iterable[Finding]:
 
 def _notes(run: Run, log: VehicleLog) -> list[Finding]:
     """Return what the reader decided, and what an import would warn of."""
-    return [
-        Finding(kind="note", run=run.name, sentence=s)
-        for s in (*log.notes, *advice_on_vehicle(topics_within(run, "rov/")))
+    decided = [Finding(kind="good", run=run.name, sentence=s) for s in log.notes]
+    return decided + [
+        Finding(kind="note", run=run.name, sentence=s) for s in advice_on_vehicle(topics_within(run, "rov/"))
     ]
 
 
@@ -209,14 +217,14 @@ def _foreseen(model: Model, logs: Sequence[VehicleLog]) -> list[Finding]:
         told = f"{_grouped(best.hidden)}: they hide behind the noise or behind numbers that are uncertain"
         found.append(Finding(kind="note", about="effects that would not show", sentence=told))
     if blind:
-        found.append(Finding(kind="note", about="effects that cannot be looked for", sentence=", ".join(blind)))
+        found.append(Finding(kind="good", about="effects that cannot be looked for", sentence=", ".join(blind)))
     told = f"{len(best.told)} of {len(best.numbers)}, together with all others"
     found.append(
         Finding(kind="good" if best.told else "note", about="numbers that a fit would determine", sentence=told)
     )
     if best.untold:
         names = _named(best.untold)
-        found.append(Finding(kind="note", about="numbers that a fit would leave as they are", sentence=names))
+        found.append(Finding(kind="good", about="numbers that a fit would leave as they are", sentence=names))
     return found
 
 
@@ -224,17 +232,32 @@ def _grouped(effects: Sequence[Hypothesis], others: Sequence[Hypothesis] | None 
     """Return effects in words, each once, with where it would be; of one that is none of the others, everywhere, only
     its name where `others` are given."""
     whole = set() if others is None else {h.effect for h in effects} - {h.effect for h in others}
-    where: dict[str, dict[str, None]] = {}
+    places: dict[str, dict[str, dict[int, None]]] = {}
     for h in effects:
-        thruster = "" if h.thruster is None else f"thruster {h.thruster}"
-        place = ", ".join(filter(None, (h.kind, h.axis, h.sensor, thruster))).replace("_", " ")
-        where.setdefault(described(h.effect).title, {})[place or _everywhere(h)] = None
+        part = " ".join(filter(None, (h.sensor, h.axis, _KINDS.get(h.kind or "", h.kind)))).replace("_", " ")
+        own = places.setdefault(described(h.effect).title, {}).setdefault(part or _everywhere(h), {})
+        own |= {} if h.thruster is None else {h.thruster: None}
     named = {described(effect).title for effect in whole}
-    return "; ".join(title if title in named else f"{title} ({', '.join(of)})" for title, of in where.items())
+    return "; ".join(
+        title if title in named else f"{title} ({', '.join(_place(*each) for each in of.items())})"
+        for title, of in places.items()
+    )
+
+
+_KINDS = {"both": "both ways"}
+"""Kinds of effects that are no words by themselves."""
+
+
+def _place(part: str, thrusters: Mapping[int, None]) -> str:
+    """Return a place in words, such as `sway both ways of thruster 0 1 2`."""
+    own = f"thruster {' '.join(map(str, thrusters))}" if thrusters else ""
+    return " of ".join(filter(None, (part, own)))
 
 
 def _everywhere(h: Hypothesis) -> str:
-    """Return what an effect without a place is on."""
+    """Return what an effect without a place is on, "" where it is on a thruster."""
+    if h.thruster is not None:
+        return ""
     effect = described(h.effect)
     of_thrusters = "thruster" in effect.may_take if isinstance(effect, VehicleEffect) else effect.block != "log"
     return "all thrusters" if of_thrusters else "the vehicle"

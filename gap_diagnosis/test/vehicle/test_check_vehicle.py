@@ -58,10 +58,9 @@ def test_sensors_wiring_and_what_could_be_told_are_named(sound: list[Finding]) -
 
 
 def test_short_dives_leave_numbers_and_effects_in_the_dark_and_name_them(sound: list[Finding]) -> None:
-    notes = told(sound, "note")
-    assert "flow_drag of all thrusters" in notes["numbers that a fit would leave as they are"]
-    assert "k_v of thruster 0 1 2 3 4 5" in notes["numbers that a fit would leave as they are"]
-    hidden = notes["effects that would not show"]
+    left = told(sound, "good")["numbers that a fit would leave as they are"]
+    assert "flow_drag of all thrusters" in left and "k_v of thruster 0 1 2 3 4 5" in left
+    hidden = told(sound, "note")["effects that would not show"]
     assert hidden.count("linear drag of one axis (") == 1
     assert "sway" in hidden.split("linear drag of one axis (")[1].split(")")[0]
 
@@ -75,10 +74,36 @@ def test_what_is_on_all_thrusters_at_once_is_not_called_the_vehicle_s(effect: st
     assert _grouped(everywhere).endswith(f"({place})")
 
 
+def test_places_of_an_effect_are_told_by_what_they_are_with_the_thrusters_that_share_it() -> None:
+    there = hypotheses(MODEL, dict.fromkeys(("attitude", "gyro", "accelerometer", "velocity", "depth"), True))
+    askew = [h for h in there if h.effect == "thruster_misalignment" and h.kind != "position"]
+    both = ", ".join(f"{kind} normal of thruster 0 1 2 3 4 5" for kind in ("first", "second"))
+    assert _grouped(askew) == f"thruster misaligned ({both})"
+    arms = _grouped([h for h in there if h.effect == "sensor_lever_arm"]).partition(" (")[2].split(", ")
+    assert "imu y" in arms and "velocity x" in arms
+
+
+def test_stamps_that_scatter_are_no_note_as_they_are_put_right(tmp_path: Path) -> None:
+    draw = np.random.default_rng(2)
+
+    def scattered(topic: Topic) -> Topic:
+        if topic.name != "rov/imu":
+            return topic
+        late = np.round(draw.normal(0.0, 8e6, len(topic.stamps))).astype(np.int64)
+        stamps = np.sort(np.asarray(topic.stamps, dtype=np.int64) + late)
+        return Topic(name=topic.name, type=topic.type, stamps=stamps, fields=topic.fields)
+
+    found = [each for each in check_vehicle([dive(tmp_path / "dive", scattered)], MODEL) if "Scatter" in each.sentence]
+    assert [each.kind for each in found] == ["good"]
+    assert found[0].sentence.endswith("on regular stamps; on their own they would err by 0.25 of their noise or more.")
+
+
 def test_without_a_sensor_its_effects_cannot_be_looked_for(tmp_path: Path) -> None:
     found = check_vehicle([dive(tmp_path / "dive", missing=("velocity", "tachometer", "battery"))], MODEL)
-    assert told(found, "note")["dive: not measured"] == "velocity, tachometer, battery"
-    blind = told(found, "note")["effects that cannot be looked for"]
+    assert told(found, "good")["dive: not measured"] == "velocity, tachometer, battery", (
+        "nothing is to be done about it"
+    )
+    blind = told(found, "good")["effects that cannot be looked for"]
     assert blind.split(", ")[:2] == ["lag of the tachometer", "late readings of the velocity log"]
 
 

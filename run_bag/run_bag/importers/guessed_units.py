@@ -19,7 +19,6 @@ from .possible_units import by_gravity, exists, known_quantity, possible, possib
 from .recording_map import ASKED
 from .sources import Array
 
-
 AS_RPM = "in rad/s by its type, and {} is no thruster's: is it rpm?"
 """Asked once of an array of speeds."""
 
