@@ -16,7 +16,7 @@ from thruster_model.vehicle_set import VehicleSet
 from thruster_model.vehicle_set_io import available_vehicles, load_vehicle_set
 
 _EQUATIONS = (
-    "M = M_RB + A",
+    "M = M_RB + A             A, L, Q: about the origin, as all positions are",
     "M_RB = [m I, -m S(r_G); m S(r_G), I_O]   I_O: inertia about the origin; S(a) b = a x b  (2.7)",
     "M dnu_r/dt = -C(nu_r) nu_r - (L + Q |nu_r|) nu_r - g + sum_i [axis_i; position_i x axis_i] T_i",
     "nu_r = [velocity - R^T current; rate]    through the water, body axes; R: body to earth",
@@ -67,10 +67,20 @@ i_k = |gamma_k n_k| / (gamma_full n_full)   of thruster k: 1 at full throttle an
 
 V_n is `nominal_voltage` of the [sensors' file](own_dive.md). V_0, the battery's voltage at rest, is V_n in a \
 simulation. A diagnosis follows it slowly where `rov/battery` logs it; elsewhere [its level and its \
-rate](vehicle_gap.md#what-is-believed) are uncertain. A force table is read at V / V_n. In models without gamma what \
-drives the rotor instead, such as k_3 u, is multiplied. In i_k, gamma is that at V_n; gamma_full and n_full are as in \
-[effects.md](effects.md#in-the-command). A healthy battery's sensor reads V and, negative while it is drawn, \
--(`idle_current` + `current_at_full` times the mean of i_k).
+rate](vehicle_gap.md#what-is-believed) are uncertain. A healthy battery's sensor reads V and, negative while it is \
+drawn, -(`idle_current` + `current_at_full` times the mean of i_k). In i_k, gamma is that at V_n. By model it is, with \
+what multiplies it by V / V_n:
+
+| models | gamma | gamma_full | n_full |
+|---|---|---|---|
+| `force_table` | x; its curves are read at V / V_n in place of a product | x at 5 V, or at -5 V where that is larger | \
+largest speed of the table, at any supply, times `command_scale` |
+| `first_order` | g(u) | g(5 V), alike | g(5 V) |
+| `bessa`, `two_state`, `yoerger` | k_3 u | 5 V k_3 | as in [effects.md](effects.md#in-the-command) |
+| `static_dead_band`, `static_quadratic`, `table` | they have no rotor: i_k is 0 | - | - |
+| all others | gamma(u) | gamma(5 V), alike | as in effects.md |
+
+Currents of a force table, and `state.current` of thrusters, have no part in it.
 """
 
 
@@ -133,7 +143,9 @@ def _parameters() -> str:
     return (
         f"\n## What a set may state\n\nRequired are {', '.join(f'`{name}`' for name in REQUIRED)}, in the units of the "
         "tables below. In place of `volume` a set may state `net_buoyancy`: of a trimmed vehicle it is known far "
-        "better than mass and volume are. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`.\n\n"
+        "better than mass and volume are. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`. The origin "
+        "is yours to choose. Put it near the centre of mass: A, L and Q are about it, as literature states them, and what "
+        "is beside their diagonals grows with the distance.\n\n"
         + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows])
         + "\n"
     )

@@ -12,8 +12,8 @@ __all__ = ["new_vehicle"]
 _HEAD = (
     "A vehicle's set. All values are those of the vehicle that it was written from: replace them, and each `source`, "
     "by your own.",
-    "Body axes x forward, y starboard, z down, from an origin of your choice. Equations: docs/vehicles.md, or "
-    "`ros2 run rov_sim reference`.",
+    "Body axes x forward, y starboard, z down, from an origin of your choice, near the centre of mass. A, L and Q "
+    "are about it. Equations: docs/vehicles.md, or `ros2 run rov_sim reference`.",
     "`standard_deviation` says how far a value may be off: one sigma, half of a tolerance. A fit and a diagnosis take "
     f"{100 * UNSTATED_DEVIATION:g} % of the value where there is none: that number stands behind the unit. A 0 without "
     "one counts as exact, but for x_G and y_G: where neither they nor x_B and y_B are stated, they are 0 to within 1 % "

@@ -57,7 +57,7 @@ def definition_of(name: str) -> ParameterDefinition | None:
         return None
     turns = (row >= 3) + (column >= 3)
     unit = "N s^2" if kind == "Q" and row < 3 <= column else _UNITS[kind][turns]
-    between = "" if row == column else f" by {AXIS_NAMES[column]}"
+    between = (" about the origin" if row >= 3 else "") if row == column else f" by {AXIS_NAMES[column]}"
     return ParameterDefinition(
         name=name, unit=unit, meaning=f"{_WORDS[kind]}, {AXIS_NAMES[row]}{between}",
         lower=0.0 if row == column else -1e6, upper=1e6, scale=1.0, role="given",
