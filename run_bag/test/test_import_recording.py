@@ -406,6 +406,30 @@ def test_what_is_asked_about_is_refused_until_it_is_written(tmp_path, capsys):
     assert main(arguments) == 0
 
 
+def test_of_several_times_of_a_map_a_file_has_the_first_that_it_has_and_an_entry_may_have_its_own(tmp_path, capsys):
+    (tmp_path / "a.csv").write_text("t_cmd,u,t_slow,v\n10,0,9.5,0\n11,1,10.5,0\n12,2,11.5,0\n")
+    (tmp_path / "b.csv").write_text("ms,n\n10500,3\n11500,4\n")
+    state = "thruster_0/state.n: {column: n, unit: rad/s}"
+    told = (
+        "time: [{column: t_cmd}, {column: ms, unit: ms}]\nthruster_0/throttle.commanded: {column: u, unit: V}\n"
+        "thruster_0/flow.axial: {column: v, unit: m/s, time_column: t_slow}\n"
+    )
+    files = [str(tmp_path / "a.csv"), str(tmp_path / "b.csv"), "--map", str(tmp_path / "map.yaml"), "--out"]
+    (tmp_path / "map.yaml").write_text(told + state)
+    assert main([*files, str(tmp_path / "run")]) == 0
+    run = read_run(tmp_path / "run")
+    assert run["thruster_0/throttle.commanded"].stamps.tolist() == [1_500_000_000, 2_500_000_000, 3_500_000_000]
+    assert run["thruster_0/state.n"].stamps.tolist() == [2_000_000_000, 3_000_000_000]
+    assert run["thruster_0/flow.axial"].stamps.tolist() == [1_000_000_000, 2_000_000_000, 3_000_000_000]
+    capsys.readouterr()
+    (tmp_path / "map.yaml").write_text(told + state.replace("}", ", time_unit: us}"))
+    assert main([*files, str(tmp_path / "other")]) == 1
+    assert "time_unit: expected beside time_column, as `time` has several" in capsys.readouterr().err
+    (tmp_path / "map.yaml").write_text(told.replace("column: ms", "column: us") + state)
+    assert main([*files, str(tmp_path / "third")]) == 1
+    assert "its time: expected column 't_cmd', found ms, n" in capsys.readouterr().err
+
+
 def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("t,u\n10,0\n11,1\n12,2\n")
     (tmp_path / "b.csv").write_text("t,n\n100010,5\n100011,6\n100012,7\n")

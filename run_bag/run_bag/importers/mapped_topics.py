@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -42,7 +42,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
         RecordingError: a column is missing or in two files, a cell is no number, rows are out of order, or a file
             lasts while no other one does.
     """
-    places = [(e, _place(sources, e)) for e in told.mapped]
+    places = [(_timed(e, at, told), at) for e in told.mapped for at in [_place(sources, e)]]
     for source in sources:
         if isinstance(source, CsvSource):
             source.prepare([e for e, at in places if at is source])
@@ -142,6 +142,14 @@ def _refuse_parted(topic: str, fields: Mapping[str, Array]) -> None:
         if not np.isfinite(np.stack([fields[f"{head}.{part}"] for part in PARTS])).all(axis=0).any():
             text = f"{topic}.{head}: expected all its parts measured at one time; found no row or message with all"
             raise RecordingError(text, found=head)
+
+
+def _timed(entry: Mapped, at: Source, told: RecordingMap) -> Mapped:
+    """Return an entry of a table with a time; of several of the map's it is the first that the table has."""
+    if entry.is_field or entry.time_column is not None:
+        return entry
+    column, scale = next((each for each in told.times if at.has(replace(entry, column=each[0]))), told.times[0])
+    return replace(entry, time_column=column, time_scale=scale)
 
 
 def _place(sources: Sequence[Source], entry: Mapped) -> Source:

@@ -1,6 +1,6 @@
 """The map from a recording of anyone's to channels: one YAML form for tables, bags and logs.
 
-    time: {column: t, unit: ms}                                        # of tables; bags and logs bring their own
+    time: {column: t, unit: ms}          # of tables, or a list of them; bags and logs bring their own
     thruster_0/throttle.commanded: {field: RCOU.C1, unit: us, stop: 1500, per_volt: 80, hold: previous}
     thruster_0/state.n: {column: rpm, unit: rpm, sign: -1}
     thruster_0/state.sign_source: {value: 1}                           # one value in all messages
@@ -115,9 +115,11 @@ class RecordingMap:
 
     Attributes:
         rep103: topics that are recorded in REP 103's axes.
+        times: column and what brings it to seconds, of each `time`; of several a table's is the first that it has.
     """
 
     entries: tuple[Mapped | Constant, ...]
+    times: tuple[tuple[str | int, float], ...] = ()
     rep103: frozenset[str] = frozenset()
     separator: str = ""
     decimal: str = ""
@@ -155,24 +157,28 @@ def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
     if not set(content) - TOP:
         raise _refused(origin, ["expected entries `channel: {column or field, unit}`, found none"])
     problems: list[str] = []
-    time_column, time_scale = _time(content.get("time"), problems)
+    told = content.get("time")
+    times = tuple(filter(None, (_time(each, problems) for each in (told if isinstance(told, list) else [told]))))
+    time_column, time_scale = times[0] if len(times) == 1 else (None, 1.0)
     text = _table(content.get("csv"), problems)
     made = [_entry(str(name), entry, problems) for name, entry in content.items() if name not in TOP]
     entries = [e for e in made if e is not None]
     for i, e in enumerate(entries):
         if not isinstance(e, Mapped) or e.is_field:
             continue
+        own = set(TIMES[1:]) & set(content[e.channel])
         if e.time_column is None:
             e = replace(e, time_column=time_column)
-            if time_column is None:
+            if not times:
                 problems.append(f"{e.channel}: key 'time_column' is missing, and there is no `time: {{column, unit}}`")
-        own = set(TIMES[1:]) & set(content[e.channel])
+            elif own and time_column is None:
+                problems.append(f"{e.channel}: {own.pop()}: expected beside time_column, as `time` has several")
         entries[i] = e if own else replace(e, time_scale=time_scale)
     problems += _crossing(entries)
     rep103 = _axes(content.get("axes"), entries, problems)
     if problems:
         raise _refused(origin, problems)
-    return RecordingMap(entries=tuple(entries), rep103=rep103, **text)
+    return RecordingMap(entries=tuple(entries), rep103=rep103, times=times, **text)
 
 
 def _refused(origin: str, problems: list[str]) -> RecordingError:
@@ -185,12 +191,12 @@ def _refused(origin: str, problems: list[str]) -> RecordingError:
     return RecordingError("\n".join(lines), path=origin, found=problems)
 
 
-def _time(entry: Any, problems: list[str]) -> tuple[str | int | None, float]:
+def _time(entry: Any, problems: list[str]) -> tuple[str | int, float] | None:
     if entry is None:
-        return None, 1.0
+        return None
     if not isinstance(entry, Mapping) or "column" not in entry or set(entry) - TIME_KEYS:
-        problems.append(f"time: expected {{column, unit}}, found {entry!r:.80}")
-        return None, 1.0
+        problems.append(f"time: expected {{column, unit}}, or a list of them, found {entry!r:.80}")
+        return None
     _check_column("time", "column", entry, problems)
     return entry["column"], _seconds("time", entry.get("unit", "s"), problems)
 
