@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 
-__all__ = ["numbers_of", "thrusters_alike"]
+__all__ = ["thrusters_alike"]
 
 _NAME = re.compile(r"thruster_(\d+)(.*)")
 
@@ -18,11 +18,11 @@ def thrusters_alike(told: Iterable[tuple[str, str]]) -> list[str]:
         own = numbers.setdefault((match[2] if match else name, sentence), [])
         own += [int(match[1])] if match else []
     return [
-        f"{f'thruster_{numbers_of(own)}' if own else ''}{name}: {sentence}" for (name, sentence), own in numbers.items()
+        f"{f'thruster_{_numbers(own)}' if own else ''}{name}: {sentence}" for (name, sentence), own in numbers.items()
     ]
 
 
-def numbers_of(ascending: Sequence[int]) -> str:
+def _numbers(ascending: Sequence[int]) -> str:
     """Return numbers in words, three or more in a row as `0 to 5`."""
     rows: list[list[int]] = []
     for each in ascending:
