@@ -144,7 +144,7 @@ def _parameters() -> str:
         f"\n## What a set may state\n\nRequired are {', '.join(f'`{name}`' for name in REQUIRED)}, in the units of the "
         "tables below. In place of `volume` a set may state `net_buoyancy`: of a trimmed vehicle it is known far "
         "better than mass and volume are. A unit may be spelt in any usual way: `kg/m^3`, `kg/m3`, `kg m^-3`. The "
-        "origin is yours to choose. Put it near the centre of mass: A, L and Q are about it, as literature states them, "
+        "origin is yours to choose. Put it near the centre of mass: A, L and Q are about it, as in literature, "
         "and what is beside their diagonals grows with the distance.\n\n"
         + "\n".join([_row(heads), "|" + "---|" * len(heads), *rows])
         + "\n"
