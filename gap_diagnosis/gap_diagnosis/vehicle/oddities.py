@@ -91,9 +91,8 @@ def cleaned(
         return time, values, found
     regular, scatter, gain = _on_regular_stamps(time, values)
     if gain > LOG_RULES.jitter:
-        if _error_of(gain, values) > rules.WORTH:
-            period = float(np.median(np.diff(regular)))
-            size = scattered_before_sorting(scatter, period)
+        size = scattered_before_sorting(scatter, float(np.median(np.diff(regular))))
+        if size > rules.TIMING and _error_of(gain, values) > rules.WORTH:
             found.append(Oddity(betrayed_by("stamps"), sensor, thruster, size, size / np.sqrt(2.0 * time.size), gain))
         time = regular
     repeated = np.logical_and.reduce([repeated_samples(column) for column in values.T])
@@ -149,10 +148,7 @@ def _on_regular_stamps(time: Array, values: Array) -> tuple[Array, float, float]
 
 
 def _error_of(gain: float, values: Array) -> float:
-    """Return the error of readings (K, m) by their stamps, over their noise: what is lost at the given stamps.
-
-    Long logs tell of a scatter of half a millisecond, as every driver has, which changes nothing that is read.
-    """
+    """Return the error of readings (K, m) by their stamps, over their noise: what is lost at the given stamps."""
     return float(np.sqrt(np.expm1(2.0 * _WINDOW * gain / values.size)))
 
 

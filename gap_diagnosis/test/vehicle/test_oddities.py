@@ -107,6 +107,17 @@ def test_readings_at_scattered_instants_are_left_where_they_were_taken() -> None
     assert found == [] and np.array_equal(kept, time)
 
 
+@pytest.mark.parametrize(("scatter", "told"), [(0.001, False), (0.006, True)])
+def test_stamps_that_scatter_are_put_right_and_told_of_beyond_a_drivers(scatter: float, told: bool) -> None:
+    rng = np.random.default_rng(7)
+    taken = np.arange(0.0, 40.0, 0.02)
+    values = np.sin(3.0 * taken)[:, None] + 0.001 * rng.normal(size=(taken.size, 1))
+    given = np.sort(taken + scatter * rng.standard_normal(taken.size))
+    kept, _, found = cleaned(given, values, "imu")
+    assert [each.effect for each in found] == ["timestamp_jitter"] * told
+    assert np.std(np.diff(kept)) < 0.2 * np.std(np.diff(given))
+
+
 def test_a_thruster_that_has_stopped_has_no_coarse_tachometer(healthy: list[Topic], tmp_path: Path) -> None:
     assert read(spoiled(healthy, "thruster_2/state", stopped), tmp_path).oddities == ()
 
