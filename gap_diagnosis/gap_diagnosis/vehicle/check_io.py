@@ -81,7 +81,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
         told = f"{', '.join(stated)}: taken as exact"
         found.append(Finding(kind="good", about="effects that the set states", sentence=told))
     used, thinned = stretches_of(logs)  # as a diagnosis would thin them
-    found += [Finding(kind="good", about="long dives", sentence=thinned)] if thinned else []
+    found += [Finding(kind="good", about="long dives", sentence=each) for each in thinned]
     return [*found, *_units(model, logs), *_apart(logs), *_foreseen(model, used)]
 
 

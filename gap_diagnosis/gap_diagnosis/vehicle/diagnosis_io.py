@@ -77,7 +77,7 @@ def diagnosed(
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
     searched, thinned = stretches_of(logs, longest)
-    asked = [*fewer_throttles(logs), *filter(None, [thinned])]
+    asked = [*fewer_throttles(logs), *thinned]
     for sentence in (*asked, *conventions.sentences):
         told(sentence)
     found = search(model, searched, told, only)

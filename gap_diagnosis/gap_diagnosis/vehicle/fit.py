@@ -121,8 +121,8 @@ def fitted_vehicle(
     for sentence in conventions.turned:
         told(sentence)
     logs, thinned = stretches_of([conventions.read(log) for log in logs], longest)
-    if thinned:
-        told(thinned)
+    for sentence in thinned:
+        told(sentence)
     free = nuisances(model, logs)
     told(f"{len(free)} numbers, {sum(log.duration for log in logs):.0f} s")
     runs, fit = settled(model, logs, free)
@@ -138,5 +138,5 @@ def fitted_vehicle(
         errors=tuple(errors),
         wrench=np.asarray(runs[0].noises.wrench),
         left_out=len(runs) > 1,
-        decided=(*conventions.turned, *filter(None, [thinned])),
+        decided=(*conventions.turned, *thinned),
     )

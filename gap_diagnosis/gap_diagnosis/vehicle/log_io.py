@@ -251,7 +251,8 @@ def _attitude(
 ) -> tuple[Array, Array] | None:  # fmt: skip
     """Return the IMU's attitude, else that of the odometry; of two it is told which one was taken."""
     own = _sensor(run, "imu", [f"{_IMU}orientation.{a}" for a in "wxyz"], odd, whole=True)
-    other = _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], None, whole=True)
+    names = [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"]
+    other = _columns(run, names, whole=True)
     if own is not None and _measured(own[1], odd):
         if other is not None and _measured(other[1], odd):
             took.append(("attitude", "that of rov/imu; rov/odometry has another one, which is not read"))
@@ -260,7 +261,7 @@ def _attitude(
         return None
     why = "has none" if own is None else "has one that is not measured or never changes"
     took.append(("attitude", f"that of rov/odometry, as rov/imu {why}"))
-    return _sensor(run, "odometry", [f"{_ODOMETRY}pose.pose.orientation.{a}" for a in "wxyz"], odd, whole=True)
+    return _sensor(run, "odometry", names, odd, whole=True)
 
 
 def _rates(run: Run, notes: list[str], odd: _Odd | None, imu: Array) -> tuple[Array, Array] | None:

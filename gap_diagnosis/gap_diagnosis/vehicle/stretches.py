@@ -33,8 +33,8 @@ class _Stretch(NamedTuple):
         return self.k == other.k and self.first < other.last and other.first < self.last
 
 
-def stretches_of(logs: Sequence[VehicleLog], longest: float | None = None) -> tuple[list[VehicleLog], str]:
-    """Return logs of no more than about `longest` [s] together, and in words what was done, "" where nothing was.
+def stretches_of(logs: Sequence[VehicleLog], longest: float | None = None) -> tuple[list[VehicleLog], list[str]]:
+    """Return logs of no more than about `longest` [s] together, and a sentence of what was done, if anything was.
 
     longest: None: logs that are longer together than `rules.LONGEST` are thinned to `rules.THINNED`. One stretch of
     each log is taken before a second one of any.
@@ -46,7 +46,7 @@ def stretches_of(logs: Sequence[VehicleLog], longest: float | None = None) -> tu
         raise ValueError(f"--longest: expected {rules.STRETCH:g} s or more; found {longest:g}")
     total = sum(log.duration for log in logs)
     if total <= (longest or rules.LONGEST):
-        return list(logs), ""
+        return list(logs), []
     left = [each for k, log in enumerate(logs) for each in _stretches(k, log)]
     products = dict(zip(left, _products(logs, left), strict=True))
     product = np.eye(len(products[left[0]]))
@@ -63,10 +63,10 @@ def stretches_of(logs: Sequence[VehicleLog], longest: float | None = None) -> tu
         left = [each for each in left if not each.overlaps(best)]
     found = [_cut(logs[each.k], each) for each in sorted(taken)]
     used = sum(log.duration for log in found)
-    return found, (
+    return found, [
         f"Of {total:.0f} s recorded, {used:.0f} s are used, the {len(found)} stretches in which thrusters and motion "
         f"vary most; what changes more slowly, or goes with the place, is not seen (--longest {total:.0f} uses all)."
-    )
+    ]
 
 
 def _stretches(k: int, log: VehicleLog) -> list[_Stretch]:
