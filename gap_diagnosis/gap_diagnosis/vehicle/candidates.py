@@ -61,28 +61,55 @@ def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, 
 
 
 def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]) -> list[tuple[Fit, Problem]]:
-    """Return quick fits of the effects of the thruster whose own numbers are furthest off, from these as believed.
+    """Return quick fits of effects that numbers far off may stand for, from where these numbers are as believed.
 
     Such numbers may have taken over all that an effect does, and what both do is bent: where the numbers have it all no
     column of the effect leads to it. Which effects are worth a fit is told by that at their best size there.
     """
-    own = [np.array([key[0] == "own" and key[2] == i for key in free]) for i in range(stage.screen.model.thrusters)]
-    far = [float(np.max(np.abs(stage.moved[mine]), initial=0.0)) for mine in own]
-    i = int(np.argmax(far))
-    if far[i] < rules.SHIFTED:
-        return []
     on, sizes = tuple(a.hypothesis for a in stage.fit.effects), [a.sizes for a in stage.fit.effects]
-    moved = np.where(own[i], 0.0, stage.moved)
-    starts = []
-    for h in tried:
-        if i in (h.thruster, h.other) and h.place not in {each.place for each in on}:
-            problem = Problem(screen=stage.screen, nuisances=free, effects=(*on, h))
-            start = _sized(problem, h, moved, sizes)
-            starts.append((problem.score(*start), start, problem))
-    starts.sort(key=lambda each: -each[0])
-    columns = Problem(screen=stage.screen, nuisances=free, effects=on).columns(moved, sizes)
-    product = product_of(columns)
-    return [(problem.fit(*start, columns, product), problem) for _, start, problem in starts[: rules.REFINED_BACK]]
+    found = []
+    for far, offered in (_of_thruster(stage, free, tried), _of_vehicle(stage, free, tried)):
+        starts = []
+        moved = np.where(far, 0.0, stage.moved)
+        for h in offered:
+            if h.place not in {each.place for each in on}:
+                problem = Problem(screen=stage.screen, nuisances=free, effects=(*on, h))
+                start = _sized(problem, h, moved, sizes)
+                starts.append((problem.score(*start), start, problem))
+        if not starts:
+            continue
+        starts.sort(key=lambda each: -each[0])
+        columns = Problem(screen=stage.screen, nuisances=free, effects=on).columns(moved, sizes)
+        product = product_of(columns)
+        found += [
+            (problem.fit(*start, columns, product), problem) for _, start, problem in starts[: rules.REFINED_BACK]
+        ]
+    return found
+
+
+def _of_thruster(
+    stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]
+) -> tuple[NDArray[np.bool_], list[Hypothesis]]:
+    """Return the numbers of the thruster of which one is furthest off, and its effects, none where none is far."""
+    own = [np.array([key[0] == "own" and key[2] == i for key in free]) for i in range(stage.screen.model.thrusters)]
+    off = [float(np.max(np.abs(stage.moved[mine]), initial=0.0)) for mine in own]
+    i = int(np.argmax(off))
+    return own[i], [h for h in tried if i in (h.thruster, h.other)] if off[i] >= rules.SHIFTED else []
+
+
+def _of_vehicle(
+    stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]
+) -> tuple[NDArray[np.bool_], list[Hypothesis]]:
+    """Return the vehicle's number that is furthest off, and the effects of no thruster that act most like it."""
+    off = np.where([key[0] == "vehicle" for key in free], np.abs(stage.moved), 0.0)
+    q, A = int(np.argmax(off)), stage.gram.A
+    alike: dict[Hypothesis, float] = {}
+    if off[q] >= rules.SHIFTED:
+        for j, name in enumerate(stage.gram.names):
+            if isinstance(name, tuple) and isinstance(name[0], Hypothesis) and name[0].thruster is None:
+                cosine = abs(A[q, j]) / np.sqrt(max(A[q, q] * A[j, j], 1e-300))
+                alike[name[0]] = max(alike.get(name[0], 0.0), float(cosine))
+    return np.arange(len(free)) == q, sorted((h for h in tried if h in alike), key=lambda h: -alike[h])[: rules.REFINED]
 
 
 def _sized(problem: Problem, h: Hypothesis, moved: Array, sizes: Sequence[tuple[float, ...]]) -> _Start:

@@ -170,6 +170,18 @@ def test_what_no_library_has_is_unknown_and_what_it_goes_with_is_said(
     assert f"{first['signal']} and goes with {first['depends_on']}" in content["summary"]
 
 
+def test_a_drag_that_a_number_of_the_vehicle_had_taken_over_is_named(tmp_path: Path) -> None:
+    hidden: Any = (("quadratic_drag", {"axis": "yaw"}, {"share": 0.75}),)
+    draw = Draw(
+        seed=21, vehicle="ngs", effects=hidden, wrench=0.02, noise=0.3, kinds=("steps", "sines"), duration=40.0
+    )  # fmt: skip
+    content = of(tmp_path, draw, ("quadratic_drag", "linear_drag", "thrust_loss")).content
+    (claimed,) = content["effects"]
+    assert (content["verdict"], claimed["id"], claimed["axis"]) == ("effect", "quadratic_drag", "yaw")
+    size = claimed["parameters"]["share"]
+    assert abs(size["value"] - 0.75) < 3.0 * size["std"] < 0.3
+
+
 def test_marks_ask_for_effect_and_place() -> None:
     hidden = [{"id": "thrust_loss", "thruster": 2, "sizes": {"share": 0.4}}]
     said = {
