@@ -14,7 +14,7 @@ from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.stage import Stage, log_prior
 from gap_diagnosis.vehicle.unknowns import Key
 
-__all__ = ["refined_ones"]
+__all__ = ["may_stand_for_more", "refined_ones"]
 
 Array = NDArray[np.float64]
 _Start = tuple[Array, list[tuple[float, ...]]]
@@ -38,6 +38,13 @@ def refined_ones(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesi
         gain, prior = fit.log_evidence - nothing, log_prior(fit.effects[-1].hypothesis, tried)
         found.append((max(gain, 0.0) / fit.scatter + min(gain, 0.0) + prior, fit))
     return sorted(found, key=lambda each: -each[0])
+
+
+def may_stand_for_more(stage: Stage, free: dict[Key, float]) -> bool:
+    """Return whether a number of the vehicle, or of one thruster, is so far off that it may stand for an effect."""
+    return any(
+        key[0] in ("own", "vehicle") and abs(x) >= rules.SHIFTED for key, x in zip(free, stage.moved, strict=True)
+    )
 
 
 def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, Problem]:

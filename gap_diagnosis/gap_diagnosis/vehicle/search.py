@@ -7,7 +7,7 @@ import numpy as np
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.beginning import begun
-from gap_diagnosis.vehicle.candidates import refined_ones
+from gap_diagnosis.vehicle.candidates import may_stand_for_more, refined_ones
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import learned_from, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog, told_in
@@ -82,7 +82,7 @@ def search(
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
         left = ()
-        if best[0] < 0.0 or depth == rules.MOST_EFFECTS:
+        if depth == rules.MOST_EFFECTS or not (best[0] >= 0.0 or may_stand_for_more(stage, free)):
             break
         candidates = refined_ones(stage, free, tried)
         left = tuple((odds, each.effects[-1]) for odds, each in candidates)

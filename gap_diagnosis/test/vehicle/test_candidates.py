@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gap_diagnosis.vehicle.candidates import _mirrored
+from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.candidates import _mirrored, may_stand_for_more
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.hypotheses import hypotheses
 from gap_diagnosis.vehicle.refining import Fit, Refined
@@ -29,3 +30,19 @@ def test_a_mass_at_a_place_is_tried_on_the_other_side_with_the_vehicle_s_own_cen
     there = np.array([moved[0], 0.2, *(s / d for s, d in zip(sizes[0][1:], payload.scale[1:], strict=True))])
     here = np.array([3.0, 0.2, *(s / d for s, d in zip(refined.sizes[1:], payload.scale[1:], strict=True))])
     assert (columns @ (there - here))[:4] == pytest.approx(np.zeros(4), abs=0.2)
+
+
+@pytest.mark.parametrize(
+    ("key", "may"),
+    [
+        (("vehicle", "Q_r"), True),
+        (("own", "thrust", 3), True),
+        (("shared", "thrust"), False),  # what all thrusters share is no part that fails
+        (("tilt", 0, 1), False),
+    ],
+)
+def test_a_number_of_one_part_that_is_far_off_may_stand_for_an_effect(key: tuple[Any, ...], may: bool) -> None:
+    free = {("vehicle", "mass"): 1.0, key: 1.0}
+    for off, expected in ((0.9 * rules.SHIFTED, False), (-1.1 * rules.SHIFTED, may)):
+        stage: Any = SimpleNamespace(moved=np.array([0.5, off]))
+        assert may_stand_for_more(stage, free) is expected
