@@ -81,11 +81,11 @@ def search(
         stages.append(stage)
         best = stage.offered[0] if stage.offered else (-np.inf, None)
         told(f"{depth} effects: best {best[0]:.1f} {best[1].words if best[1] else ''}")
-        left = ()
-        if depth == rules.MOST_EFFECTS or not (best[0] >= 0.0 or may_stand_for_more(stage, free)):
-            break
-        candidates = refined_ones(stage, free, tried)
+        worth = depth < rules.MOST_EFFECTS and (best[0] >= 0.0 or may_stand_for_more(stage, free))
+        candidates = refined_ones(stage, free, tried) if worth else []
         left = tuple((odds, each.effects[-1]) for odds, each in candidates)
+        if not left:
+            break
         told(f"{depth} effects: fitted {left[0][0]:.1f} {left[0][1].hypothesis.words} {left[0][1].sizes}")
         if candidates[0][0] < np.log(rules.CLAIM):
             break
