@@ -26,19 +26,8 @@ _EQUATIONS = (
     "U_i = [axis_i; position_i x axis_i]^T nu_r   the flow at thruster i, U of its model in place of (4.5)  (4.20)",
 )
 _MORE = (
-    "net_buoyancy",
-    "x_G",
-    "y_G",
-    "z_G",
-    "x_B",
-    "y_B",
-    "I_xy",
-    "I_xz",
-    "I_yz",
-    "density",
-    "gravity",
-    "reaction_torque",
-)
+    "net_buoyancy", "x_G", "y_G", "z_G", "x_B", "y_B", "I_xy", "I_xz", "I_yz", "density", "gravity", "reaction_torque",
+)  # fmt: skip
 """What a set may state, beside entries of matrices."""
 _SENSORS = """
 ## Sensors of a simulation

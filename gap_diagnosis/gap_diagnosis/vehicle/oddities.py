@@ -91,9 +91,11 @@ def cleaned(
         return time, values, found
     regular, scatter, gain = _on_regular_stamps(time, values)
     if gain > LOG_RULES.jitter:
-        size = scattered_before_sorting(scatter, float(np.median(np.diff(regular))))
-        if size > rules.TIMING and _error_of(gain, values) > rules.WORTH:
-            found.append(Oddity(betrayed_by("stamps"), sensor, thruster, size, size / np.sqrt(2.0 * time.size), gain))
+        if _error_of(gain, values) > rules.WORTH:
+            size = scattered_before_sorting(scatter, float(np.median(np.diff(regular))))
+            deviation = size / np.sqrt(2.0 * time.size)
+            if size > rules.TIMING:
+                found.append(Oddity(betrayed_by("stamps"), sensor, thruster, size, deviation, gain))
         time = regular
     repeated = np.logical_and.reduce([repeated_samples(column) for column in values.T])
     share = float(np.mean(repeated))

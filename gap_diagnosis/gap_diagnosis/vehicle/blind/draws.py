@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-__all__ = ["Draw", "drawn"]
+__all__ = ["OUTSIDE_TOO", "Draw", "drawn"]
 
 EFFECTS: dict[str, tuple[tuple[str, float, float], ...]] = {
     # effect -> parameter, least and largest size; a place is drawn by what it acts on

@@ -119,7 +119,7 @@ def _outside(draw: Draw, wrench: Array, truth: Truth, t: Array, rng: np.random.G
         wrench[:, 0] += 4.0 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
         wrench[:, 5] += 0.5 * np.sign(np.sin(2 * np.pi * t / rng.uniform(4.0, 8.0)))
     elif kind == "moving_arm":  # to and fro about every ten seconds, a second each way
-        wrench[:, 4] += unnamed(draw)[2] * np.clip(4.0 * np.sin(2 * np.pi * t / rng.uniform(8.0, 14.0)), -1.0, 1.0)
+        wrench[:, 4] += unnamed(draw).arm * np.clip(4.0 * np.sin(2 * np.pi * t / rng.uniform(8.0, 14.0)), -1.0, 1.0)
     elif kind == "lost_foam":
         wrench[t >= LATE, 2] += 5.0
     elif kind == "lift":
@@ -179,7 +179,7 @@ def _topics(
         axis, size = wrong["imu_bias"]
         rate[:, "xyz".index(axis)] += size
     shaken = np.mean((n[at] / 100.0) ** 2, axis=1)
-    force += unnamed(draw)[3] * np.outer(shaken, np.array([0.6, 0.0, -0.8]))
+    force += unnamed(draw).bias * np.outer(shaken, np.array([0.6, 0.0, -0.8]))
     rate = rate + bias[0] + rng.normal(size=rate.shape) * 0.003 * factor
     force = force + bias[1] + rng.normal(size=force.shape) * 0.05 * factor
     yaw = wrong["magnetic_disturbance"][1] * supply[at, 1] if "magnetic_disturbance" in wrong else np.zeros(at.size)

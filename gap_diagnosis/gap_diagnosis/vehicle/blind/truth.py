@@ -6,14 +6,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.blind.draws import Draw
+from gap_diagnosis.vehicle.blind.draws import OUTSIDE_TOO, Draw
 from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.vehicle_set import VehicleSet
 
 __all__ = [
-    "GROUPS", "Installed", "Truth", "biased", "installed", "levelled", "metered", "off", "placed", "rested", "slanted",
-    "truth_of", "unnamed",
+    "GROUPS", "Installed", "Truth", "Unnamed", "biased", "installed", "levelled", "metered", "off", "placed", "rested",
+    "slanted", "truth_of", "unnamed",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -56,6 +56,15 @@ class Installed(NamedTuple):
     depth_scale: float
     velocity_late: float
     tachometer_late: float
+
+
+class Unnamed(NamedTuple):
+    """Sizes of what is outside the library, 0 where it is not there: water that slides, its moment [N m] per sine of a
+    tilt and its time [s], (2,); an arm's moment [N m]; the accelerometer's bias [m/s^2] at rotors' 100 rad/s."""
+
+    sliding: Array
+    arm: float
+    bias: float
 
 
 def _cross_matrix(a: Array) -> Array:
@@ -128,20 +137,12 @@ def biased(draw: Draw) -> tuple[float, float]:
     return float(rng.uniform(0.0005, 0.002)), float(rng.uniform(0.01, 0.04))
 
 
-def unnamed(draw: Draw) -> Array:
-    """Return sizes of what is outside the library, 0 where it is not there (4,).
-
-    They are the moment [N m] of water that slides, per sine of a tilt, and its time [s]; the moment of an arm [N m];
-    the bias of the accelerometer [m/s^2] at rotors' 100 rad/s.
-    """
+def unnamed(draw: Draw) -> Unnamed:
+    """Return the sizes of what a case has that is outside the library."""
     rng = np.random.default_rng(np.random.SeedSequence(draw.seed, spawn_key=(89,)))
     moment, time, arm, bias = rng.uniform((0.5, 0.5, 0.2, 0.3), (1.5, 2.0, 0.6, 1.0))
-    return np.array(
-        [
-            moment * (draw.outside == "sliding_water"), time,
-            arm * (draw.outside == "moving_arm"), bias * (draw.outside == "vibration"),
-        ]
-    )  # fmt: skip
+    there = [draw.outside == kind for kind in OUTSIDE_TOO]
+    return Unnamed(np.array([moment * there[0], time]), arm * there[1], bias * there[2])
 
 
 def levelled(draw: Draw, run: int) -> Array:
@@ -194,7 +195,7 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
     return Truth(
         table, M, np.diag(world["L"]), np.diag(world["Q"]), weight, world["buoyancy"], arm / weight, world["r_B"],
         world["current"], world["tether"], world["interaction"], world["sag"], world["wiring"], world["sign"],
-        unnamed(draw)[:2], sensors,
+        unnamed(draw).sliding, sensors,
     )  # fmt: skip
 
 
