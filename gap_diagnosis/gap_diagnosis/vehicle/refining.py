@@ -66,9 +66,10 @@ class Refined:
     @property
     def at_the_end(self) -> bool:
         """Whether its first size is at an end of the range that is searched, and not all of something."""
-        h, size = self.hypothesis, self.sizes[0] if self.sizes else 0.0
-        there = np.isclose(size, (h.lower[0], h.upper[0]), rtol=1e-6, atol=0.0).any()
-        return bool(size and there and not np.isclose(abs(size), 1.0))
+        if self.hypothesis.switch:
+            return False
+        size, ends = self.sizes[0], (self.hypothesis.lower[0], self.hypothesis.upper[0])
+        return bool(size and np.isclose(size, ends, rtol=1e-6, atol=0.0).any() and not np.isclose(abs(size), 1.0))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

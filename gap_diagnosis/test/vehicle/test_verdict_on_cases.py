@@ -47,6 +47,15 @@ def test_a_loss_of_thrust_is_named_on_its_thruster(lossy: Diagnosed) -> None:
     assert (first["id"], first["thruster"]) == ("thrust_loss", 2)
 
 
+def test_a_thruster_that_stands_still_is_named_with_its_kind(tmp_path: Path) -> None:
+    hidden: Any = (("thruster_failure", {"thruster": 1, "kind": "stopped"}, {}),)
+    draw = Draw(seed=12, vehicle="ngs", effects=hidden, kinds=("steps",), duration=20.0)
+    content = of(tmp_path, draw, (*FEW, "thruster_failure")).content
+    named = [(e["id"], e["thruster"], e["kind"], e["parameters"]) for e in content["effects"]]
+    assert (content["verdict"], named) == ("effect", [("thruster_failure", 1, "stopped", {})])
+    assert content["effects"][0]["probability"] > 0.9
+
+
 def test_the_size_of_a_loss_of_thrust_lies_within_its_deviations(lossy: Diagnosed) -> None:
     size = lossy.content["effects"][0]["parameters"]["share"]
     assert abs(size["value"] - 0.4) < 3.0 * size["std"] < 0.12
