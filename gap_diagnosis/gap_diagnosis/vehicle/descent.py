@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
+from gap_diagnosis.vehicle.side_by_side import side_by_side
 
 __all__ = ["Columns", "Descent", "Point", "descended", "normal", "product_of"]
 
@@ -147,11 +148,9 @@ def normal(
     J: Columns, r: Sequence[Array], x: Array, weight: Array, product: Array | None = None
 ) -> tuple[Array, Array]:  # fmt: skip
     """Return J^T J and the slope J^T r + W x; product: of the first columns, where it is known."""
-    H = np.zeros((len(x), len(x)))
     known = 0 if product is None else len(product)
-    for each in J:
-        for _, some in _in_parts(each):
-            H[known:] += some[:, known:].T @ some
+    H = np.zeros((len(x), len(x)))
+    H[known:] = sum(side_by_side(lambda each: sum(some[:, known:].T @ some for _, some in _in_parts(each)), J))
     if product is not None:
         H[:known, known:] = H[known:, :known].T
         H[:known, :known] = product
@@ -160,12 +159,16 @@ def normal(
 
 def _projected(J: Columns, r: Sequence[Array]) -> Array:
     """Return J^T r."""
-    return np.asarray(sum(some.T @ of[rows] for each, of in zip(J, r, strict=True) for rows, some in _in_parts(each)))
+
+    def of_run(k: int) -> Array:
+        return np.asarray(sum(some.T @ r[k][rows] for rows, some in _in_parts(J[k])))
+
+    return np.asarray(sum(side_by_side(of_run, range(len(J)))))
 
 
 def product_of(columns: Sequence[NDArray[np.float32]]) -> Array:
     """Return the product J^T J of columns (rows, n) over all runs."""
-    return np.asarray(sum(some.T @ some for each in columns for _, some in _in_parts(each)))
+    return np.asarray(sum(side_by_side(lambda each: sum(some.T @ some for _, some in _in_parts(each)), columns)))
 
 
 def _in_parts(columns: NDArray[np.float32]) -> Iterator[tuple[slice, Array]]:
@@ -181,5 +184,6 @@ def _corrected(J: Columns, H: Array, step: Array, change: Sequence[Array]) -> tu
     short = step.astype(np.float32)
     left = [d.astype(np.float32) - each @ short for each, d in zip(J, change, strict=True)]
     across, square = np.outer(_projected(J, left), along), sum(float(each @ each) for each in left)
-    corrected = [each + np.outer(d, along.astype(np.float32)) for each, d in zip(J, left, strict=True)]
+    flat = along.astype(np.float32)
+    corrected = side_by_side(lambda k: J[k] + np.outer(flat, left[k]).T, range(len(J)))  # both by columns in memory
     return corrected, H + across + across.T + square * np.outer(along, along)

@@ -60,8 +60,7 @@ def gathered(residuals: Sequence[Array], columns: Sequence[Column], base: int = 
 
     base, block: with both, `scatter` is judged of the columns beyond the first `base`, by blocks of so many rows.
     """
-    n = len(columns)
-    A, b, rr, whole = np.zeros((n, n)), np.zeros(n), 0.0, []
+    n, whole = len(columns), []
     for k, r in enumerate(residuals):
         J = np.empty((r.size, n), dtype=np.float32, order="F")
 
@@ -69,15 +68,11 @@ def gathered(residuals: Sequence[Array], columns: Sequence[Column], base: int = 
             J[:, j] = columns[j].change(k).ravel()
 
         side_by_side(fill, range(n))
-        flat = r.ravel().astype(np.float32)
         J[~np.isfinite(J)] = 0.0
-        whole.append((J, flat))
-        A_k, b_k = np.zeros((n, n)), np.zeros(n)
-        for first in range(0, len(flat), _ROWS):  # products in double precision: sums of squares reach 1e10
-            some = J[first : first + _ROWS].astype(np.float64)
-            A_k += some.T @ some
-            b_k -= some.T @ flat[first : first + _ROWS]
-        A, b, rr = A + A_k, b + b_k, rr + float(r.ravel() @ r.ravel())
+        whole.append((J, r.ravel().astype(np.float32)))
+    products = side_by_side(lambda each: _products(*each), whole)
+    A, b = (np.sum(each, axis=0) for each in zip(*products, strict=True))
+    rr = sum(float(r.ravel() @ r.ravel()) for r in residuals)
     return Gram(
         names=tuple(c.name for c in columns),
         deviations=np.array([c.deviation for c in columns]),
@@ -86,6 +81,16 @@ def gathered(residuals: Sequence[Array], columns: Sequence[Column], base: int = 
         rr=rr,
         scatter=_scatter(whole, A, b, base, block) if block else np.ones(n),
     )
+
+
+def _products(J: NDArray[np.float32], r: NDArray[np.float32]) -> tuple[Array, Array]:
+    """Return J^T J and -J^T r of one run, in double precision: sums of squares reach 1e10."""
+    A, b = np.zeros((J.shape[1], J.shape[1])), np.zeros(J.shape[1])
+    for first in range(0, len(r), _ROWS):
+        some = J[first : first + _ROWS].astype(np.float64)
+        A += some.T @ some
+        b -= some.T @ r[first : first + _ROWS]
+    return A, b
 
 
 def _scatter(whole: Sequence[tuple[Any, Any]], A: Array, b: Array, base: int, block: int) -> Array:
@@ -98,20 +103,20 @@ def _scatter(whole: Sequence[tuple[Any, Any]], A: Array, b: Array, base: int, bl
     inverse = np.linalg.inv(A[:base, :base] + np.eye(base))
     shadow = inverse @ A[:base]
     x = inverse @ b[:base]
-    scores, squares = [], []
-    for J, r in whole:
+
+    def by_block(of_run: tuple[Any, Any]) -> tuple[Array, Array]:
+        J, r = of_run
         left = r + J[:, :base] @ x.astype(np.float32)
         edges = np.arange(0, len(r), block)
+        scores, squares = np.zeros((len(edges), J.shape[1])), np.zeros((len(edges), J.shape[1]))
         for first in range(base, J.shape[1], 128):
             last = min(first + 128, J.shape[1])
             v = J[:, first:last] - J[:, :base] @ shadow[:, first:last].astype(np.float32)
-            s = np.add.reduceat(v * left[:, None], edges)
-            q = np.add.reduceat(v * v, edges)
-            if first == base:
-                scores.append(np.zeros((len(edges), J.shape[1])))
-                squares.append(np.zeros((len(edges), J.shape[1])))
-            scores[-1][:, first:last], squares[-1][:, first:last] = s, q
-    s, q = np.concatenate(scores), np.concatenate(squares)
+            scores[:, first:last] = np.add.reduceat(v * left[:, None], edges)
+            squares[:, first:last] = np.add.reduceat(v * v, edges)
+        return scores, squares
+
+    s, q = (np.concatenate(each) for each in zip(*side_by_side(by_block, whole), strict=True))
     total = q.sum(axis=0)
     size = s.sum(axis=0) / np.maximum(total, 1e-9)
     around = ((s - size * q) ** 2).sum(axis=0)

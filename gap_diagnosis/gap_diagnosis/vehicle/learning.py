@@ -106,7 +106,9 @@ def prepared(
     else:
         ways = [learned(learned_from(near))]
     _, best, ended = max(ways, key=lambda way: way[0])
-    return [_weighted(p) for p in _climbed(model, logs, values, effects, best, ended)]
+    found = _climbed(model, logs, values, effects, best, ended)
+    noises = learned_from(found)._replace(battery=_of_battery(found))  # no gain depends on it
+    return [_weighted(replace(p, noises=noises)) for p in found]
 
 
 def _along(near: Sequence[Prepared] | None, logs: Sequence[VehicleLog]) -> list[Array | None]:
@@ -148,7 +150,7 @@ def _climbed(
         if score < before + rules.SETTLED:
             break
         blocks = moved
-    return found
+    return on(found)(learned_from(found))[1]  # linearised where it ended, as the next one begins
 
 
 def _likeliest(
@@ -189,9 +191,10 @@ def _blocks(found: Sequence[Prepared]) -> list[Block]:
 
 
 def _scaled(model: Model, noises: Noises, block: Block, factor: float) -> Noises:
-    if block.of == "time":
+    if block.of == "time":  # with what pushes anew in a period as it is: readings tell that apart from the time
         shortest, longest = rules.CORRELATION_TIMES
-        return noises._replace(time=min(max(noises.time * factor, shortest), longest))
+        time = min(max(noises.time * factor, shortest), longest)
+        return noises._replace(time=time, wrench=_plausible(model, noises.wrench * np.sqrt(time / noises.time)))
     scaled: Array = getattr(noises, block.of).copy()
     scaled[block.first : block.last] *= factor
     if block.of == "wrench":
@@ -280,12 +283,14 @@ def _learned(model: Model, found: Sequence[Prepared], powers: tuple[float, float
         if np.isfinite(e[:, i]).sum() > 50:
             excess = _trimmed(e[:, i : i + 1] ** 2)[0] - np.mean(S[:, i])
             rotor[i] = np.sqrt(max(rotor[i] ** 2 + 0.5 * excess, 1e-4))
-    battery, floor = old.battery.copy(), _battery_floor([p.log for p in found])
-    b = np.concatenate([p.base.battery for p in found])
-    for j in range(2):
-        if np.isfinite(b[:, j]).sum() > 20:
-            battery[j] = max(float(np.nanstd(b[:, j])), floor[j])
-    return Noises(wrench, old.time, channels, rotor, speed, battery)
+    return Noises(wrench, old.time, channels, rotor, speed, _of_battery(found))
+
+
+def _of_battery(found: Sequence[Prepared]) -> Array:
+    """Return the deviations (2,) of the battery's readings, those of before where there are hardly any."""
+    b = np.concatenate([p.base.battery[first_instant(p.log) :] for p in found])
+    told = np.maximum(np.sqrt(_trimmed(b**2)), _battery_floor([p.log for p in found]))
+    return np.where(np.isfinite(b).sum(axis=0) > 20, told, learned_from(found).battery)
 
 
 def _wrench(found: Sequence[Prepared], of_size: float, of_change: float) -> Array:

@@ -46,12 +46,14 @@ one that begins where the last one ended, ask for them again. Columns of all unk
 class Refined:
     """A hypothesis with its most likely sizes and their deviations, one for each of its parameters.
 
-    A time is known no better than stamps are, however sharply the recordings tell it.
+    A time is known no better than stamps are, however sharply the recordings tell it. `pressed`: by how many deviations
+    the first size would be farther out if its range did not end there.
     """
 
     hypothesis: Hypothesis
     sizes: tuple[float, ...]
     deviations: tuple[float, ...]
+    pressed: float = 0.0
 
     @property
     def active(self) -> ActiveVehicleEffect:
@@ -65,11 +67,11 @@ class Refined:
 
     @property
     def at_the_end(self) -> bool:
-        """Whether its first size is at an end of the range that is searched, and not all of something."""
-        if self.hypothesis.switch:
+        """Whether recordings ask for a first size beyond the range that is searched, where that is not all of
+        something."""
+        if self.hypothesis.switch or self.pressed < rules.MORE_THAN_MOST:
             return False
-        size, ends = self.sizes[0], (self.hypothesis.lower[0], self.hypothesis.upper[0])
-        return bool(size and np.isclose(size, ends, rtol=1e-6, atol=0.0).any() and not np.isclose(abs(size), 1.0))
+        return not np.isclose(abs(self.sizes[0]), 1.0)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -124,15 +126,16 @@ class Problem:
         """
         x = self._at(moved, sizes)
         (score, x, r), J, fresh, made = descended(self, x, columns, product)
-        H, _ = normal(J, r, x, self.weight, product)
+        H, slope = normal(J, r, x, self.weight, product)
         if exact or float((x - made) @ (H + np.diag(self.weight)) @ (x - made)) > _NEAR**2:
             J = fresh if np.array_equal(x, made) else self.made(x, r, columns)
-            H, _ = normal(J, r, x, self.weight, product)
+            H, slope = normal(J, r, x, self.weight, product)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)
         spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
+        pressed = np.abs(np.linalg.solve(H, slope)[len(moved) :]) / spread  # nothing where no end is in the way
         return Fit(
-            effects=self._refined(x, spread), values=self._values(x), moved=x[: len(moved)].copy(),
+            effects=self._refined(x, spread, pressed), values=self._values(x), moved=x[: len(moved)].copy(),
             log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J, H), columns=tuple(J),
         )  # fmt: skip
 
@@ -222,12 +225,15 @@ class Problem:
             at += len(h.scale)
         return out
 
-    def _refined(self, x: Array, spread: Array) -> tuple[Refined, ...]:
+    def _refined(self, x: Array, spread: Array, pressed: Array) -> tuple[Refined, ...]:
         at, out = 0, []
         for h, sizes in zip(self.effects, self._sizes(x), strict=True):
             timing = [self._timing(h.units[p]) for p in h.parameters]
             own = tuple(float(np.hypot(v * d, t)) for v, d, t in zip(spread[at:], h.scale, timing, strict=False))
-            out.append(Refined(hypothesis=h, sizes=sizes, deviations=own))
+            size, ends = sizes[0] if sizes else 0.0, (*h.lower[:1], *h.upper[:1])
+            held = size != 0.0 and np.isclose(size, ends, rtol=1e-6, atol=0.0).any()
+            asks = float(pressed[at]) if held else 0.0
+            out.append(Refined(hypothesis=h, sizes=sizes, deviations=own, pressed=asks))
             at += len(h.scale)
         return tuple(out)
 

@@ -47,15 +47,15 @@ def _settled(
     """Return recordings and fit where noises and numbers have settled; afresh: learn noises anew after the first fit.
 
     Numbers fitted with noises that had to explain what the numbers do not are too near to what was believed, and
-    noises learned there too large. So where numbers of the whole vehicle are far from it, both are found again from
-    there in water that is calm, as long as that is likelier.
+    noises learned there too large. So where numbers of the whole vehicle are far from it, and the random wrench is
+    larger than that of calm water, both are found again from there in water that is calm, as long as that is likelier.
     """
     found = _in_turn(model, logs, free, runs, on, values, afresh)
-    whole = np.array([k[0] in ("vehicle", "shared") for k in free])
-    for _ in range(rules.CALMED_AGAIN):
-        if np.abs(found[1].moved[whole]).max(initial=0.0) < rules.SHIFTED:
-            break
+    whole, water = np.array([k[0] in ("vehicle", "shared") for k in free]), model.wrench_of_water(rules.CALM_WRENCH)
+    while np.abs(found[1].moved[whole]).max(initial=0.0) >= rules.SHIFTED:
         noises, there, on = learned_from(found[0]), found[1].values, found[1].effects
+        if np.all(noises.wrench <= water):
+            break
         calm = noises._replace(wrench=rules.CALMED * noises.wrench, time=1.0)
         runs = unlearned(model, logs, there, [a.active for a in on], calm, found[0])
         again = _in_turn(model, logs, free, runs, on, there, afresh=False)

@@ -151,13 +151,22 @@ def test_what_a_sensor_is_off_is_all_the_effects_where_that_is_on() -> None:
         assert problem.held(np.array([2.0, *(0.5 for _ in effects)]))[0] == left
 
 
-@pytest.mark.parametrize(("size", "most", "told"), [(0.8, 0.8, True), (0.79, 0.8, False), (1.0, 1.0, False)])
-def test_a_size_at_the_end_of_its_range_is_said_to_be_there(size: float, most: float, told: bool) -> None:
-    found = Refined(hypothesis=replace(LOSS, upper=(most,)), sizes=(size,), deviations=(0.01,))
+@pytest.mark.parametrize(("size", "pressed", "told"), [(0.8, 5.0, True), (0.8, 1.0, False), (1.0, 5.0, False)])
+def test_a_size_beyond_its_range_is_said_to_be_there(size: float, pressed: float, told: bool) -> None:
+    found = Refined(hypothesis=LOSS, sizes=(size,), deviations=(0.01,), pressed=pressed)
     words = Claim(refined=found, probability=0.996, group=1.0, rivals=()).words
     assert words.startswith(f"Loss of thrust at all speeds of thruster 0: share {size:.3g} ± 0.01 (p 1.00).")
     assert ("That share is the end of the range that is searched" in words) == told
     assert (_claim(found, 100.0, (), None).probability < 0.5) == told
+
+
+@pytest.mark.parametrize(("most", "beyond"), [(0.25, True), (0.39, False), (0.45, False)])
+def test_recordings_ask_for_a_size_beyond_its_range_by_so_many_deviations(most: float, beyond: bool) -> None:
+    wide = problem().fit(np.zeros(1), [(0.1,)]).effects[0]
+    one = Problem(screen=Bilinear(), nuisances={THRUST: 0.02}, effects=(replace(LOSS, upper=(most,)),))  # type: ignore[arg-type]
+    found = one.fit(np.zeros(1), [(0.1,)]).effects[0]
+    assert found.pressed == pytest.approx(max(wide.sizes[0] - most, 0.0) / found.deviations[0], rel=0.3)
+    assert found.at_the_end == beyond
 
 
 def test_columns_that_a_step_corrected_have_the_product_that_goes_with_them() -> None:

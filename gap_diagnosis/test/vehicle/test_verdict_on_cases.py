@@ -122,8 +122,8 @@ def test_the_keys_of_a_single_thrusters_diagnosis_are_there(lossy: Diagnosed) ->
     assert gap["total"]["as_is"] > gap["total"]["with_effect"] and gap["total"]["noise_floor"] == 1.0
     assert gap["shrink"] == pytest.approx(effect["shrink"])
     assert all(channel["noise_floor"] > 0.0 for channel in gap["channels"].values())
-    # numbers re-tuned on this one recording do as well
-    assert (effect["shrink"], effect["class"]) == (None, "parametric")
+    # numbers re-tuned on this one recording do nearly as well
+    assert effect["class"] == "parametric" and 0.0 < effect["shrink"] < 0.2
     assert effect["probability"] <= effect["group_probability"] <= 1.0 and effect["group_probability"] > 0.96
     assert "water_current" in lossy.content["not_tried"] and not set(FEW) & set(lossy.content["not_tried"])
     assert lossy.content["resembles"] == [] and lossy.content["log"] == []
