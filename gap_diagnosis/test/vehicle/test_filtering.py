@@ -220,6 +220,14 @@ def test_no_other_noise_makes_readings_likelier_than_those_that_were_learned(tmp
     assert sum(map(log_likelihood, again)) > best - 0.5
 
 
+def test_a_battery_whose_charge_is_being_found_is_no_noisier_for_that(tmp_path: Path) -> None:
+    draw = Draw(seed=21, vehicle="ngs", kinds=("steps",), duration=30.0)  # its voltage is read with 0.02 V
+    model = load_model(draw.vehicle)
+    (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
+    logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
+    assert learned_from(prepared(model, logs, {})).battery[0] == pytest.approx(0.02, rel=0.15)
+
+
 def test_a_rotor_that_is_not_driven_and_read_as_zero_is_at_rest() -> None:
     log: Any = SimpleNamespace(commands=held(np.array([[0.0, 0.0, 3.0]])), speeds=np.array([[1.0, 40.0, 1.0]]))
     noises: Any = SimpleNamespace(speed=np.array([1.2, 1.2, 1.2]))
