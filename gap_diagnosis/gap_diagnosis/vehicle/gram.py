@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.descent import normal
 from gap_diagnosis.vehicle.side_by_side import side_by_side
 
 __all__ = ["Column", "Gram", "evidence", "gathered", "solution"]
 
 Array = NDArray[np.float64]
-_ROWS = 4096
 
 
 @dataclass(frozen=True)
@@ -70,27 +70,16 @@ def gathered(residuals: Sequence[Array], columns: Sequence[Column], base: int = 
         side_by_side(fill, range(n))
         J[~np.isfinite(J)] = 0.0
         whole.append((J, r.ravel().astype(np.float32)))
-    products = side_by_side(lambda each: _products(*each), whole)
-    A, b = (np.sum(each, axis=0) for each in zip(*products, strict=True))
+    A, slope = normal([J for J, _ in whole], [r.ravel() for r in residuals], np.zeros(n), np.zeros(n))
     rr = sum(float(r.ravel() @ r.ravel()) for r in residuals)
     return Gram(
         names=tuple(c.name for c in columns),
         deviations=np.array([c.deviation for c in columns]),
         A=A,
-        b=b,
+        b=-slope,
         rr=rr,
-        scatter=_scatter(whole, A, b, base, block) if block else np.ones(n),
+        scatter=_scatter(whole, A, -slope, base, block) if block else np.ones(n),
     )
-
-
-def _products(J: NDArray[np.float32], r: NDArray[np.float32]) -> tuple[Array, Array]:
-    """Return J^T J and -J^T r of one run, in double precision: sums of squares reach 1e10."""
-    A, b = np.zeros((J.shape[1], J.shape[1])), np.zeros(J.shape[1])
-    for first in range(0, len(r), _ROWS):
-        some = J[first : first + _ROWS].astype(np.float64)
-        A += some.T @ some
-        b -= some.T @ r[first : first + _ROWS]
-    return A, b
 
 
 def _scatter(whole: Sequence[tuple[Any, Any]], A: Array, b: Array, base: int, block: int) -> Array:
