@@ -1,6 +1,6 @@
 """From a problem to weighed sets of effects: the search, their probabilities, and what the best one leaves."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
+from gap_diagnosis.bursts import bursts_of
 from gap_diagnosis.discrepancy import Discrepancy, Feature, discrepancy
 from gap_diagnosis.offers import offers_of
 from gap_diagnosis.problem import Problem
@@ -42,6 +43,8 @@ _OTHERS = 5
 """Sets beside the best one that widen the intervals of its shares."""
 _SEVERAL = 2
 """Effects beside which it is asked whether a further one explains anything: it takes a sixth of a step."""
+
+_UNSTEADY = "changes its size with run, time or state"
 
 Array = NDArray[np.float64]
 
@@ -223,19 +226,19 @@ class Investigation:
     @cached_property
     def unsteady(self) -> dict[str, float]:
         """Evidence, nats, that the size of an effect of the best set is not one size."""
-        best = self.best
-        return unsteady(best.fitted, best.noise, best.loose, best.suspects)
+        return _unsteady(self.best)
 
     @cached_property
     def doubts(self) -> dict[str, list[str]]:
         """Why effects of the best set only resemble what is at work, in words; those that may be claimed are not there.
 
-        What explains less than is left without a name may be a part of that.
+        What explains less than is left without a name may be a part of that. What resembles something may be how the
+        size of another one changes: those are asked again without it.
         """
         found: dict[str, list[str]] = {}
         for key in self.best.keys:
             reasons = {
-                "changes its size with run, time or state": self.unsteady[key] > RULES.unsteady,
+                _UNSTEADY: self.unsteady[key] > RULES.unsteady,
                 "explains no more than functions without a name": self.ahead[key] < 0.0,
                 "makes runs that were left out less probable": self.helps[key] < RULES.helps,
                 "is too small to be told from none": self.distances[key] < RULES.apart,
@@ -243,7 +246,15 @@ class Investigation:
             }
             if any(reasons.values()):
                 found[key] = [reason for reason, holds in reasons.items() if holds]
+        if found:
+            again = _unsteady(self._beside(found))
+            found |= {key: [_UNSTEADY] for key, evidence in again.items() if evidence > RULES.unsteady}
         return found
+
+    def _beside(self, doubted: Container[str]) -> Hypothesis:
+        """Return the likeliest set of effects of the best one that are not doubted."""
+        sure = {key for key in self.best.keys if key not in doubted}
+        return max((h for keys, h in self.search.weighed.items() if keys <= sure), key=self.search.score)
 
     @cached_property
     def resembling(self) -> dict[str, float]:
@@ -261,8 +272,7 @@ class Investigation:
         """Evidence, nats, for something without a name beside those effects of the best set that are not doubted."""
         if not self.doubts:
             return self.unexplained.evidence
-        sure = frozenset(self.best.keys) - set(self.doubts)
-        base = max((h for keys, h in self.search.weighed.items() if keys <= sure), key=self.search.score)
+        base = self._beside(self.doubts)
         left = _left(base, _healthy(self.best)) if base.suspects else self.left_by_none
         return _with_push(discrepancy(left.fitted, left.noise), left).evidence
 
@@ -331,12 +341,14 @@ def weighed_up(search: Search, offer: Callable[[Hypothesis], list[Suspect]]) -> 
 
 
 def _with_push(unexplained: Discrepancy, left: Left) -> Discrepancy:
-    """Return what is left, with the random push of the rotor where more evidence is for that than for all functions."""
-    uneven = evidence_for_uneven_push(left.fitted, left.noise, left.loose)
-    if uneven <= max(unexplained.evidence, RULES.nameless):
+    """Return what is left, with what is odd about a random push where more evidence is for that than for functions."""
+    odd = [("speed", "a random push that grows with |n|", evidence_for_uneven_push(*left))]
+    odd += [(signal, "a random push that comes in bursts", evidence) for signal, evidence in bursts_of(*left).items()]
+    signal, name, evidence = max(odd, key=lambda each: each[2])
+    if evidence <= max(unexplained.evidence, RULES.nameless):
         return unexplained
-    feature = Feature("speed", "a random push that grows with |n|", 2.0 * uneven)
-    return unexplained._replace(features=(feature, *unexplained.features), evidence=uneven)
+    feature = Feature(signal, name, 2.0 * evidence)
+    return unexplained._replace(features=(feature, *unexplained.features), evidence=evidence)
 
 
 def imitated_by_parameters(found: Hypothesis, suspect: Suspect) -> tuple[float, float]:
@@ -358,6 +370,11 @@ def imitated_by_parameters(found: Hypothesis, suspect: Suspect) -> tuple[float, 
     white = noise.whiten(bare.residuals(x))
     imitated = fit(bare, noise, x, iterations=5)
     return float(imitated.white @ imitated.white), float(white @ white)
+
+
+def _unsteady(found: Hypothesis) -> dict[str, float]:
+    """Return by effect of a set the evidence, nats, that its size is not one size."""
+    return unsteady(found.fitted, found.noise, found.loose, found.suspects)
 
 
 def _healthy(found: Hypothesis) -> Whitener:

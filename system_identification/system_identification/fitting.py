@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 
 from system_identification.noise import Whitener, white_noise
+from system_identification.ranges import within_ranges
 from system_identification.system import System
 
 __all__ = ["Fitted", "fit", "fit_past_jumps", "reweighed", "sharpened", "zooming"]
@@ -126,7 +127,7 @@ def fit(
                 bend = _bend(problem, noise, x, white, step, jacobian, rows)
                 turn = -cho_solve(factor, np.where(free, jacobian.T @ bend, 0.0))
                 turn *= min(1.0, 1.5 * float(np.linalg.norm(step)) / max(float(np.linalg.norm(turn)), 1e-300))
-            tried = _cut(problem, x, step + 0.5 * turn, damped, gradient)
+            tried = within_ranges(problem.bounded, x, step + 0.5 * turn, damped, gradient)
             at = _cost(problem, noise, tried, rows)
             if at[2] < cost:
                 gain, moved_by = cost - at[2], tried - x
@@ -173,18 +174,6 @@ def reweighed(fitted: Fitted, noise: Whitener, filtered: Array) -> Fitted:
 def _counted(white: Array, rows: NDArray[np.bool_] | None) -> Array:
     """Return white rows (R, K) with those that do not count at 0."""
     return white if rows is None else np.where(rows[:, None], white, 0.0)
-
-
-def _cut(problem: System, x: Array, step: Array, information: Array, gradient: Array) -> Array:
-    """Return where a step leads inside the ranges: cut at the end of one, the others are re-tuned to what is left."""
-    there = problem.bounded(x + step)
-    cut = there != x + step
-    if np.any(cut) and not np.all(cut):
-        moved = there - x
-        rest = gradient[~cut] - information[np.ix_(~cut, cut)] @ moved[cut]
-        moved[~cut] = np.linalg.solve(information[np.ix_(~cut, ~cut)], rest)
-        there = problem.bounded(x + moved)
-    return there
 
 
 _OUTLYING = 6.0

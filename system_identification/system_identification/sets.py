@@ -77,6 +77,7 @@ class Sets:
         """Weigh the empty set."""
         self.caps, self.offered = caps, 1
         self.found: dict[frozenset[str], Hypothesis] = {}
+        self._settled: dict[frozenset[str], Hypothesis] = {}
         plain = whitener(system, np.zeros(system.nuisances))
         self.stated = fit(system, plain, np.zeros(system.nuisances), iterations=0)
         base = fit(system, plain, self.stated.x, iterations=12, near=self.stated)
@@ -104,6 +105,8 @@ class Sets:
         A size was searched where others had not yet settled: beside them it is searched again.
         """
         keys = frozenset(found.keys)
+        if self._settled.get(keys) is found:
+            return found
         sharp = {int(found.sizes_of(each)[0]): each.spacing for each in found.suspects if each.spacing > 0.0}
         for _ in range(ROUNDS):
             start = sharpened(found.fitted, found.noise, sharp)
@@ -113,6 +116,7 @@ class Sets:
                 self.found[keys] = found = again
             if gained < WORTH:
                 break
+        self._settled[keys] = found
         return found
 
     def begun(self, current: Hypothesis, suspects: tuple[Suspect, ...], start: Array) -> Begun:

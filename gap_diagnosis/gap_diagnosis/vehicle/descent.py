@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.side_by_side import side_by_side
+from system_identification.ranges import within_ranges
 
 __all__ = ["Columns", "Descent", "Point", "descended", "normal", "product_of"]
 
@@ -80,7 +81,7 @@ def descended(
     for _ in range(rules.FIT_STEPS):
         given, nearby = nearby, None
         fresh, made = given or target.made(here[1], here[2], columns), here[1]
-        end, J, step, settled = _along(target, fresh, here, columns, product)
+        end, J, there, settled = _along(target, fresh, here, columns, product)
         if given and end[0] <= best[0] and not settled:
             continue
         if end[0] <= best[0] and (uphill or not settled):
@@ -89,7 +90,7 @@ def descended(
             gained = end[0] - best[0]
             settled = gained < max(_WALL * foreseen, rules.SETTLED)
             if gained < _CREEP * foreseen and foreseen > _WORTH and not spent:
-                x, uphill = target.held(here[1] + step), True
+                x, uphill = there, True
                 r, score = target.scored(x)
                 here = (score, x, r)
                 continue
@@ -107,34 +108,41 @@ def _damped(target: Target, J: Columns, start: Point, product: Array | None) -> 
     H, slope = normal(J, r, x, target.weight, product)
     H += np.diag(np.maximum(target.weight, _LEAST))
     for damping in _DAMPINGS:
-        there = target.held(x - np.linalg.solve(H + damping * np.diag(np.diag(H)), slope))
+        there, _ = _step(target, x, H + damping * np.diag(np.diag(H)), slope)
         r_there, further = target.scored(there)
         if further > best[0]:
             best = (further, there, r_there)
         elif best[0] > score:
             break
-    return best, 0.5 * float(slope @ np.linalg.solve(H, slope))
+    return best, _step(target, x, H, slope)[1]
+
+
+def _step(target: Target, x: Array, H: Array, slope: Array) -> tuple[Array, float]:
+    """Return where a step leads within the ranges, and what it foresees to be gained; H: J^T J and the prior's."""
+    step: Array = np.linalg.solve(H, -slope).astype(np.float64)
+    there = within_ranges(target.held, x, step, H, -slope)
+    moved = there - x
+    return there, -float(slope @ moved) - 0.5 * float(moved @ H @ moved)
 
 
 def _along(
     target: Target, J: Columns, start: Point, columns: Sequence[Any], product: Array | None
 ) -> tuple[Point, Columns, Array, bool]:
-    """Return the point after steps along columns as long as they gain, the columns, the first step, and whether
-    nothing more is foreseen to be gained.
+    """Return the point after steps along columns as long as they gain, the columns, where the first one leads, and
+    whether nothing more is foreseen to be gained.
 
     A step costs one run of the filter, new columns one for each unknown. So what a step has changed beyond what
     they foresaw corrects them (Broyden), unless they are `columns`, which stay as they are.
     """
-    first: Array = np.zeros(len(start[1]))
+    first = start[1]
     H, slope = normal(J, start[2], start[1], target.weight, product)
     for count in range(rules.FIT_STEPS):
         score, x, r = start
         # a limit that is never reached has neither a prior nor a column: it stays where it is
-        step: Array = np.linalg.solve(H + np.diag(np.maximum(target.weight, _LEAST)), -slope).astype(np.float64)
-        first = step if count == 0 else first
-        if -0.5 * float(slope @ step) < _ENOUGH:
+        there, foreseen = _step(target, x, H + np.diag(np.maximum(target.weight, _LEAST)), slope)
+        first = there if count == 0 else first
+        if foreseen < _ENOUGH:
             return start, J, first, True
-        there = target.held(x + step)
         r_there, further = target.scored(there)
         if not columns:
             J, H = _corrected(J, H, there - x, [b - a for a, b in zip(r, r_there, strict=True)])
