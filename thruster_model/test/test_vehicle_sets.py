@@ -57,6 +57,21 @@ def test_the_pool_rovs_thrusters_make_the_moments_of_its_drawing() -> None:
     assert pytest.approx(0.11 * (f[2] - f[3])) == N
 
 
+@pytest.mark.parametrize(
+    ("angles", "axis"),
+    [
+        ({"yaw_deg": 90}, [0, 1, 0]),
+        ({"pitch_deg": 90}, [0, 0, 1]),
+        ({"yaw_deg": -90, "pitch_deg": 30}, [0, -np.sqrt(0.75), 0.5]),
+    ],
+)
+def test_a_thruster_s_yaw_is_from_ahead_to_starboard_its_pitch_down_and_one_left_out_is_0(angles, axis) -> None:
+    changed = document()
+    del changed["thrusters"][1]["axis"]
+    changed["thrusters"][1].update(angles)
+    np.testing.assert_allclose(parsed(changed).configuration[:3, 1], axis, atol=1e-15)
+
+
 def test_hovering_the_thrusters_carry_what_buoyancy_leaves() -> None:
     for name, thrust in (("ngs", [-0.9847472606] * 2), ("bluerov2_heavy", [0.24525] * 4)):
         c = load_vehicle_set(name).coefficients
@@ -140,6 +155,10 @@ def parameter(name, **entry):
         (lambda d: d["thrusters"][1].update(name="T1"), "key 'thrusters': expected names of their own; found 'T1'"),
         (lambda d: d.update(frame="vectored"), "key 'thrusters.0.axis': the frame gives the axes"),
         (lambda d: d["thrusters"][1].update(pitch_deg=90), "key 'thrusters.1': expected either axis or yaw_deg"),
+        (
+            lambda d: d["thrusters"].__setitem__(1, {"name": "T", "position": [0, 0, 0], "pitch_deg": "down"}),
+            "key 'thrusters.1': expected numbers yaw_deg and pitch_deg; found",
+        ),
         (lambda d: d.update(frame="triangle"), "key 'frame': expected one of bluerov1, vectored"),
         (lambda d: d.update(effects=[{"thruster": 1}]), "key 'effects': expected a list of mappings with an id"),
         (lambda d: d.update(effects=[{"id": "x", "thruster": "T1"}]), "key 'effects.0.thruster': expected the number"),

@@ -23,8 +23,8 @@ _HEAD = (
 )
 _THRUSTERS = (
     "In the order of the commands, thruster_0 first. Position [m]; axis: where a positive command pushes the vehicle, "
-    "or yaw_deg and pitch_deg in its place: yaw_deg 90 is starboard, pitch_deg 90 down. `hand: right` turns clockwise, "
-    "seen along the axis, while it pushes along it; leave it out where you do not know."
+    "or yaw_deg, pitch_deg or both in its place: yaw_deg 90 is starboard, pitch_deg 90 down, one left out is 0. `hand: "
+    "right` turns clockwise, seen along the axis, while it pushes along it; leave it out where you do not know."
 )
 
 

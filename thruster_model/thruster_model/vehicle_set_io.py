@@ -7,7 +7,8 @@ parameters:
   mass: {value: 13.5, unit: kg, source: "...", standard_deviation: 0.3}
 thrusters:
   - {name: T1, position: [0.1, 0.2, 0.0], axis: [1, 0, 0], hand: left}           m, body axes; the axis of any length
-  - {name: T2, position: [0.1, -0.2, 0.0], yaw_deg: 30, pitch_deg: -30, model: simplified}
+  - {name: T2, position: [0.1, -0.2, 0.0], yaw_deg: 30, pitch_deg: -30, model: simplified}   yaw from ahead to starboard
+  - {name: T3, position: [0.0, 0.0, 0.0], pitch_deg: 90}                     down; an angle left out is 0
 frame: vectored         in place of axes: an ArduSub frame, whose motors are the thrusters in order
 effects:                optional
   - {id: thrust_loss, thruster: 2, parameters: {share: {value: 0.3, unit: "1"}}}         thrusters count from 0
@@ -128,7 +129,7 @@ def _vector(value: Any, key: str, problems: list[str]) -> tuple[float, float, fl
 
 
 def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]) -> tuple[float, float, float] | None:
-    """Return the direction of forward thrust, of length one."""
+    """Return the direction of forward thrust, of length one; of yaw_deg and pitch_deg one left out is 0."""
     given = [name for name in ("axis", "yaw_deg", "pitch_deg") if name in entry]
     if of_frame is not None:
         if given:
@@ -140,8 +141,8 @@ def _axis(entry: Mapping[str, Any], of_frame: Any, key: str, problems: list[str]
         if axis is None:
             return None
         x, y, z = axis
-    elif given[:1] == ["yaw_deg"]:
-        angles = [number(entry.get(name)) for name in ("yaw_deg", "pitch_deg")]
+    elif given and given[0] != "axis":
+        angles = [number(entry.get(name, 0.0)) for name in ("yaw_deg", "pitch_deg")]
         if angles[0] is None or angles[1] is None:
             problems.append(f"key '{key}': expected numbers yaw_deg and pitch_deg; found {dict(entry)!r}")
             return None
