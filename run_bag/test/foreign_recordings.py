@@ -67,8 +67,8 @@ def message_format(kind: int, length: int, name: str, form: str, columns: str) -
     return b"\xa3\x95\x80" + body
 
 
-def autopilot_log(path: Path) -> Path:
-    """A dataflash log: outputs, two ESCs with units, the battery."""
+def autopilot_log(path: Path, *, escs: int = 2) -> Path:
+    """A dataflash log: outputs, ESCs with units, of which the first alone turns, the battery."""
     data = message_format(0x80, 89, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns")
     data += message_format(1, 3 + 8 + 1 + 64, "UNIT", "QbZ", "TimeUS,Id,Label")
     data += message_format(2, 3 + 8 + 1 + 16 + 16, "FMTU", "QBNN", "TimeUS,FmtType,UnitIds,MultIds")
@@ -82,7 +82,7 @@ def autopilot_log(path: Path) -> Path:
     for k in range(COUNT):
         at = 5_000_000 + k * 40_000
         data += b"\xa3\x95\x0a" + struct.pack("<QHH", at, int(throttle_us(k)), 1500)
-        for i in (0, 1):
+        for i in range(escs):
             data += b"\xa3\x95\x0b" + struct.pack("<QBff", at, i, speed_rpm(k) * (1 - i), 15.5)
         data += b"\xa3\x95\x0c" + struct.pack("<Qh", at, 1550)
     path.write_bytes(data)

@@ -81,6 +81,35 @@ def test_one_form_of_map_takes_every_kind_of_recording(tmp_path, kind):
     assert run.metadata["hold"] == {"throttle": "previous"}
 
 
+def test_the_instance_of_a_message_may_be_left_out_where_the_log_has_one_alone(tmp_path, capsys):
+    log = autopilot_log(tmp_path / "x.BIN")
+    text = fields("field: RCOU.C1", "field: ESC.RPM")
+    (tmp_path / "map.yaml").write_text(text)
+    given = ["--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "refused")]
+    assert main([str(log), *given]) == 1
+    assert "expected field 'ESC.RPM', found" in capsys.readouterr().err, "which of two?"
+    alone = autopilot_log(tmp_path / "y.BIN", escs=1)
+    run = imported(tmp_path, alone, text.replace("unit: rpm", "unit: rps"))
+    np.testing.assert_allclose(run["thruster_0/state.n"].values, 60.0 * np.array(SPEED), rtol=1e-6)
+    assert "field 'ESC.RPM' is in rpm, as the recording states; the map says rps" in capsys.readouterr().err
+
+
+def test_all_that_a_recording_lacks_is_named_at_once(tmp_path, capsys):
+    log = autopilot_log(tmp_path / "x.BIN")
+    text = fields("field: RCOU.C9", "field: 'ESC[0].RPM'") + "rov/battery.voltage: {field: BAT.Vcc, unit: V}\n"
+    (tmp_path / "map.yaml").write_text(text)
+    assert main([str(log), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    assert first == f"{log}: thruster_0/throttle.commanded: expected field 'RCOU.C9'"
+    assert second.startswith(f"{log}: rov/battery.voltage: expected field 'BAT.Vcc', found UNIT.Id, ")
+
+
+def test_a_log_s_speed_with_a_sign_is_not_proposed_as_one_without(tmp_path, capsys):
+    assert main([str(autopilot_log(tmp_path / "x.BIN")), "--guess"]) == 0
+    text = capsys.readouterr().out
+    assert "thruster_0/state.n: {field: 'ESC[0].RPM', unit: rpm}" in text and "thruster_0/state.sign_source" not in text
+
+
 def test_a_ground_station_s_log_tells_senders_apart(tmp_path):
     log = telemetry_log(tmp_path / "x.tlog")
     text = fields("field: SERVO_OUTPUT_RAW.servo1_raw", "field: 'ESC_TELEMETRY_1_TO_4.rpm[0]'")

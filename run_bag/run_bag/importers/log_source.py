@@ -1,6 +1,6 @@
 """Logs of ArduPilot's vehicles (ArduSub among them): `.BIN` of the autopilot, `.tlog` of the ground station.
 
-A field is called MESSAGE.FIELD, with the instance where there are several (`ESC[0].RPM`), or with system and
+A field is called MESSAGE.FIELD, with the instance where the message has one (`ESC[0].RPM`), or with system and
 component where not only the first one sends it (`HEARTBEAT@255/190.type`). Times are those since boot (BIN), or of
 arrival (tlog).
 """
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import struct
 from collections.abc import Iterator
 from pathlib import Path
@@ -73,15 +74,23 @@ class LogSource:
 
     def unit(self, name: str) -> str:
         """Return the unit that the log or the protocol states."""
-        return self._units.get(name, "")
+        return self._units.get(self._whole(name), "")
 
     def has(self, entry: Mapped) -> bool:
         """Tell whether the log has the field."""
-        return entry.is_field and entry.column in self._series
+        return entry.is_field and self._whole(entry.column) in self._series
+
+    def _whole(self, name: str | int) -> str:
+        """Return a field with its instance, which may be left out where the log has one alone: BAT.Volt is
+        BAT[0].Volt."""
+        message, _, field = str(name).partition(".")
+        instance = re.compile(rf"{re.escape(message)}\[\d+\]\.{re.escape(field)}")
+        alike = [] if name in self._series else [each for each in self._series if instance.fullmatch(each)]
+        return alike[0] if len(alike) == 1 else str(name)
 
     def series(self, entry: Mapped) -> Series:
         """Return the samples of a field."""
-        times, values = self._series[str(entry.column)]
+        times, values = self._series[self._whole(entry.column)]
         origin = int(times[0])
         stamps = (times - origin).astype(np.int64) * 1000
         return Series(
@@ -90,7 +99,7 @@ class LogSource:
 
     def refusal(self, entry: Mapped, row: int, expected: str) -> RecordingError:
         """Return the error about one message."""
-        found = self._series[str(entry.column)][1][row]
+        found = self._series[self._whole(entry.column)][1][row]
         text = f"{self.path}: {entry.column}, message {row}: expected {expected}, found {found:g}"
         return RecordingError(text, path=self.path, position=row, expected=expected, found=float(found))
 

@@ -39,10 +39,10 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     """Return the topics, and warnings; channels of one topic with different times are merged, NaN in the gaps.
 
     Raises:
-        RecordingError: a column is missing or in two files, a cell is no number, rows are out of order, or a file
+        RecordingError: columns are missing or in two files, a cell is no number, rows are out of order, or a file
             lasts while no other one does.
     """
-    places = [(_timed(e, at, told), at) for e in told.mapped for at in [_place(sources, e)]]
+    places = _places(sources, told)
     for source in sources:
         if isinstance(source, CsvSource):
             source.prepare([e for e, at in places if at is source])
@@ -150,6 +150,32 @@ def _timed(entry: Mapped, at: Source, told: RecordingMap) -> Mapped:
         return entry
     column, scale = next((each for each in told.times if at.has(replace(entry, column=each[0]))), told.times[0])
     return replace(entry, time_column=column, time_scale=scale)
+
+
+def _places(sources: Sequence[Source], told: RecordingMap) -> list[tuple[Mapped, Source]]:
+    """Return the entries, those of tables with a time, and where each is.
+
+    Raises:
+        RecordingError: entries are in no recording, or in two: a line for each, the last one with what there is.
+    """
+    places, refused = [], []
+    for e in told.mapped:
+        try:
+            at = _place(sources, e)
+        except RecordingError as error:
+            refused.append(error)
+        else:
+            places.append((_timed(e, at, told), at))
+    if len(refused) > 1:
+        lines: dict[str, list[str]] = {}
+        for text in map(str, refused):
+            expected, comma, there = text.partition(", found ")
+            lines.setdefault(comma + there, []).append(expected)
+        text = "\n".join("\n".join(own) + there for there, own in lines.items())
+        raise RecordingError(text, path=refused[0].path, found=[str(each) for each in refused])
+    if refused:
+        raise refused[0]
+    return places
 
 
 def _place(sources: Sequence[Source], entry: Mapped) -> Source:
