@@ -353,6 +353,67 @@ def test_a_battery_and_a_velocity_log_are_known_by_further_names(tmp_path, capsy
         assert told.startswith(f"{{column: 'dvl_{way} [mm/s]', unit: mm/s}}")
 
 
+@pytest.mark.parametrize("rate", ["rate_{}", "{}_rate", "{}_gyro", "gyro_{}", "ekf_vel_{}", "{}_dot"])
+def test_a_name_with_a_word_of_turning_is_no_attitude(tmp_path, capsys, rate):
+    angles = {"roll": 20 * WAVE, "pitch": 9 * WAVE, "yaw": 90 + 170 * WAVE}
+    rates = {rate.format(angle): 1.5 * values for angle, values in angles.items()}
+    columns = {"t": TIME, "pwm1": PULSES, "pwm2": PULSES}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {**columns, **rates, **angles}))
+    for axis, angle in zip("xyz", angles, strict=True):
+        assert f"column: {angle}," in found[f"rov/imu.orientation.{angle}"]
+        gyro = found.get(f"rov/imu.angular_velocity.{axis}", "")
+        assert f"column: {rate.format(angle)}," in gyro or "ekf" in rate or "dot" in rate
+    found, text = guessed(capsys, wide(tmp_path / "y.csv", {**columns, **rates}))
+    assert "orientation" not in text, "without an attitude they are none either"
+
+
+def test_a_column_that_is_a_word_goes_before_one_that_has_it_also_of_another_file(tmp_path, capsys):
+    angles = {"roll": 20 * WAVE, "pitch": 9 * WAVE, "yaw": 90 + 170 * WAVE}
+    columns = {f"{angle}_err": 0.1 * values for angle, values in angles.items()}
+    first = wide(tmp_path / "a.csv", {"t": TIME, "pwm1": PULSES, "pwm2": PULSES, **columns})
+    found, text = guessed(capsys, first, wide(tmp_path / "b.csv", {"t": TIME, **angles}))
+    for angle in angles:
+        assert f"column: {angle}," in found[f"rov/imu.orientation.{angle}"] and f"# {angle}_err " in text
+    found, _ = guessed(capsys, first)
+    assert "column: roll_err," in found["rov/imu.orientation.roll"], "alone it is likely one"
+
+
+def test_a_velocity_log_and_a_height_are_known_by_german_names_and_sides(tmp_path, capsys):
+    for names in (
+        ("v_vorn", "v_stb", "v_unten"),
+        ("v_voraus", "v_steuerbord", "v_unten"),
+        ("log_fwd", "log_stbd", "log_down"),
+    ):
+        columns = {f"{name} [kn]": 0.5 * WAVE for name in names} | {"Hoehe [mm]": -2500 + 300 * WAVE}
+        found, text = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+        for axis, name in zip("xyz", names, strict=True):
+            entry = found[f"rov/velocity.twist.twist.linear.{axis}"]
+            assert entry.startswith(f"{{column: '{name} [kn]', unit: kn}}")
+        assert "rov/velocity: rep103" not in text, "down is ours"
+        assert found["rov/depth.depth"].startswith("{column: 'Hoehe [mm]', unit: mm, sign: -1}")
+        assert "a height by its values: is it?" in found["rov/depth.depth"]
+    found, _ = guessed(capsys, wide(tmp_path / "y.csv", {"t": TIME, "Hoehe [m]": 2.5 + WAVE, **GYRO}))
+    assert "rov/depth.depth" not in found, "above the ground"
+
+
+@pytest.mark.parametrize(
+    ("name", "values", "told"),
+    [
+        ("demand_volts{}", 3 * WAVE, True),
+        ("motor{} [V]", 3 * WAVE, True),
+        ("cell_volts{}", 3.7 + 0.1 * WAVE, False),
+        ("dvl_v{}", 0.3 * WAVE, False),
+        ("gauge{} [V]", 3 * WAVE, False),
+    ],
+)
+def test_volts_to_both_sides_that_differ_by_a_number_are_commands(tmp_path, capsys, name, values, told):
+    columns = {name.format(k): values for k in (1, 2, 3)}
+    found, _ = guessed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns, **GYRO}))
+    assert [c for c in found if "commanded" in c] == [f"thruster_{k}/throttle.commanded" for k in range(3 * told)]
+    if told:
+        assert "unit: V, hold: previous" in found["thruster_0/throttle.commanded"]
+
+
 def test_of_what_is_not_recognised_constants_stand_last_and_a_number_has_no_unit_1(tmp_path, capsys):
     columns = {"t": TIME, "health [1]": 1.0 + 0 * TIME, "oddity": WAVE, **GYRO}
     _, text = guessed(capsys, wide(tmp_path / "x.csv", columns))

@@ -281,6 +281,31 @@ def test_a_depth_that_is_negative_as_a_rule_is_a_height_with_a_sign_and_a_questi
     assert entry.endswith("a height by its values: is it?")
 
 
+@pytest.mark.parametrize(("way", "sign"), [(-1, ""), (1, ", sign: -1")])
+def test_a_current_that_is_positive_throughout_is_asked_about(way: int, sign: str, tmp_path: Path, capsys: Any) -> None:
+    def drawn(types: Any, header: Any, k: int) -> Any:
+        message = battery(types, header, k)
+        message.current *= -way
+        return message
+
+    topics = {"/imu": IMU, "/rc/out": OUT, "/battery": ("sensor_msgs/msg/BatteryState", drawn)}
+    entry = guessed(capsys, write_bag(tmp_path / "bag", topics))[0]["rov/battery.current"]
+    assert entry.startswith(f"{{field: battery.current, unit: A{sign}}}")
+    assert ("positive throughout: is it while it is drawn?" in entry) is (way > 0)
+
+
+def test_an_array_of_volts_is_commands_where_its_name_says_volts(tmp_path: Path, capsys: Any) -> None:
+    def volts(types: Any, header: Any, k: int) -> Any:
+        layout = types["std_msgs/msg/MultiArrayLayout"]([], 0)
+        return types["std_msgs/msg/Float32MultiArray"](layout, ((PULSES[k] - 1500) / 30).astype(np.float32))
+
+    for topic, told in (("/prop/demand_volts", True), ("/prop/demand", False)):
+        topics = {"/imu": IMU, topic: ("std_msgs/msg/Float32MultiArray", volts)}
+        found, _ = guessed(capsys, write_bag(tmp_path / topic[-1], topics))
+        entry = found.get("thruster_2/throttle.commanded", "")
+        assert ("{field: 'prop/demand_volts.data[2]', unit: V, hold: previous}" in entry) is told
+
+
 @pytest.mark.parametrize(
     ("made", "there"), [(imu, False), (turning_imu(-1.0), False), (turning_imu(0.0), True), (turning_imu(1e-4), True)]
 )

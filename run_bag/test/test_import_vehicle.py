@@ -293,6 +293,8 @@ def test_sensors_of_one_message_are_told_apart_without_the_log_s_units_and_the_o
     text = guessed(capsys, tmp_path / "x.BIN")
     assert "# RCOU.C3 always 1500, 50 samples" in text and "supply_voltage" not in text and "PIDR.I" in text
     run = imported(tmp_path, text, tmp_path / "x.BIN")
+    assert "sign_source" not in capsys.readouterr().err, "the proposal says that ESCs tell no direction"
+    assert not run["thruster_1/state.sign_source"].values.any()
     commanded = [name for name in run if name.endswith("throttle.commanded")]
     assert commanded == ["thruster_0/throttle.commanded", "thruster_1/throttle.commanded"], "two more never move"
     assert run["thruster_1/state.n"].values.size == COUNT

@@ -20,8 +20,11 @@ from .guessed_depth import is_height
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import guessed_unit
 from .guessed_values import is_0, moves, span_of, values_of
+from .log_source import LogSource
+from .mapped_topics import SIGN_UNKNOWN
 from .recording_map import ASKED
 from .sources import Array, Source
+from .vehicle_advice import is_charging
 
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
@@ -46,11 +49,15 @@ def guess(sources: Sequence[Source]) -> str:
     for each in found:
         arrays.setdefault(_array(each), []).append(each)
     entries = [
-        _line(
-            each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
-            force=list(force.values()), asked=each != asked,
-        )
+        line
         for each in found
+        for line in (
+            _line(
+                each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
+                force=list(force.values()), asked=each != asked,
+            ),
+            *_sign_source(each),
+        )
     ]  # fmt: skip
     entries = gyro_by_attitude(sources, told, entries)
     head = ["# A proposal: read it, correct it, and import with --map.", *told]
@@ -97,7 +104,7 @@ def _says_our_axes(each: Found) -> bool:
     """Tell whether the frame of a message, or the name of a velocity downwards, says our axes."""
     if isinstance(each.source, BagSource):
         return each.source.channels[each.name].frame.endswith(("ned", "frd"))
-    return each.channel.endswith("linear.z") and "down" in each.name.lower()
+    return each.channel.endswith("linear.z") and re.search(r"(?i)down|unten", each.name) is not None
 
 
 def _array(each: Found) -> tuple[Source, str]:
@@ -150,13 +157,25 @@ def _line(
     own = values_of(source, name)
     as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
     height = path == "depth" and own is not None and is_height(own, unit)
-    minus = (each.sign < 0 and not as_ours) or height
+    drawn = each.channel == "rov/battery.current" and own is not None and is_charging(own[np.isfinite(own)])
+    minus = (each.sign < 0 and not as_ours) or height or drawn
     text += (", hold: previous" if command else "") + (", sign: -1" if minus else "")
     doubt = WHICH_FLOW if path == "ambient" and not re.search(SURROUNDING, name) else ""
     still = "" if table or command or len(group) > 1 or moves(source, name) else CONSTANT
     doubt = " a height by its values: is it?" if height and each.sign > 0 else doubt
+    doubt = " positive throughout: is it while it is drawn?" if drawn and each.sign > 0 else doubt
     notes = _joined(notes, f" {why}" if why else "", each.why, doubt, still)
     return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
+
+
+def _sign_source(each: Found) -> list[str]:
+    """Return the entry that a speed in a vehicle's log has no sign, as those of ESCs have none."""
+    span = span_of(each.source, each.name)
+    if not (isinstance(each.source, LogSource) and each.channel.endswith("state.n") and span and span.low >= 0.0):
+        return []
+    return [
+        f"{each.channel.removesuffix('n')}sign_source: {{value: {SIGN_UNKNOWN}}}   # never negative, as of most ESCs"
+    ]
 
 
 def _joined(*notes: str) -> str:

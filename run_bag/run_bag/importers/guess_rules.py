@@ -38,15 +38,17 @@ _ANGLE = (
     r"((?P<roll>roll(en|winkel)?|phi)|(?P<pitch>pitch|nick(en|winkel)|theta)|"
     r"(?P<yaw>yaw|heading|kurs(winkel)?|gier(en|winkel)|psi))"
 )
-_TURN = r"((?P<x>roll)|(?P<y>pitch|nick)|(?P<z>yaw|heading|gier))_?(rate|speed|velocity|vel)"
+_TURN = r"((?P<x>roll)|(?P<y>pitch|nick)|(?P<z>yaw|heading|gier))"
+_RATE = r"(rates?|speed|velocity|vel|gyro?)"
 _GYRO = (
     r"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?|drehrate|(dreh|winkel)geschwindigkeit)_?"
     rf"{_AXIS}"
 )
 _FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschleunigung|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
+_AHEAD = r"(?P<x>forward|fwd|vorn|voraus)|(?P<y>starboard|stbd|stb|steuerbord)|(?P<z>down|unten)"
 _LOG_VELOCITY = (
     rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?"
-    rf"({_AXIS}|(?P<x>u|forward|fwd)|(?P<y>v|starboard|stbd)|(?P<z>w|down))"
+    rf"({_AXIS}|(?P<x2>u)|(?P<y2>v)|(?P<z2>w)|{_AHEAD})"
 )
 _NAMED_VELOCITY = r"((?P<x>surge)|(?P<y>sway)|(?P<z>heave))(_?(speed|velocity|vel))?"
 _BATTERY = r"(bat(t(ery|erie)?)?|akku)"
@@ -142,11 +144,13 @@ VEHICLE = (
     Rule("rov/imu.orientation.{part}", r"(att(itude)?_?)?(q|quat(ernion)?|orientation)_?(?P<part>[wxyz])", "1"),
     Rule("rov/imu.orientation.{angle}", rf"(att(itude)?_?|euler_?)?{_ANGLE}(_angle)?"),
     Rule("rov/imu.angular_velocity.{axis}", _GYRO),
-    Rule("rov/imu.angular_velocity.{axis}", _TURN),
+    Rule("rov/imu.angular_velocity.{axis}", rf"{_TURN}_?{_RATE}"),
+    Rule("rov/imu.angular_velocity.{axis}", rf"{_RATE}_?{_TURN}"),
     Rule("rov/imu.angular_velocity.{axis}", r"(?P<x>p)|(?P<y>q)|(?P<z>r)", together=("p", "q", "r")),
     Rule("rov/imu.linear_acceleration.{axis}", _FORCE),
     Rule("rov/imu.linear_acceleration.{axis}", r"f(?P<axis>[xyz])", together=("fx", "fy", "fz")),
     Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
+    Rule("rov/velocity.twist.twist.linear.{axis}", rf"log_?({_AHEAD})"),
     Rule("rov/velocity.twist.twist.linear.{axis}", _NAMED_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", rf"((twist_){{1,2}}linear|bottom_?track)_{_AXIS}"),
     Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together=("u", "v", "w")),

@@ -31,7 +31,7 @@ from .guess_rules import (
 from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
 from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
-from .guessed_names import beside, numbered, told_units, told_words, without_suffix
+from .guessed_names import beside, numbered, says_rate, told_units, told_words, without_suffix
 from .guessed_units import fits, named_units
 from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
@@ -42,7 +42,8 @@ __all__ = ["Found", "channels_in", "ours_of"]
 
 class Found(NamedTuple):
     """A column or field that is likely a channel: its name, the format's unit ("" where it has none), its sign;
-    entry: its unit and what belongs to it, where nothing is left to guess; why: what else than its name says so."""
+    entry: its unit and what belongs to it, where nothing is left to guess; why: what else than its name says so;
+    by_word: a single word of its name says so, and a column with that word as its name goes before it."""
 
     channel: str
     source: Source
@@ -51,6 +52,7 @@ class Found(NamedTuple):
     sign: int = 1
     entry: str = ""
     why: str = ""
+    by_word: bool = False
 
     @property
     def topic(self) -> str:
@@ -76,19 +78,16 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
     of_topic: dict[str, str] = {}
     left: list[tuple[Source, str]] = []
     vehicle = any(map(_of_vehicle, sources))
-    for source in sources:
-        rules, types = _rules(source, vehicle=vehicle)
-        times: set[str] = set()
-        if isinstance(source, CsvSource):
-            named = (name for name in source.names() if is_time(source, name))
-            times = {clock_in(source, clock), *own_times(source), *named}
-        proposed = {name: _propose(source, name, rules, types) for name in _in_order(source) if name not in times}
+    of_sources = {source: _proposed(source, clock, vehicle=vehicle) for source in sources}
+    by_name = {e.channel for own in of_sources.values() for e in own.values() if e and not e.by_word}
+    for source, proposed in of_sources.items():
         unfilled = _nobody_fills([each for each in proposed.values() if each])
         for name, each in proposed.items():
             topic = f"{source.path} {name.partition('.')[0]}" if isinstance(source, BagSource) else ""
             if (
                 each is None
                 or each.channel in found
+                or (each.by_word and each.channel in by_name)
                 or name in unfilled
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
@@ -114,6 +113,16 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
     for each in logged if len(logged) < 3 else ():
         found[each.channel] = each._replace(why=OTHER_AXES)
     return list(found.values()), left
+
+
+def _proposed(source: Source, clock: str, *, vehicle: bool) -> dict[str, Found | None]:
+    """Return the likely channel of each column or field of a source but its times."""
+    rules, types = _rules(source, vehicle=vehicle)
+    times: set[str] = set()
+    if isinstance(source, CsvSource):
+        named = (name for name in source.names() if is_time(source, name))
+        times = {clock_in(source, clock), *own_times(source), *named}
+    return {name: _propose(source, name, rules, types) for name in _in_order(source) if name not in times}
 
 
 def _parted(found: Iterable[Found]) -> list[Found]:
@@ -274,13 +283,20 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
     stem, number = numbered(bare, source.names()) if table else (tail, 0)
     units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
     last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
+    of_words = [
+        rule
+        for rule in rules
+        if not rule.alone
+        and (not wanted or rule.channel.endswith(".commanded"))
+        and not (rule.channel.endswith("{angle}") and says_rate(tail))
+    ]
     # the whole name first, then what is behind its last dot or slash; single words only where no rule knows these
     for candidates, known in (
         ((whole, bare, without_suffix(bare)), rules),
         ((stem, without_suffix(stem)), rules),
         ((tail, without_suffix(tail), *of_topic), rules),
         ((last, without_suffix(last)), rules),
-        (words, [rule for rule in rules if not rule.alone and (not wanted or rule.channel.endswith(".commanded"))]),
+        (words, of_words),
     ):
         for rule in known:
             spelling = re.NOFLAG if rule in LOGS else re.IGNORECASE  # a log's fields are written as its format has them
@@ -295,7 +311,8 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                     and not (rule in BENCH and _in_other_units(channel, source, name))
                     and (not rule.together or set(rule.together) <= beside(source, name))
                 ):
-                    return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why)
+                    by_word = known is of_words
+                    return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why, by_word)
     return None
 
 

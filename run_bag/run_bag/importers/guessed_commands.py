@@ -1,5 +1,6 @@
-"""Commands of thrusters whose names no rule knows: columns or fields that differ by a number, in %, in pulses, or
-within -1 and 1; and their speeds: columns in turns per time that differ by a number, as many as there are commands.
+"""Commands of thrusters whose names no rule knows: columns or fields that differ by a number, in %, in pulses, in
+volts to both sides, or within -1 and 1; and their speeds: columns in turns per time that differ by a number, as many
+as there are commands.
 
 A vehicle's recording has one such group: M1 ... M8 of 1283 to 1701, thrust_pct_1 ... thrust_pct_6 of -57 to 57, or
 channels[0] ... channels[7] of an array.
@@ -33,11 +34,14 @@ _OUTPUT = re.compile(
     r"joy)([^a-z]|$)",
     re.IGNORECASE,
 )
-"""Words one of which a name has whose numbers within -1 and 1 are commands; many other things are as large."""
+"""Words one of which a name has whose numbers within -1 and 1, or in stated volts, are commands; many other things are
+as large."""
 _TURNS = ("rpm", "krpm", "rps", "rev/min", "rev/s", "1/min")
 """Units in which nothing else of a vehicle turns."""
 _MOVED = 0.1
-"""By which commands within -1 and 1 go to either side at least."""
+"""By which commands within -1 and 1, or in volts, go to either side at least."""
+_VOLTS = re.compile(r"(^|[^a-z])volts?([^a-z]|$)", re.IGNORECASE)
+"""The word of a name that says volts; a letter may be another quantity, as in dvl_v1."""
 
 
 class Alike(NamedTuple):
@@ -111,5 +115,8 @@ def _tells_a_command(source: Source, name: str, stem: str) -> str:
     known = values[np.isfinite(values)]
     whole = pulses(values) and np.array_equal(known, np.round(known))
     low, high = float(np.min(known)), float(np.max(known))
+    volts = unit == "V" and (_VOLTS.search(stem) or (stated and _OUTPUT.search(stem)))
+    if volts and low < -_MOVED and high > _MOVED:  # no supply is negative
+        return "unit"
     normed = unit in ("", "1") and _OUTPUT.search(stem) and -1.0 <= low < -_MOVED and _MOVED < high <= 1.0
     return "values" if (not unit and whole) or normed else ""

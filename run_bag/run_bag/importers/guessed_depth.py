@@ -10,6 +10,7 @@ import numpy as np
 from .column_names import bare_name
 from .conversions import G, conversion
 from .csv_source import CsvSource
+from .guessed_values import values_of
 from .sources import Array
 from .vehicle_advice import SHALLOWEST
 
@@ -19,11 +20,13 @@ _NAMES = re.compile(
     r"((abs(olute)?_?)?(press(ure)?|(wasser)?druck)(_?abs(olute)?)?_?)?(?P<unit>mbar|bar|hpa|kpa|pa)?", re.IGNORECASE
 )
 _NO_DEPTH = re.compile(
-    r"alt|height|h(ö|oe)he|range|dist|abstand|entfernung|pos|lat|lon|north|east|nord|ost|length|tether|cable|laenge|länge|"
+    r"range|dist|abstand|entfernung|pos|lat|lon|north|east|nord|ost|length|tether|cable|laenge|länge|"
     r"bottom|ground|grund|floor|boden|wave|dvl|sonar|ping|beam|echo|accuracy|sigma|std|error|target|set_?point|soll|wanted|desired|^[xyz]$",
     re.IGNORECASE,
 )
 """Names of what is in a unit of length, too: no depth by its unit alone."""
+_HEIGHT = re.compile(r"alt|height|h(ö|oe)he", re.IGNORECASE)
+"""Names of what is above the ground, or above the surface: the latter where it is negative."""
 _PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
 _DENSITY, _SURFACE = 1000.0, 101325.0
 """Fresh water [kg/m^3], and the pressure at its surface [Pa]."""
@@ -46,7 +49,10 @@ def depth_by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSou
     found = [
         (source, name)
         for source, name in columns
-        if (unit := source.unit(name)) and conversion(unit, "m") is not None and not _NO_DEPTH.search(bare_name(name))
+        if (unit := source.unit(name))
+        and conversion(unit, "m") is not None
+        and not _NO_DEPTH.search(bare := bare_name(name))
+        and (not _HEIGHT.search(bare) or ((own := values_of(source, name)) is not None and is_height(own, unit)))
     ]
     return found if len(found) == 1 else []
 

@@ -11,7 +11,7 @@ from .csv_source import CsvSource
 from .guessed_units import named_units
 from .sources import Source
 
-__all__ = ["beside", "numbered", "told_units", "told_words", "without_suffix"]
+__all__ = ["beside", "numbered", "says_rate", "told_units", "told_words", "without_suffix"]
 
 _SUFFIX = re.compile(
     r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
@@ -20,6 +20,7 @@ _SUFFIX = re.compile(
 )
 
 _WANTED = ("setpoint", "target", "desired", "wanted", "demand", "ref", "reference", "soll", "sollwert")
+_RATES = ("rate", "rates", "drehrate", "speed", "velocity", "vel", "gyr", "gyro", "omega", "dot")
 
 
 def without_suffix(name: str) -> str:
@@ -46,6 +47,11 @@ def told_words(name: str) -> tuple[list[str], bool]:
     words = [word for word in name.split("_") if len(word) > 1]
     told = [word for word in words if word.lower() not in _WANTED]
     return told, len(told) < len(words)
+
+
+def says_rate(name: str) -> bool:
+    """Tell whether a word of a name says that it is how fast something turns: rate_roll is no angle."""
+    return not set(_RATES).isdisjoint(name.lower().split("_"))
 
 
 def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:

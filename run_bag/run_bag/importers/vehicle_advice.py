@@ -78,12 +78,17 @@ def _of_depth(topic: Topic) -> list[str]:
 
 def _of_battery(topic: Topic) -> list[str]:
     current = _measured(topic, "current")
-    if current is None or np.median(current) <= 0.0 or np.min(current) < -_BACKWARD * np.max(current):
+    if current is None or not is_charging(current):
         return []
     return [
         f"rov/battery.current: positive throughout, {np.median(current):.3g} A as a rule: expected negative while it "
         "is drawn; say `sign: -1`"
     ]
+
+
+def is_charging(current: Array) -> bool:
+    """Tell whether a battery's currents are positive throughout, as if nothing were drawn, but for an offset; (N,)."""
+    return bool(np.median(current) > 0.0 and np.min(current) >= -_BACKWARD * np.max(current))
 
 
 def _fastest(time: Array, values: Array) -> float:
