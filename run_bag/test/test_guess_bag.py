@@ -11,6 +11,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from run_bag import read_run
+from run_bag.cli_info import main as info
 from run_bag.importers.cli_recording import main
 
 TIME = 1e9 + 0.05 * np.arange(800)
@@ -185,6 +186,10 @@ def test_an_import_tells_of_a_velocity_log_whose_axes_were_forgotten(tmp_path: P
         (tmp_path / f"{name}.yaml").write_text(re.sub(r"(?m)^axes: .*$", f"axes: {{{axes}}}", text))
         assert main([str(bag), "--map", str(tmp_path / f"{name}.yaml"), "--out", str(tmp_path / name)]) == 0
         error = capsys.readouterr().err
+        assert info([str(tmp_path / name)]) == 0
+        told_of = capsys.readouterr().out
+        assert "field 'imu.angular_velocity.x' at its headers' stamps;" in told_of
+        assert "field 'depth.data' at the recorder's times;" in told_of
         assert ("rov/velocity: its z is positive while the depth shrinks" in error) == told
         assert "messages of depth have no header: their times are those at which the recorder got them" in error
 

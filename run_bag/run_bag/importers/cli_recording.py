@@ -66,9 +66,7 @@ def open_source(path: Path, told: RecordingMap | None) -> Source:
     if path.suffix.lower() in LOGS:
         return LogSource(path)
     if path.is_dir() or path.suffix.lower() in BAGS:
-        topics = (
-            None if told is None else {str(e.column).strip("/").partition(".")[0] for e in told.mapped if e.is_field}
-        )
+        topics = None if told is None else {e.topic_of_field for e in told.mapped if e.is_field}
         return BagSource(path, topics)
     return CsvSource(path, told)
 
@@ -105,9 +103,9 @@ def import_recording(files: Sequence[Path], map_file: Path, out: Path) -> tuple[
 
 def _of_two_clocks(source: BagSource, told: RecordingMap) -> str:
     """Return what is odd where some of a bag's times are of sensors and some of the recorder, "" where they are not."""
-    used = {str(e.column).strip("/").partition(".")[0] for e in told.mapped if source.has(e)}
+    used = {e.topic_of_field for e in told.mapped if source.has(e)}
     by_recorder = {topic for topic in used if not source.stamped(topic)}
-    stated = {str(e.column).strip("/").partition(".")[0] for e in told.mapped if e.clock_deviation}
+    stated = {e.topic_of_field for e in told.mapped if e.clock_deviation}
     if len(by_recorder) == len(used) or by_recorder <= stated:
         return ""
     return (

@@ -58,6 +58,8 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
         stamps = series.stamps + (lag + int(START_S * SECOND))
         parts.setdefault(e.topic, []).append(_Part(e, stamps, _values(e, at, series)))
         where = f"field {e.column!r}" if e.is_field else f"column {e.column!r} at {e.time_column!r}"
+        if isinstance(at, BagSource):
+            where += " at its headers' stamps" if at.stamped(e.topic_of_field) else " at the recorder's times"
         within = f" of {at.path.name}" if len(sources) > 1 else ""
         log.add(e.channel, e.column, e.unit, f"{where}{within}; {e.how}")
     shift = START_S - start / SECOND

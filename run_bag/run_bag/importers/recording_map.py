@@ -93,6 +93,11 @@ class Mapped(Entry):
     clock_deviation: float = 0.0
 
     @property
+    def topic_of_field(self) -> str:
+        """The topic of a bag that its field is of."""
+        return str(self.column).strip("/").partition(".")[0]
+
+    @property
     def how(self) -> str:
         """How cells become values, for the run's metadata."""
         text = f"value = {self.scale:g} * cell + {self.offset:g}"
