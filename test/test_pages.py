@@ -4,6 +4,7 @@ import json
 import re
 import shutil
 import subprocess
+import textwrap
 from pathlib import Path
 
 import numpy as np
@@ -124,6 +125,15 @@ def test_the_commands_of_the_readme_run_as_printed(tmp_path: Path) -> None:
     assert (tmp_path / "runs/overview.html").is_file() and (tmp_path / "mine.yaml").is_file()
     diagnosis = json.loads((tmp_path / "runs/diagnosis/diagnosis.json").read_text("utf-8"))
     assert "command_delay" in json.dumps(diagnosis["effects"]), "the delay of 0.08 s that the first line switches on"
+
+
+def test_the_force_table_by_hand_is_a_set(tmp_path: Path) -> None:
+    page = (ROOT / "docs/check_and_sets.md").read_text("utf-8")
+    (text,) = re.findall(r"^ +base: force_table\n.*?(?=^ +```)", page, re.MULTILINE | re.DOTALL)
+    (tmp_path / "mine.yaml").write_text(textwrap.dedent(text))
+    own = load_parameter_set(str(tmp_path / "mine.yaml"))
+    edges = own.command.throttle([1475.0, 1525.0])
+    assert [own.values["delta_u1"], own.values["delta_u2"]] == pytest.approx(list(edges)), "as the page says"
 
 
 def test_the_scripts_of_the_readme_are_there() -> None:
