@@ -74,7 +74,7 @@ def turns_beside(beside: Hypothesis) -> Suspect | None:
         return None
     simulated = problem.with_effects((*problem.slots, slot))
     starts = ended.x, np.append(stated, ended.x[-1])
-    if worth <= max(fit_past_jumps(simulated, beside.noise, each).evidence for each in starts):
+    if any(worth <= fit_past_jumps(simulated, beside.noise, each).evidence for each in starts):
         return None
     return _suspect(read, fitted.x[-1:][None].copy())
 
