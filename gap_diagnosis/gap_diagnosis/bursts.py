@@ -12,14 +12,13 @@ earlier ones known. Compared are levels that differ from window to window and on
 and for its share.
 """
 
-from collections.abc import Sequence
-from dataclasses import replace
-
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import logsumexp, softmax
 
+from gap_diagnosis.rules import RULES
 from system_identification.fitting import Fitted
+from system_identification.moves import rows_of_runs
 from system_identification.noise import Whitener
 
 __all__ = ["bursts_of", "evidence_for_bursts"]
@@ -44,12 +43,9 @@ def bursts_of(fitted: Fitted, noise: Whitener, loose: Array) -> dict[str, float]
     rows, window = np.nan_to_num(fitted.residuals - loose), _windows(noise)
     found = {}
     for place, signal in enumerate(noise.system.pushed):
-        level, others = noise.levels.pushes[place], noise.levels.pushes
-        by_level = np.column_stack(
-            [_by_window(noise, rows, window, (*others[:place], m * level, *others[place + 1 :])) for m in _TIMES]
-        )
+        by_level = np.column_stack([_by_window(noise.pushing(place, m), rows, window) for m in _TIMES])
         evidence, highest = evidence_for_bursts(by_level)
-        found[signal] = evidence if level * _TIMES[highest] >= 1.0 else -np.inf
+        found[signal] = evidence if noise.levels.pushes[place] * _TIMES[highest] >= RULES.noteworthy else -np.inf
     return found
 
 
@@ -71,15 +67,13 @@ def evidence_for_bursts(by_level: Array) -> tuple[float, int]:
 def _windows(noise: Whitener) -> NDArray[np.int64]:
     """Return the window of each row, (R,)."""
     run = np.zeros(noise.system.known.size)
-    for each in noise.system.series:
-        run[each.rows] = each.recording
+    for place, rows in enumerate(rows_of_runs(noise.system)):
+        run[rows] = place
     windows = np.stack((run, np.floor(noise.system.times / _WINDOW)), axis=1)
     return np.asarray(np.unique(windows, axis=0, return_inverse=True)[1].ravel())
 
 
-def _by_window(noise: Whitener, rows: Array, window: NDArray[np.int64], pushes: Sequence[float]) -> Array:
+def _by_window(noise: Whitener, rows: Array, window: NDArray[np.int64]) -> Array:
     """Return the log likelihood of the rows (R,) of each window, (W,)."""
-    shaped = replace(noise, loose=None, levels=replace(noise.levels, pushes=tuple(pushes)))
-    known = noise.system.known
-    own = -0.5 * shaped.whiten(rows) ** 2 - np.log(shaped.deviations)
-    return np.asarray(np.bincount(window, np.where(known, own, 0.0)), dtype=np.float64)
+    own = -0.5 * noise.whiten(rows) ** 2 - np.log(noise.deviations)
+    return np.asarray(np.bincount(window, np.where(noise.system.known, own, 0.0)), dtype=np.float64)

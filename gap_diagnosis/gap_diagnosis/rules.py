@@ -32,6 +32,8 @@ class Rules:
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
         healthy_push: times the noise of their own sensors' readings that rotor and water may be pushed by.
+        noteworthy: times the noise of its reading by which a push that is uneven or comes in bursts must move a state:
+            below, no machine runs as evenly as its model.
         off: times the noise of a healthy thruster by which free runs of the re-tuned set must be off for effects to be
             asked which of them bring runs left out nearer.
         nameless: evidence for functions of states and inputs in what is left from which on something nameless is there.
@@ -57,6 +59,7 @@ class Rules:
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6
     healthy_push: float = 4.0
+    noteworthy: float = 1.0
     off: float = 1.5
     nameless: float = 6.0
     named: float = 0.9

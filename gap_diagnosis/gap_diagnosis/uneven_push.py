@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from gap_diagnosis.rules import RULES
 from system_identification.fitting import Fitted
 from system_identification.noise import Whitener
 
@@ -25,8 +26,6 @@ _AT_REST = (1.0, 0.3, 0.1)
 """r, tried."""
 _AROUND, _EVALUATIONS = 1.2, 8
 """Logarithm by which the likeliest level may be another than the one learned, and how well it is found."""
-_NOTEWORTHY = 1.0
-"""Times the noise of its reading that the rotor must be moved: below, no machine turns as evenly as its model."""
 
 
 def evidence_for_uneven_push(fitted: Fitted, noise: Whitener, loose: Array) -> float:
@@ -41,7 +40,7 @@ def evidence_for_uneven_push(fitted: Fitted, noise: Whitener, loose: Array) -> f
     rows = fitted.residuals - loose
     even, _ = _likeliest(noise, rows, [np.ones_like(each) for each in shapes])
     uneven, level = max(_likeliest(noise, rows, [np.hypot(r, each) for each in shapes]) for r in _AT_REST)
-    return uneven - even - float(np.log(len(_AT_REST))) if level > _NOTEWORTHY else -np.inf
+    return uneven - even - float(np.log(len(_AT_REST))) if level > RULES.noteworthy else -np.inf
 
 
 def _shapes(fitted: Fitted, noise: Whitener) -> list[Array]:
@@ -64,13 +63,12 @@ def _likeliest(noise: Whitener, residuals: Array, shapes: Sequence[Array]) -> tu
         push = run.push.copy()
         push[:, :, place] *= shape[:, None]
         linear.append(run._replace(push=push))
-    learned = noise.levels.pushes
+    shaped = replace(noise, linear=linear)
 
     def cost(change: float) -> float:
-        pushes = (*learned[:place], learned[place] * float(np.exp(change)), *learned[place + 1 :])
-        shaped = replace(noise, linear=linear, loose=None, levels=replace(noise.levels, pushes=pushes))
-        white = shaped.whiten(rows)
-        return 0.5 * float(white @ white) + 0.5 * shaped.log_det
+        pushed = shaped.pushing(place, float(np.exp(change)))
+        white = pushed.whiten(rows)
+        return 0.5 * float(white @ white) + 0.5 * pushed.log_det
 
     found = minimize_scalar(cost, bounds=(-_AROUND, _AROUND), method="bounded", options={"maxiter": _EVALUATIONS})
-    return -float(found.fun), learned[place] * float(np.exp(found.x))
+    return -float(found.fun), noise.levels.pushes[place] * float(np.exp(found.x))

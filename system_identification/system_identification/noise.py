@@ -153,6 +153,11 @@ class Whitener:
         """Return the map beside parameters and conventions that scatter as widely as these levels say."""
         return replace(self, levels=replace(self.levels, parameters=levels.parameters, conventions=levels.conventions))
 
+    def pushing(self, place: int, times: float) -> "Whitener":
+        """Return the map beside a disturbance, by its place, that pushes so many times as hard, and nothing loose."""
+        pushes = tuple(level * (times if k == place else 1.0) for k, level in enumerate(self.levels.pushes))
+        return replace(self, loose=None, levels=replace(self.levels, pushes=pushes))
+
     def tamed(self, residuals: Array) -> "Whitener":
         """Return the map in which lone rows that stand out of it by more than four deviations count by what they tell.
 

@@ -21,6 +21,8 @@ FACTORS = (0.0, 0.8, 1.2, math.inf)
 _HEALTHY = ("healthy_sensor", "healthy_colour", "healthy_push")
 _FINITE = (*_HEALTHY, "tempered")
 """Rules that are scales: neither 0 nor infinity is one."""
+_WEIGHED = (*_HEALTHY, "noteworthy")
+"""Rules by which it is told what a set leaves."""
 _REMEMBERED = ("probabilities", "inclusion", "doubts", "resembling", "earned")
 
 
@@ -68,7 +70,7 @@ def judged_anew(found: Diagnosis, answer: Answer) -> list[Judged]:
 
 def _afresh(found: Investigation, rule: str) -> Investigation:
     """Return the weighed sets without what was concluded from them by rules."""
-    if rule in _HEALTHY:  # what was left out in turn does not hang on them
+    if rule in _WEIGHED:  # what was left out in turn does not hang on them
         return replace(weighed_up(found.search, found.offer), _held=found._held)
     anew = copy.copy(found)
     for name in _REMEMBERED:

@@ -83,9 +83,11 @@ class LogSource:
     def _whole(self, name: str | int) -> str:
         """Return a field with its instance, which may be left out where the log has one alone: BAT.Volt is
         BAT[0].Volt."""
+        if name in self._series:
+            return str(name)
         message, _, field = str(name).partition(".")
         instance = re.compile(rf"{re.escape(message)}\[\d+\]\.{re.escape(field)}")
-        alike = [] if name in self._series else [each for each in self._series if instance.fullmatch(each)]
+        alike = [each for each in self._series if instance.fullmatch(each)]
         return alike[0] if len(alike) == 1 else str(name)
 
     def series(self, entry: Mapped) -> Series:
