@@ -1,6 +1,7 @@
 """A recording that is imported by the text of a map, and the map that is proposed for one."""
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,6 +17,12 @@ COMMAND = "unit: us, stop: 1500, per_volt: 80, hold: previous"
 def entries(throttle: str, speed: str) -> str:
     """Return the entries of a pulse's throttle and a speed in rpm that are in these columns or fields."""
     return f"thruster_0/throttle.commanded: {{{throttle}, {COMMAND}}}\nthruster_0/state.n: {{{speed}, unit: rpm}}\n"
+
+
+def wide(path: Path, columns: Mapping[str, np.ndarray]) -> Path:
+    """Write a csv with a column for each signal, all of shape (rows,)."""
+    np.savetxt(path, np.column_stack(list(columns.values())), "%.9g", ",", header=",".join(columns), comments="")
+    return path
 
 
 def attempted(tmp_path: Path, text: str, *files: Path, out: str = "run") -> int:

@@ -7,12 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from map_import import imported, proposed
 from rosbags.rosbag2 import StoragePlugin, Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
-from run_bag import read_run
 from run_bag.cli_info import main as info
-from run_bag.importers.cli_recording import main
 
 TIME = 1e9 + 0.05 * np.arange(800)
 FALLING = 0.3 * np.sin(0.5 * TIME)
@@ -138,19 +137,12 @@ IMU, DVL = ("sensor_msgs/msg/Imu", imu), ("geometry_msgs/msg/TwistStamped", dvl)
 OUT = ("mavros_msgs/msg/RCOut", sent(PULSES, 0.0, 0.0))
 
 
-def guessed(capsys: pytest.CaptureFixture[str], bag: Path) -> tuple[dict[str, str], str]:
-    """Return the entries that are proposed, by channel, and all that is printed."""
-    assert main([str(bag), "--guess"]) == 0
-    text = capsys.readouterr().out
-    return dict(re.findall(r"^([^#:\s]+): (.*)", text, re.MULTILINE)), text
-
-
 def test_a_vehicle_s_bag_is_proposed_whole_and_imported_as_it_is(tmp_path: Path, capsys: Any) -> None:
     topics = {"/mavros/imu/data": IMU, "/mavros/rc/in": ("mavros_msgs/msg/RCIn", sticks), "/mavros/rc/out": OUT}
     topics |= {"/dvl/twist": DVL, "/cmd/twist": DVL, "/bar30": ("sensor_msgs/msg/FluidPressure", pressure)}
     topics |= {"/esc/states": ("sensor_msgs/msg/JointState", joints), "/arm": ("sensor_msgs/msg/JointState", joints)}
     bag = write_bag(tmp_path / "bag", topics)
-    found, text = guessed(capsys, bag)
+    found, text = proposed(capsys, bag)
     commanded = [name for name in found if name.endswith(".commanded")]
     assert commanded == [f"thruster_{i}/throttle.commanded" for i in range(3)], "two elements are 0 ever after"
     assert "mavros/rc/out.channels[2]" in found["thruster_2/throttle.commanded"], "nobody's sticks"
@@ -158,9 +150,7 @@ def test_a_vehicle_s_bag_is_proposed_whole_and_imported_as_it_is(tmp_path: Path,
     assert "dvl/twist" in found["rov/velocity.twist.twist.linear.x"], "and nothing that is only wanted"
     assert found["axes"].startswith("{rov/imu: rep103, rov/velocity: rep103}")
     assert "covariance" not in text and "layout" not in text
-    (tmp_path / "map.yaml").write_text(text)
-    assert main([str(bag), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
-    run = read_run(tmp_path / "run")
+    run = imported(tmp_path, text, bag)
     np.testing.assert_allclose(run["rov/depth.depth"].values, DEPTH, atol=2e-3)
     np.testing.assert_allclose(run["rov/velocity.twist.twist.linear.z"].values, FALLING, atol=1e-9)
     np.testing.assert_allclose(run["thruster_1/throttle.commanded"].values, (PULSES[:, 1] - 1500) / 80)
@@ -169,10 +159,10 @@ def test_a_vehicle_s_bag_is_proposed_whole_and_imported_as_it_is(tmp_path: Path,
 @pytest.mark.parametrize("topic", ["/thruster_cmd", "/control/pwm", "/outputs"])
 def test_an_array_within_1_of_things_that_drive_are_commands(topic: str, tmp_path: Path, capsys: Any) -> None:
     kind = "std_msgs/msg/Float32MultiArray"
-    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {"/imu": IMU, topic: (kind, shares)}))
+    found, _ = proposed(capsys, write_bag(tmp_path / "bag", {"/imu": IMU, topic: (kind, shares)}))
     assert [name for name in found if "commanded" in name] == [f"thruster_{i}/throttle.commanded" for i in range(3)]
     assert "unit: '1', stop: 0, per_volt: 0.2" in found["thruster_0/throttle.commanded"]
-    found, text = guessed(capsys, write_bag(tmp_path / "other", {"/imu": IMU, "/filter_state": (kind, shares)}))
+    found, text = proposed(capsys, write_bag(tmp_path / "other", {"/imu": IMU, "/filter_state": (kind, shares)}))
     assert not any("commanded" in name for name in found)
     assert "# No command of a thruster was recognised" in text
 
@@ -181,10 +171,9 @@ def test_an_import_tells_of_a_velocity_log_whose_axes_were_forgotten(tmp_path: P
     bag = write_bag(
         tmp_path / "bag", {"/imu": IMU, "/rc/out": OUT, "/dvl": DVL, "/depth": ("std_msgs/msg/Float64", depth)}
     )
-    _, text = guessed(capsys, bag)
+    _, text = proposed(capsys, bag)
     for name, axes, told in (("all", "rov/imu: rep103, rov/velocity: rep103", False), ("imu", "rov/imu: rep103", True)):
-        (tmp_path / f"{name}.yaml").write_text(re.sub(r"(?m)^axes: .*$", f"axes: {{{axes}}}", text))
-        assert main([str(bag), "--map", str(tmp_path / f"{name}.yaml"), "--out", str(tmp_path / name)]) == 0
+        imported(tmp_path, re.sub(r"(?m)^axes: .*$", f"axes: {{{axes}}}", text), bag, out=name)
         error = capsys.readouterr().err
         assert info([str(tmp_path / name)]) == 0
         told_of = capsys.readouterr().out
@@ -199,10 +188,9 @@ def test_an_import_says_nothing_of_the_recorder_s_times_of_commands_whose_clock_
 ) -> None:
     topics = {"/imu": IMU, "/thruster_cmd": ("std_msgs/msg/Float32MultiArray", shares)}
     bag = write_bag(tmp_path / "bag", topics)
-    _, text = guessed(capsys, bag)
+    _, text = proposed(capsys, bag)
     for name, stated in (("said", ""), ("stated", ", clock_deviation: 0.005")):
-        (tmp_path / f"{name}.yaml").write_text(text.replace(", hold: previous}", f", hold: previous{stated}}}"))
-        assert main([str(bag), "--map", str(tmp_path / f"{name}.yaml"), "--out", str(tmp_path / name)]) == 0
+        imported(tmp_path, text.replace(", hold: previous}", f", hold: previous{stated}}}"), bag, out=name)
         assert ("messages of thruster_cmd have no header" in capsys.readouterr().err) is (name == "said")
 
 
@@ -214,7 +202,7 @@ def test_an_effort_in_volts_is_a_command_where_the_topic_says_so(
         none = np.zeros(0)
         return types["sensor_msgs/msg/JointState"](header, ["a"], none, none, (PULSES[k, :1] - 1500.0) / 30.0)
 
-    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {topic: ("sensor_msgs/msg/JointState", efforts)}))
+    found, _ = proposed(capsys, write_bag(tmp_path / "bag", {topic: ("sensor_msgs/msg/JointState", efforts)}))
     line = f"{{field: '{topic[1:]}.effort[0]', unit: V, hold: previous}}"
     assert found.get("thruster_0/throttle.commanded", "").startswith(line) is told
 
@@ -232,7 +220,7 @@ def test_a_bench_s_bag_is_proposed_with_its_one_command_its_load_cell_and_its_fl
     topics = {topic: (kind, made), "/load_cell": ("geometry_msgs/msg/WrenchStamped", push), "/wrench_cmd": DVL}
     topics |= {"/adv/axial": DVL, "/current_meter": DVL, "/esc/states": ("sensor_msgs/msg/JointState", joints)}
     bag = write_bag(tmp_path / "bag", topics)
-    found, text = guessed(capsys, bag)
+    found, text = proposed(capsys, bag)
     assert [name for name in found if name.endswith("commanded")] == ["thruster_0/throttle.commanded"]
     assert f"{{field: '{field}', " in found["thruster_0/throttle.commanded"]
     assert "by its values alone: is it?" in found["thruster_0/throttle.commanded"]
@@ -240,7 +228,7 @@ def test_a_bench_s_bag_is_proposed_with_its_one_command_its_load_cell_and_its_fl
     assert "{field: adv/axial.twist.linear.x, unit: m/s}" in found["thruster_0/flow.axial"]
     assert "of the water around? at the propeller it is flow.axial" in found["thruster_0/flow.ambient"]
     assert "wrench.torque" not in "".join(found) and "# 0 in all messages: " in text, "nobody measured a torque"
-    found, _ = guessed(capsys, write_bag(tmp_path / "vehicle", topics | {"/imu": IMU}))
+    found, _ = proposed(capsys, write_bag(tmp_path / "vehicle", topics | {"/imu": IMU}))
     assert not any(name.startswith(("thruster_0/load", "thruster_0/flow")) for name in found)
 
 
@@ -251,7 +239,7 @@ def test_several_sticks_are_no_commands_and_a_point_below_the_surface_is_a_depth
 
     topics = {"/imu": IMU, "/joy": ("sensor_msgs/msg/Joy", sticks_of_joy)}
     bag = write_bag(tmp_path / "bag", topics | {"/keller/depth": ("geometry_msgs/msg/PointStamped", below)})
-    found, _ = guessed(capsys, bag)
+    found, _ = proposed(capsys, bag)
     assert not any("commanded" in name for name in found)
     assert found["rov/depth.depth"].startswith("{field: keller/depth.point.z, unit: m}")
 
@@ -264,12 +252,11 @@ def test_speeds_beyond_any_thruster_s_are_rpm_and_asked_about_once(tmp_path: Pat
 
     topics = {"/imu": IMU, "/out": OUT, "/esc/states": ("sensor_msgs/msg/JointState", tachometers)}
     bag = write_bag(tmp_path / "bag", topics)
-    found, text = guessed(capsys, bag)
+    found, text = proposed(capsys, bag)
     units = [re.findall(r"unit: ([^,}]+)", found[f"thruster_{i}/state.n"])[0] for i in range(2)]
     assert units == ["rpm", "rpm"], "the first would be none by its own values"
     assert text.count("in rad/s by its type, and 2000 is no thruster's: is it rpm?") == 1
-    (tmp_path / "map.yaml").write_text(text.replace("unit: rpm", "unit: rad/s"))
-    assert main([str(bag), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "run")]) == 0
+    imported(tmp_path, text.replace("unit: rpm", "unit: rad/s"), bag)
     told = capsys.readouterr()
     assert told.err.count("no thruster's; is `unit` that of the recording?") == 1
     assert "thruster_1/state.n: up to 2000 rad/s: no thruster's" in told.err
@@ -281,7 +268,7 @@ def test_a_depth_that_is_negative_as_a_rule_is_a_height_with_a_sign_and_a_questi
         return types["geometry_msgs/msg/PointStamped"](header, types["geometry_msgs/msg/Point"](0.0, 0.0, -DEPTH[k]))
 
     bag = write_bag(tmp_path / "bag", {"/imu": IMU, "/depth": ("geometry_msgs/msg/PointStamped", above)})
-    entry = guessed(capsys, bag)[0]["rov/depth.depth"]
+    entry = proposed(capsys, bag)[0]["rov/depth.depth"]
     assert entry.startswith("{field: depth.point.z, unit: m, sign: -1}")
     assert entry.endswith("a height by its values: is it?")
 
@@ -294,7 +281,7 @@ def test_a_current_that_is_positive_throughout_is_asked_about(way: int, sign: st
         return message
 
     topics = {"/imu": IMU, "/rc/out": OUT, "/battery": ("sensor_msgs/msg/BatteryState", drawn)}
-    entry = guessed(capsys, write_bag(tmp_path / "bag", topics))[0]["rov/battery.current"]
+    entry = proposed(capsys, write_bag(tmp_path / "bag", topics))[0]["rov/battery.current"]
     assert entry.startswith(f"{{field: battery.current, unit: A{sign}}}")
     assert ("positive throughout: is it while it is drawn?" in entry) is (way > 0)
 
@@ -306,7 +293,7 @@ def test_an_array_of_volts_is_commands_where_its_name_says_volts(tmp_path: Path,
 
     for topic, told in (("/prop/demand_volts", True), ("/prop/demand", False)):
         topics = {"/imu": IMU, topic: ("std_msgs/msg/Float32MultiArray", volts)}
-        found, _ = guessed(capsys, write_bag(tmp_path / topic[-1], topics))
+        found, _ = proposed(capsys, write_bag(tmp_path / topic[-1], topics))
         entry = found.get("thruster_2/throttle.commanded", "")
         assert ("{field: 'prop/demand_volts.data[2]', unit: V, hold: previous}" in entry) is told
 
@@ -315,7 +302,7 @@ def test_an_array_of_volts_is_commands_where_its_name_says_volts(tmp_path: Path,
     ("made", "there"), [(imu, False), (turning_imu(-1.0), False), (turning_imu(0.0), True), (turning_imu(1e-4), True)]
 )
 def test_an_attitude_that_nobody_measured_is_not_proposed(made: Any, there: bool, tmp_path: Path, capsys: Any) -> None:
-    found, text = guessed(capsys, write_bag(tmp_path / "bag", {"/imu": ("sensor_msgs/msg/Imu", made), "/rc/out": OUT}))
+    found, text = proposed(capsys, write_bag(tmp_path / "bag", {"/imu": ("sensor_msgs/msg/Imu", made), "/rc/out": OUT}))
     assert ("rov/imu.orientation.w" in found) is there and "rov/imu.angular_velocity.x" in found
     assert ("# imu.orientation.w " in text) is not there
 
@@ -325,13 +312,13 @@ def test_axes_that_a_message_s_frame_says_are_not_asked_about(
     frame: str, asked: bool, tmp_path: Path, capsys: Any
 ) -> None:
     topics = {"/autopilot/odometry": ("nav_msgs/msg/Odometry", autopilot(frame)), "/rc/out": OUT}
-    _, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    _, text = proposed(capsys, write_bag(tmp_path / "bag", topics))
     assert ("# axes: {rov/odometry: rep103}" in text) is asked
 
 
 def test_a_sensor_that_never_changes_is_asked_about_and_a_hold_once(tmp_path: Path, capsys: Any) -> None:
     topics = {"/imu": IMU, "/rc/out": OUT, "/battery": ("sensor_msgs/msg/BatteryState", battery)}
-    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    found, text = proposed(capsys, write_bag(tmp_path / "bag", topics))
     assert found["rov/battery.voltage"].endswith("always 16 V, 800 samples; never changes: is it measured?")
     assert text.count("never changes: is it measured?") == 1
     assert text.count("hold is a guess: previous or linear?") == 1
@@ -360,7 +347,7 @@ FORCE, VOLTS, SPEED = ("geometry_msgs/msg/WrenchStamped", push), 4.0 * np.sin(TI
 def test_of_two_flows_of_a_bench_the_names_tell_which_is_which(
     inside: str, outside: str, axial: bool, tmp_path: Path, capsys: Any
 ) -> None:
-    found, text = guessed(capsys, write_bag(tmp_path / "bag", {inside: DVL, outside: DVL, "/six_axes": FORCE}))
+    found, text = proposed(capsys, write_bag(tmp_path / "bag", {inside: DVL, outside: DVL, "/six_axes": FORCE}))
     flows = {name.partition(".")[2]: entry for name, entry in found.items() if "flow" in name}
     assert set(flows) == ({"axial", "ambient"} if axial else set()), "of two alike nobody knows"
     if axial:
@@ -370,7 +357,7 @@ def test_of_two_flows_of_a_bench_the_names_tell_which_is_which(
 def test_a_bench_s_topic_is_known_by_a_type_that_it_alone_has(tmp_path: Path, capsys: Any) -> None:
     topics = {"/six_axes": FORCE, "/wanted/wrench_cmd": FORCE, "/laser": DVL, "/hub": turning(SPEED)}
     topics |= {"/hub_setpoint": turning(VOLTS, efforts=True)}
-    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    found, text = proposed(capsys, write_bag(tmp_path / "bag", topics))
     for channel, field in (
         ("load.wrench.force.x", "six_axes.wrench.force.x"), ("flow.ambient", "laser.twist.linear.x"),
         ("state.n", "hub.velocity[0]"),
@@ -394,7 +381,7 @@ def test_a_type_alone_tells_nothing_of_a_vehicle_or_of_two_topics(
     more: dict[str, Any], tmp_path: Path, capsys: Any
 ) -> None:
     topics = {"/six_axes": FORCE, "/laser": DVL, "/hub": turning(SPEED), **more}
-    found, text = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    found, text = proposed(capsys, write_bag(tmp_path / "bag", topics))
     assert "by its type alone" not in text and not any("load" in name or "flow" in name for name in found)
 
 
@@ -403,11 +390,11 @@ def test_a_bench_s_rotor_is_known_by_words_that_an_arm_s_joint_may_have_on_a_veh
     topic: str, tmp_path: Path, capsys: Any
 ) -> None:
     topics = {topic: turning(SPEED), "/other": turning(SPEED)}
-    found, _ = guessed(capsys, write_bag(tmp_path / "bag", topics))
+    found, _ = proposed(capsys, write_bag(tmp_path / "bag", topics))
     assert f"{topic[1:]}.velocity[0]" in found["thruster_0/state.n"]
 
 
 @pytest.mark.parametrize("topic", ["/drive/reference", "/drehzahl_soll", "/drive/target"])
 def test_a_joint_s_speed_that_is_only_wanted_is_not_measured(topic: str, tmp_path: Path, capsys: Any) -> None:
-    found, _ = guessed(capsys, write_bag(tmp_path / "bag", {topic: turning(SPEED)}))
+    found, _ = proposed(capsys, write_bag(tmp_path / "bag", {topic: turning(SPEED)}))
     assert "thruster_0/state.n" not in found
