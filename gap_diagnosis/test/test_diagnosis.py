@@ -16,7 +16,7 @@ from gap_diagnosis.diagnosis_json import as_json, effects_of
 from gap_diagnosis.diagnosis_words import in_words
 from gap_diagnosis.discrepancy import Discrepancy, Feature
 from gap_diagnosis.rules import RULES, Rules
-from gap_diagnosis.scoreboard.ablation import judged_anew, rows_of
+from gap_diagnosis.scoreboard.ablation import _afresh, _changed, judged_anew, rows_of
 from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.verdict import VERDICTS, verdict_of
 from thruster_model.effects.active import ActiveEffects
@@ -177,6 +177,16 @@ def test_a_case_is_judged_anew_with_each_rule_changed(coulomb):
     assert Rules() == RULES, "rules are as they were"
     rows = {row[0]: row[1:] for row in rows_of([judged])}
     assert rows["claimed"] == ["0.9", "–", "–", rows["claimed"][3], "1: +0 −1, wrong 0"]
+
+
+def test_what_is_left_without_a_name_is_asked_anew_where_a_rule_takes_the_doubts_away(coulomb):
+    found, rest = coulomb.investigation, 2.0 * coulomb.investigation.gained["coulomb_friction"]
+    nameless = Discrepancy((Feature("speed", "n", 2.0 * rest),), rest, np.zeros(found.none.system.known.size))
+    left = replace(found, unexplained=nameless)
+    assert left.doubts and left.unnamed != pytest.approx(rest)
+    with _changed("nameless", math.inf):
+        anew = _afresh(left, "nameless")
+        assert not anew.doubts and anew.unnamed == rest
 
 
 def test_the_exported_set_carries_the_effect_and_predicts_as_the_diagnosis_does(coulomb, tmp_path):

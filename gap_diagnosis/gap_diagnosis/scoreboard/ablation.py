@@ -1,6 +1,5 @@
 """What each rule of judgement is worth: cases judged anew with one rule changed at a time."""
 
-import copy
 import math
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -23,7 +22,6 @@ _FINITE = (*_HEALTHY, "tempered")
 """Rules that are scales: neither 0 nor infinity is one."""
 _WEIGHED = (*_HEALTHY, "noteworthy")
 """Rules by which it is told what a set leaves."""
-_REMEMBERED = ("probabilities", "inclusion", "doubts", "resembling", "earned")
 
 
 class Judged(NamedTuple):
@@ -69,12 +67,10 @@ def judged_anew(found: Diagnosis, answer: Answer) -> list[Judged]:
 
 
 def _afresh(found: Investigation, rule: str) -> Investigation:
-    """Return the weighed sets without what was concluded from them by rules."""
-    if rule in _WEIGHED:  # what was left out in turn does not hang on them
-        return replace(weighed_up(found.search, found.offer), _held=found._held)
-    anew = copy.copy(found)
-    for name in _REMEMBERED:
-        anew.__dict__.pop(name, None)
+    """Return the weighed sets without what was concluded from them, but for fits in which no rule has a part."""
+    weighed = weighed_up(found.search, found.offer) if rule in _WEIGHED else found
+    anew = replace(weighed, _held=found._held)
+    anew.__dict__["imitated"] = found.imitated
     return anew
 
 
