@@ -105,6 +105,14 @@ class RecordingError(RunError):
     """A recording that is to be imported is malformed or of another format."""
 
 
+class NotThereError(RecordingError):
+    """An entry of a map is in no recording, or in several; `asked` says for what, `found` what there is instead."""
+
+    def __init__(self, entry: str, expected: str, found: str, *, path: Path | str | None = None) -> None:
+        self.asked = f"{'' if path is None else f'{path}: '}{entry}: expected {expected}"
+        super().__init__(f"{self.asked}, found {found}", path=path, expected=expected, found=found)
+
+
 class ClockError(RunError):
     """The topics of a run are on two clocks; `found` names the first topic of each."""
 

@@ -118,6 +118,14 @@ def test_a_guessed_map_is_read_back_and_imports(tmp_path, capsys, kind):
     assert ("load.wrench.force.x" in text) == kind.startswith("csv")
 
 
+def test_columns_that_a_table_lacks_are_told_with_all_of_its_own_whatever_they_are_called(tmp_path, capsys):
+    text = entries("column: 'PWM, found here'", "column: revs")
+    assert attempted(tmp_path, "time: {column: 1, unit: ms}\n" + text, table(tmp_path / "x.csv")) == 1
+    first, second = capsys.readouterr().err.splitlines()
+    assert first.endswith("x.csv: thruster_0/throttle.commanded: expected column 'PWM, found here'")
+    assert second.endswith("thruster_0/state.n: expected column 'revs', found time [ms], PWM (us), rpm, Thrust [kgf]")
+
+
 def test_a_log_s_speed_with_a_sign_is_not_proposed_as_one_without(tmp_path, capsys):
     text = proposal(capsys, autopilot_log(tmp_path / "x.BIN"))
     assert "thruster_0/state.n: {field: 'ESC[0].RPM', unit: rpm}" in text and "thruster_0/state.sign_source" not in text
@@ -174,7 +182,7 @@ def test_a_million_rows_take_three_seconds_of_a_processor(tmp_path):
     np.testing.assert_allclose(np.column_stack(read), values, atol=1e-6)
 
 
-def test_two_files_of_one_clock_become_one_run(tmp_path):
+def test_two_files_of_one_clock_become_one_run(tmp_path, capsys):
     (tmp_path / "a.csv").write_text("t,u\n10,0\n11,1\n12,2\n")
     (tmp_path / "b.csv").write_text("t,n\n10.5,3\n11.5,4\n")
     text = (
@@ -186,6 +194,8 @@ def test_two_files_of_one_clock_become_one_run(tmp_path):
     assert run["thruster_0/state.n"].stamps.tolist() == [1_500_000_000, 2_500_000_000]
     (tmp_path / "b.csv").write_text("t,u\n0,1\n")
     assert attempted(tmp_path, text, *files, out="other") == 1
+    where = "thruster_0/throttle.commanded: expected column 'u' in one file (say which by `file: NAME`)"
+    assert f"{where}, found it in a.csv, b.csv\n" in capsys.readouterr().err
 
 
 def test_of_several_times_of_a_map_a_file_has_the_first_that_it_has_and_an_entry_may_have_its_own(tmp_path, capsys):

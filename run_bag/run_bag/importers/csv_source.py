@@ -18,7 +18,7 @@ import numpy as np
 import pandas
 from numpy.typing import NDArray
 
-from ..errors import RecordingError, TooLargeError
+from ..errors import NotThereError, RecordingError, TooLargeError
 from .column_names import unit_behind, without_unit
 from .conversions import is_unit
 from .dated import in_seconds
@@ -112,8 +112,7 @@ class CsvSource:
         else:
             found = ", ".join(self.heading) or "no header line"
             found += f" ({column!r} more than once)" if called else ""
-        text = f"{self.path}: {channel}: expected column {column!r}, found {found}"
-        raise RecordingError(text, path=self.path, expected=column, found=found)
+        raise NotThereError(channel, f"column {column!r}", found, path=self.path)
 
     def prepare(self, entries: Sequence[Mapped]) -> None:
         """Parse all columns of some entries at once, where they can be parsed so."""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..errors import RecordingError
+from ..errors import NotThereError, RecordingError
 from ..topic import Topic
 from .axes import PARTS, REP103, attitude_of, in_our_axes
 from .bag_source import BagSource
@@ -164,16 +164,15 @@ def _places(sources: Sequence[Source], told: RecordingMap) -> list[tuple[Mapped,
     for e in told.mapped:
         try:
             at = _place(sources, e)
-        except RecordingError as error:
+        except NotThereError as error:
             refused.append(error)
         else:
             places.append((_timed(e, at, told), at))
     if len(refused) > 1:
-        lines: dict[str, list[str]] = {}
-        for text in map(str, refused):
-            expected, comma, there = text.partition(", found ")
-            lines.setdefault(comma + there, []).append(expected)
-        text = "\n".join("\n".join(own) + there for there, own in lines.items())
+        lines: dict[object, list[str]] = {}
+        for each in refused:
+            lines.setdefault(each.found, []).append(each.asked)
+        text = "\n".join("\n".join(asked) + f", found {there}" for there, asked in lines.items())
         raise RecordingError(text, path=refused[0].path, found=[str(each) for each in refused])
     if refused:
         raise refused[0]
@@ -190,21 +189,20 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
         return found[0]
     what = f"{'field' if entry.is_field else 'column'} {entry.column!r}"
     if found:
-        text = f"{entry.channel}: {what} is in {', '.join(s.path.name for s in found)}; say which by `file: NAME`"
-        raise RecordingError(text, found=[str(s.path) for s in found])
+        files = ", ".join(s.path.name for s in found)
+        raise NotThereError(entry.channel, f"{what} in one file (say which by `file: NAME`)", f"it in {files}")
     if not named:
-        files = ", ".join(s.path.name for s in sources)
-        raise RecordingError(f"{entry.channel}: expected file {entry.file!r}, found {files}", expected=entry.file)
+        raise NotThereError(entry.channel, f"file {entry.file!r}", ", ".join(s.path.name for s in sources))
     source = named[0]
     if entry.is_field == isinstance(source, CsvSource):
         other = "column" if isinstance(source, CsvSource) else "field"
         kind = "a table, whose entries have a `column`" if other == "column" else "a bag or log, whose have a `field`"
-        raise RecordingError(f"{source.path}: {entry.channel}: expected {other}, found {what}; it is {kind}")
+        raise NotThereError(entry.channel, other, f"{what}; it is {kind}", path=source.path)
     if isinstance(source, CsvSource):
         source.index(entry.column, entry.channel)  # says what there is
     names = source.names()
     listed = ", ".join(names[:40]) + (f" and {len(names) - 40} more" if len(names) > 40 else "")
-    raise RecordingError(f"{source.path}: {entry.channel}: expected {what}, found {listed}", path=source.path)
+    raise NotThereError(entry.channel, what, listed, path=source.path)
 
 
 def _first(series: Series) -> int:
