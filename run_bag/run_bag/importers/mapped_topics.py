@@ -147,11 +147,13 @@ def _refuse_parted(topic: str, fields: Mapping[str, Array]) -> None:
 
 
 def _timed(entry: Mapped, at: Source, told: RecordingMap) -> Mapped:
-    """Return an entry of a table with a time; of several of the map's it is the first that the table has."""
-    if entry.is_field or entry.time_column is not None:
+    """Return an entry of a table with a time: its own, or the first of the map's that the table has."""
+    if entry.is_field:
         return entry
-    column, scale = next((each for each in told.times if at.has(replace(entry, column=each[0]))), told.times[0])
-    return replace(entry, time_column=column, time_scale=scale)
+    column, scale = entry.time_column, told.times[0][1] if len(told.times) == 1 else 1.0
+    if column is None:
+        column, scale = next((each for each in told.times if at.has(replace(entry, column=each[0]))), told.times[0])
+    return replace(entry, time_column=column, time_scale=entry.time_scale or scale)
 
 
 def _places(sources: Sequence[Source], told: RecordingMap) -> list[tuple[Mapped, Source]]:

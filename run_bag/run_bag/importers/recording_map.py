@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -72,8 +72,8 @@ class Mapped(Entry):
     Attributes:
         column: its name in the recording, or its number from 1; `is_field` where the map calls it `field`.
         file: name of the file it is in, "" where one file alone has it.
-        time_column: of a table; that of the map's `time` where the entry has none; None of a bag or log.
-        time_scale: brings the time column to seconds; that of the map's `time` where the entry has none.
+        time_column: of a table; None where the entry has none of its own.
+        time_scale: brings the time column to seconds; 0 where the entry does not say.
         nan: cells that mean "not measured".
         hold: what the signal does between its samples, "" where the map does not say.
         clock_deviation: by how much its clock may be off [s], 0 where the map does not say.
@@ -83,7 +83,7 @@ class Mapped(Entry):
     is_field: bool = False
     file: str = ""
     time_column: str | int | None = None
-    time_scale: float = 1.0
+    time_scale: float = 0.0
     scale: float = 1.0
     offset: float = 0.0
     convert: Conversion = SAME
@@ -164,21 +164,16 @@ def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
     problems: list[str] = []
     told = content.get("time")
     times = tuple(filter(None, (_time(each, problems) for each in (told if isinstance(told, list) else [told]))))
-    time_column, time_scale = times[0] if len(times) == 1 else (None, 1.0)
     text = _table(content.get("csv"), problems)
     made = [_entry(str(name), entry, problems) for name, entry in content.items() if name not in TOP]
     entries = [e for e in made if e is not None]
-    for i, e in enumerate(entries):
-        if not isinstance(e, Mapped) or e.is_field:
-            continue
-        own = set(TIMES[1:]) & set(content[e.channel])
-        if e.time_column is None:
-            e = replace(e, time_column=time_column)
+    for e in entries:
+        if isinstance(e, Mapped) and not e.is_field and e.time_column is None:
+            own = set(TIMES[1:]) & set(content[e.channel])
             if not times:
                 problems.append(f"{e.channel}: key 'time_column' is missing, and there is no `time: {{column, unit}}`")
-            elif own and time_column is None:
+            elif own and len(times) > 1:
                 problems.append(f"{e.channel}: {own.pop()}: expected beside time_column, as `time` has several")
-        entries[i] = e if own else replace(e, time_scale=time_scale)
     problems += _crossing(entries)
     rep103 = _axes(content.get("axes"), entries, problems)
     if problems:
@@ -317,7 +312,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
     problems += [f"{name}: {key}: expected beside column alone (a bag or log brings its times)" for key in beside_field]
     if "time_unit" in entry and "time_scale" in entry:
         problems.append(f"{name}: expected time_unit or time_scale, found both")
-    time_scale = float(entry.get("time_scale", 1.0))
+    time_scale = float(entry.get("time_scale", 0.0))
     if "time_unit" in entry:
         time_scale = _seconds(f"{name}: time_unit", entry["time_unit"], problems)
     if len(problems) > before or convert is None:
