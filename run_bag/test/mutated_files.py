@@ -24,11 +24,11 @@ from synthetic_bench import controlled_recording, write_pool
 
 from run_bag import RunError, Topic, read_run, write_run
 from run_bag.importers import bench
+from run_bag.importers.checked_map import read_map
 from run_bag.importers.cli_pool import import_pool
 from run_bag.importers.cli_recording import import_recording, open_source
 from run_bag.importers.guess import guess
 from run_bag.importers.options import BenchOptions
-from run_bag.importers.recording_map import read_map
 from safe_files.errors import YamlError
 from safe_files.yaml_io import read_yaml
 

@@ -19,12 +19,13 @@ from ..topic import Topic
 from ..writer import refuse_existing, write_run
 from .advice import advice
 from .bag_source import BagSource
+from .checked_map import read_map
 from .csv_source import CsvSource
 from .decisions import Decisions, source
 from .guess import guess
 from .log_source import LOGS, LogSource
 from .mapped_topics import mapped_topics
-from .recording_map import ASKED, Constant, RecordingMap, read_map
+from .recording_map import ASKED, Constant, RecordingMap
 from .sources import Source
 from .thrusters_alike import thrusters_alike
 

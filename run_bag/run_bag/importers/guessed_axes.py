@@ -9,10 +9,10 @@ import numpy as np
 from ..errors import RunError
 from ..topic import Topic
 from .axes import REP103
+from .checked_map import parse_map
 from .decisions import Decisions
 from .falling import falling
 from .mapped_topics import mapped_topics
-from .recording_map import parse_map
 from .sources import Array, Source
 
 __all__ = ["axes_lines"]

@@ -9,10 +9,10 @@ import numpy as np
 
 from ..errors import RunError
 from .axes import PARTS
+from .checked_map import parse_map
 from .decisions import Decisions
 from .mapped_topics import mapped_topics
 from .possible_units import units_of
-from .recording_map import parse_map
 from .sources import Source
 from .turning import turning_ratio
 from .vectors import vector_of
