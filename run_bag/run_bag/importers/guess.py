@@ -128,44 +128,62 @@ def _line(
         asked: whether the hold of commands is asked about elsewhere.
     """
     source, name = each.source, each.name
-    table, notes = isinstance(source, CsvSource), _seen(source, name)
-    place = "column" if table else "field"
+    table, notes, more = isinstance(source, CsvSource), [_seen(source, name)], _more(each, clock, shared)
+    start = f"{each.channel}: {{{'column' if table else 'field'}: {quoted(name)}, "
+    if each.entry:
+        return f"{start}{each.entry}{more}}}   #{_joined(*notes, each.why)}"
+    unit, why = _unit(each, group, array, force)
+    minus, doubt = _sign(each, unit)
+    keys = f"unit: {quoted(unit)}"
+    notes += [f" {why}"] if why else []
+    if each.is_command:
+        if unit in COMMANDS:
+            stop, per_volt = _FULL[unit]
+            keys += f", stop: {stop}, per_volt: {per_volt:.4g}"
+            notes.append(" stop and per_volt are guesses: write yours")
+        keys += ", hold: previous"
+        notes += [] if asked else [HOLD]
+    keys += ", sign: -1" if minus else ""
+    still = "" if table or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
+    told = _joined(*notes, each.why, doubt, still)
+    return f"{start}{keys}{more}}}{'   #' + told if told else ''}"
+
+
+def _more(each: Found, clock: str, shared: bool) -> str:
+    """Return the keys of an entry about its file, its time and what is not measured."""
+    source, name = each.source, each.name
     more = f", file: {source.path.name}" if shared else ""
     if isinstance(source, CsvSource):
         marks = ", ".join(map(quoted, sorted(source.marks(source.names().index(name)))))
         more += _own_clock(source, name, clock) + (f", nan: [{marks}]" if marks else "")
-    if each.entry:
-        notes = _joined(notes, each.why)
-        return f"{each.channel}: {{{place}: {quoted(name)}, {each.entry}{more}}}   #{notes}"
-    path, command = each.channel.partition(".")[2], each.is_command
+    return more
+
+
+def _unit(each: Found, group: Sequence[Found], array: Sequence[Found], force: Sequence[Array]) -> tuple[str, str]:
+    """Return the unit of a channel and why it is that one; of an array of speeds in rpm the first alone tells why."""
+    name = bare_name(each.name) if isinstance(each.source, CsvSource) else each.name
     alike = group if len(group) > 1 else array
     parts = [values for part in alike if (values := values_of(part.source, part.name)) is not None]
     unit, why = guessed_unit(
-        ours_of(each.channel), bare_name(name) if table else name, source.unit(name),
-        np.concatenate(parts) if parts else None, usual=each.usual, command=command, vehicle=each.topic == "rov/imu",
-        vector=_rows(group), force=force,
+        ours_of(each.channel), name, each.source.unit(each.name), np.concatenate(parts) if parts else None,
+        usual=each.usual, command=each.is_command, vehicle=each.topic == "rov/imu", vector=_rows(group), force=force,
     )  # fmt: skip
-    text = f"{place}: {quoted(name)}, unit: {quoted(unit)}"
-    if command and unit in COMMANDS:
-        stop, per_volt = _FULL[unit]
-        text += f", stop: {stop}, per_volt: {per_volt:.4g}"
-        why = _joined(why, " stop and per_volt are guesses: write yours").strip()
-    if command:
-        why = _joined(why, "" if asked else HOLD).strip()
-    elif unit == "rpm" and each.usual == "rad/s" and each != array[0]:
-        why = ""
-    own = values_of(source, name)
-    as_ours = path == "current" and own is not None and np.nanmedian(own) < 0.0  # negative while it is drawn
-    height = path == "depth" and own is not None and is_height(own, unit)
-    drawn = each.channel == "rov/battery.current" and own is not None and is_charging(own[np.isfinite(own)])
-    minus = (each.sign < 0 and not as_ours) or height or drawn
-    text += (", hold: previous" if command else "") + (", sign: -1" if minus else "")
-    doubt = WHICH_FLOW if path == "ambient" and not re.search(SURROUNDING, name) else ""
-    still = "" if table or command or len(group) > 1 or moves(source, name) else CONSTANT
-    doubt = " a height by its values: is it?" if height and each.sign > 0 else doubt
-    doubt = " positive throughout: is it while it is drawn?" if drawn and each.sign > 0 else doubt
-    notes = _joined(notes, f" {why}" if why else "", each.why, doubt, still)
-    return f"{each.channel}: {{{text}{more}}}{'   #' + notes if notes else ''}"
+    again = unit == "rpm" and each.usual == "rad/s" and each != array[0] and not each.is_command
+    return unit, "" if again else why
+
+
+def _sign(each: Found, unit: str) -> tuple[bool, str]:
+    """Return whether an entry has `sign: -1`, and what is to be asked about it."""
+    path, own, minus = each.channel.partition(".")[2], values_of(each.source, each.name), each.sign < 0
+    if path == "ambient" and not re.search(SURROUNDING, each.name):
+        return minus, WHICH_FLOW
+    if own is None:
+        return minus, ""
+    if path == "depth" and is_height(own, unit):
+        return True, "" if minus else " a height by its values: is it?"
+    if each.channel == "rov/battery.current" and is_charging(own[np.isfinite(own)]):
+        return True, "" if minus else " positive throughout: is it while it is drawn?"
+    return minus and not (path == "current" and np.nanmedian(own) < 0.0), ""  # negative while it is drawn, as ours
 
 
 def _sign_source(each: Found) -> list[str]:
