@@ -1,6 +1,6 @@
 """The likeliest further effects, each fitted with all that is on from wherever its fit may begin."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -42,9 +42,13 @@ def refined_ones(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesi
 
 def may_stand_for_more(stage: Stage, free: dict[Key, float]) -> bool:
     """Return whether a number of the vehicle, or of one thruster, is so far off that it may stand for an effect."""
-    return any(
-        key[0] in ("own", "vehicle") and abs(x) >= rules.SHIFTED for key, x in zip(free, stage.moved, strict=True)
-    )
+    return any(_furthest(stage, free, whose) is not None for whose in ("own", "vehicle"))
+
+
+def _furthest(stage: Stage, free: dict[Key, float], whose: str) -> int | None:
+    """Return which number is furthest off, of a thruster ("own") or of the vehicle; None where none is far off."""
+    off = np.where([key[0] == whose for key in free], np.abs(stage.moved), 0.0)
+    return int(np.argmax(off)) if np.max(off) >= rules.SHIFTED else None
 
 
 def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, Problem]:
@@ -75,7 +79,7 @@ def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothe
     """
     on, sizes = tuple(a.hypothesis for a in stage.fit.effects), [a.sizes for a in stage.fit.effects]
     found = []
-    for far, offered in (_of_thruster(stage, free, tried), _of_vehicle(stage, free, tried)):
+    for far, offered in _stood_for(stage, free, tried):
         starts = []
         moved = np.where(far, 0.0, stage.moved)
         for h in offered:
@@ -94,29 +98,29 @@ def _from_believed(stage: Stage, free: dict[Key, float], tried: Sequence[Hypothe
     return found
 
 
-def _of_thruster(
+def _stood_for(
     stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]
-) -> tuple[NDArray[np.bool_], list[Hypothesis]]:
-    """Return the numbers of the thruster of which one is furthest off, and its effects, none where none is far."""
-    own = [np.array([key[0] == "own" and key[2] == i for key in free]) for i in range(stage.screen.model.thrusters)]
-    off = [float(np.max(np.abs(stage.moved[mine]), initial=0.0)) for mine in own]
-    i = int(np.argmax(off))
-    return own[i], [h for h in tried if i in (h.thruster, h.other)] if off[i] >= rules.SHIFTED else []
+) -> Iterator[tuple[list[bool], list[Hypothesis]]]:
+    """Yield the numbers of the thruster of which one is furthest off, with its effects; and the vehicle's number that
+    is, with the effects of no thruster that act most like it."""
+    q = _furthest(stage, free, "own")
+    if q is not None:
+        i = list(free)[q][2]
+        yield [key[0] == "own" and key[2] == i for key in free], [h for h in tried if i in (h.thruster, h.other)]
+    q = _furthest(stage, free, "vehicle")
+    if q is not None:
+        yield [k == q for k in range(len(free))], _most_like(stage, q, tried)
 
 
-def _of_vehicle(
-    stage: Stage, free: dict[Key, float], tried: Sequence[Hypothesis]
-) -> tuple[NDArray[np.bool_], list[Hypothesis]]:
-    """Return the vehicle's number that is furthest off, and the effects of no thruster that act most like it."""
-    off = np.where([key[0] == "vehicle" for key in free], np.abs(stage.moved), 0.0)
-    q, A = int(np.argmax(off)), stage.gram.A
+def _most_like(stage: Stage, q: int, tried: Sequence[Hypothesis]) -> list[Hypothesis]:
+    """Return the effects of no thruster whose columns are most like that of a number, the likest first."""
+    A = stage.gram.A
     alike: dict[Hypothesis, float] = {}
-    if off[q] >= rules.SHIFTED:
-        for j, name in enumerate(stage.gram.names):
-            if isinstance(name, tuple) and isinstance(name[0], Hypothesis) and name[0].thruster is None:
-                cosine = abs(A[q, j]) / np.sqrt(max(A[q, q] * A[j, j], 1e-300))
-                alike[name[0]] = max(alike.get(name[0], 0.0), float(cosine))
-    return np.arange(len(free)) == q, sorted((h for h in tried if h in alike), key=lambda h: -alike[h])[: rules.REFINED]
+    for j, name in enumerate(stage.gram.names):
+        if isinstance(name, tuple) and isinstance(name[0], Hypothesis) and name[0].thruster is None:
+            cosine = abs(A[q, j]) / np.sqrt(max(A[q, q] * A[j, j], 1e-300))
+            alike[name[0]] = max(alike.get(name[0], 0.0), float(cosine))
+    return sorted((h for h in tried if h in alike), key=lambda h: -alike[h])[: rules.REFINED]
 
 
 def _sized(problem: Problem, h: Hypothesis, moved: Array, sizes: Sequence[tuple[float, ...]]) -> _Start:
