@@ -102,10 +102,11 @@ def spelled(unit: str) -> str:
     if factors is None:
         return text
     aliased = {_ALIASES.get(name.lower(), name): power for name, power in factors.items()}
-    for own, by in ((factors, _BY_FACTORS), (aliased, _BY_FACTORS), (factors, _BY_SMALL), (aliased, _BY_SMALL)):
-        powers = frozenset((name if by is _BY_FACTORS else name.lower(), power) for name, power in own.items())
-        if powers in by:
-            return by[powers]
+    for table, letters in ((_BY_FACTORS, str), (_BY_SMALL, str.lower)):  # as written goes before small letters
+        for own in (factors, aliased):
+            powers = frozenset((letters(name), power) for name, power in own.items())
+            if powers in table:
+                return table[powers]
     return text
 
 
