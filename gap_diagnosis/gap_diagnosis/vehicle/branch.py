@@ -53,7 +53,7 @@ class Branch:
     ) -> None:  # fmt: skip
         """Begin as sensors tell of a recording's begin; run: its number."""
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-        self.body = built.settings.coefficients
+        self.settings = built.settings
         self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
         self._sensing = built.sensors, built.tach / [1.0, log.period]
         self._steps = built.steps(log.period)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.gains import Gains, Motion, Noises, filter_gains, motion_of, rotor_gains, slopes
-from gap_diagnosis.vehicle.inflow import inflow
+from gap_diagnosis.vehicle.inflow import Inflow, inflow
 from gap_diagnosis.vehicle.instants import as_read, counted, instant_at, read_later, shifted
 from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Built, Model
@@ -25,13 +25,14 @@ from rov_sim.vehicle.innovations import (
     states_width,
 )
 from rov_sim.vehicle.kernel import COARSE, FINE
-from rov_sim.vehicle.plant import sheet_of
+from rov_sim.vehicle.plant import VehicleSettings, sheet_of
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.equations.rotation_vector import rotation
+from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = [
     "Filtered", "Ground", "Prepared", "at_rest", "filtered", "followed", "foreseen", "foreseen_deviations", "grounded",
-    "initial_state", "prepared_on", "prepared_with", "rotor_decay", "starting",
+    "initial_state", "prepared_on", "prepared_with", "rotor_decay", "slopes_along", "starting", "wrench_of",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -211,17 +212,27 @@ def foreseen(
     return replace(blank, attitude=attitude, told=told, speeds=speeds, battery=battery), ran.states
 
 
-def _slopes_of(model: Model, log: VehicleLog, states: Array | None, built):  # type: ignore[no-untyped-def]
+def slopes_along(
+    model: Model, log: VehicleLog, states: Array | None, settings: VehicleSettings, before: Array | None = None
+) -> tuple[Array, Array, Inflow]:  # fmt: skip
+    """Return slopes (`gains.slopes`) and what water through thrusters does along states of a filter (K, 19 + 3 N).
+
+    states: None: at rest, but for what a gyro tells; before: of `inflow`.
+    """
     q = _filled(log.attitude)
     there = states_of(np.zeros((log.count, states_width(log.thrusters))) if states is None else np.nan_to_num(states))
     nu = there.nu.copy()
     if states is None:
         nu[:, 3:] = np.nan_to_num(log.told[:, 3:6])
-    c = built.settings.coefficients
-    water = inflow(built.settings.thrusters, c, nu, there.speeds, there.flows, log.period)
+    c = settings.coefficients
+    water = inflow(settings, nu, there.speeds, there.flows, log.period, before)
     places = (np.asarray(getattr(model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-    A, H = slopes(q, nu, water.slopes, c, *places)
-    return A, H, (c.K_t * water.doubts[:, None] ** 2) @ c.K_t.T
+    return *slopes(q, nu, water.slopes, c, *places), water
+
+
+def wrench_of(c: VehicleCoefficients, thrusts: Array) -> Array:
+    """Return the covariance (K, 6, 6) of the wrench of thrusts that deviate by (K, N) [N]."""
+    return (c.K_t * thrusts[:, None] ** 2) @ c.K_t.T
 
 
 def _filled(q: Array) -> Array:
@@ -277,9 +288,10 @@ def grounded(
         given = as_read(log, late)
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
     log = shifted(given, values, effects)
-    A, H, doubts = _slopes_of(model, log, states, built)
+    A, H, water = slopes_along(model, log, states, built.settings)
     untold = log.count if states is None else instant_at(log, rules.START)
     slopes_there = starting(A, H, log, untold)
+    doubts = wrench_of(built.settings.coefficients, water.doubts)
     return Ground(given, log, run, late, built, motion_of(*slopes_there, log.period, doubts))
 
 
@@ -315,7 +327,8 @@ def foreseen_deviations(
     """
     log = shifted(prepared.log, values, effects)
     built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(prepared.log))
-    A, H, doubts = _slopes_of(model, log, prepared.base.states, built)
+    A, H, water = slopes_along(model, log, prepared.base.states, built.settings)
+    doubts = wrench_of(built.settings.coefficients, water.doubts)
     motion = motion_of(*starting(A, H, log, 0), log.period, doubts)
     out = np.empty((len(windows), 13))
     for row, (first, free, last) in enumerate(windows):

@@ -1,34 +1,35 @@
 r"""What the water through thrusters does to a filter of the body: how it holds a vehicle, and what is not known of it.
 
-The axial flow v of an idle thruster in a stream U leaves v = 0, an unstable equilibrium, at an instant that no model
-foretells, and goes to where the stream carries it. Between both lies a doubt of v, and one of the thrust,
+The axial flow v of a thruster in a stream U has two stable values where the propeller is slow: one that the stream
+carries and one that the propeller drives, near 0. Which of them is taken hangs on less than a model knows, and may last
+for ten seconds. So two flows more follow the flow's own equation, from v - d and v + d on with d = `rules.FLOW_KNOWN`.
+They begin anew while they are that near to each other; where they part, the thrust is in doubt by what is equally
+likely anywhere between theirs,
 
-    sigma_T = |T(n, v + s) - T(n, v - s)| / 2,      s = v_stream / 2 while idle,      ds/dt = a s once driven
+    sigma_T = |T(n, v_high) - T(n, v_low)| / sqrt(12)
 
-with a the slope of dv/dt over v. A filter takes sigma_T for a random force of the flow's own time.
+until they meet again. A filter takes it for a random force of the flow's own time.
 """
 
-from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.rules import FASTEST, FASTEST_FLOW, IDLE
+from gap_diagnosis.vehicle.rules import FASTEST, FASTEST_FLOW, FLOW_KNOWN
+from rov_sim.vehicle.plant import VehicleSettings
 from thruster_model.compilation import compiled
 from thruster_model.pipeline import derivative, outputs
-from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = ["Inflow", "inflow", "thrusts_at"]
 
 Array = NDArray[np.float64]
 _SMALL, _SETTLING = 1e-4, 1.0  # step of v and U [m/s]; slowest rate at which a flow follows [1/s]
-_HALVINGS = 20
 
 
 class Inflow(NamedTuple):
     """Slopes dT/dU (K, N) [N s/m] of thrusters whose flow follows; doubts (K, N) [N], deviations of thrusts by flows
-    that are not known; deviations of those flows at the end (N,) [m/s]."""
+    that are not known; lowest and highest flows at the end (N, 2) [m/s]."""
 
     slopes: Array
     doubts: Array
@@ -36,22 +37,7 @@ class Inflow(NamedTuple):
 
 
 @compiled
-def _carried(U, p):  # type: ignore[no-untyped-def]
-    """Return the axial flow [m/s] to which a stream carries the water of a thruster at rest."""
-    low, high = _SMALL * np.sign(U), U
-    if abs(U) <= _SMALL or derivative(0.0, low, U, 0.0, p)[1] * U <= 0.0:
-        return 0.0
-    for _ in range(_HALVINGS):
-        middle = 0.5 * (low + high)
-        if derivative(0.0, middle, U, 0.0, p)[1] * U > 0.0:
-            low = middle
-        else:
-            high = middle
-    return low
-
-
-@compiled
-def _inflow(n, v, U, p, period, s, slopes, doubts):  # type: ignore[no-untyped-def]
+def _inflow(n, v, U, p, period, ends, slopes, doubts):  # type: ignore[no-untyped-def]
     for k in range(len(n)):
         rate = derivative(n[k], v[k], U[k], 0.0, p)[1]
         a = (derivative(n[k], v[k] + _SMALL, U[k], 0.0, p)[1] - rate) / _SMALL
@@ -59,40 +45,43 @@ def _inflow(n, v, U, p, period, s, slopes, doubts):  # type: ignore[no-untyped-d
         thrust = outputs(n[k], v[k], U[k], 0.0, p)[2]
         by_flow = (outputs(n[k], v[k] + _SMALL, U[k], 0.0, p)[2] - thrust) / _SMALL
         slopes[k] = -by_flow * b / a if a < -_SETTLING else 0.0
-        at = v[k]
-        if abs(n[k]) < IDLE:
-            at = 0.5 * _carried(U[k], p)
-            s = max(s, abs(at))
-        doubts[k] = 0.5 * abs(outputs(n[k], at + s, U[k], 0.0, p)[2] - outputs(n[k], at - s, U[k], 0.0, p)[2])
-        s *= np.exp(min(a, 0.0) * period)
-    return s
+        if ends[1] - ends[0] > 2.0 * FLOW_KNOWN:
+            thrusts = outputs(n[k], ends[0], U[k], 0.0, p)[2], outputs(n[k], ends[1], U[k], 0.0, p)[2]
+            doubts[k] = abs(thrusts[1] - thrusts[0]) / np.sqrt(12.0)
+        else:
+            ends[0], ends[1] = v[k] - FLOW_KNOWN, v[k] + FLOW_KNOWN
+        for i in range(2):
+            rate = derivative(n[k], ends[i], U[k], 0.0, p)[1]
+            a = (derivative(n[k], ends[i] + _SMALL, U[k], 0.0, p)[1] - rate) / _SMALL
+            ends[i] += rate * (np.expm1(a * period) / a if a != 0.0 else period)
 
 
 def inflow(
-    thrusters: Sequence[Any], c: VehicleCoefficients, nu: Array, n: Array, v: Array, period: float,
-    before: Array | None = None,
+    settings: VehicleSettings, nu: Array, n: Array, v: Array, period: float, before: Array | None = None
 ) -> Inflow:  # fmt: skip
-    """Return both for rotor speeds n (K, N) [rad/s], axial flows v (K, N) [m/s] and motion nu (K, 6), each period [s].
+    """Return it for rotor speeds n (K, N) [rad/s], axial flows v (K, N) [m/s] and motion nu (K, 6), each period [s].
 
-    before: deviations of the flows at the first instant (N,) [m/s]; None: they are known.
+    before: lowest and highest flows at the first instant (N, 2) [m/s]; None: they are known.
     """
+    c = settings.coefficients
     U, v = np.clip(nu, -FASTEST, FASTEST) @ c.inflow, np.clip(v, -FASTEST_FLOW, FASTEST_FLOW)
-    found = Inflow(np.zeros(n.shape), np.zeros(n.shape), np.zeros(n.shape[1]) if before is None else before.copy())
-    for i, p in enumerate(thrusters):
+    ends = np.zeros((n.shape[1], 2)) if before is None else before.copy()
+    found = Inflow(np.zeros(n.shape), np.zeros(n.shape), ends)
+    for i, p in enumerate(settings.thrusters):
         if getattr(p, "k_Tv", 0.0):
             each = np.zeros((2, len(n)))
-            found.last[i] = _inflow(n[:, i].copy(), v[:, i].copy(), U[:, i].copy(), p, period, found.last[i], *each)
+            _inflow(n[:, i].copy(), v[:, i].copy(), U[:, i].copy(), p, period, ends[i], *each)
             found.slopes[:, i] = np.minimum(np.nan_to_num(each[0]), 0.0) * c.thrust_scale[i]
             found.doubts[:, i] = np.nan_to_num(each[1]) * c.thrust_scale[i]
     return found
 
 
-def thrusts_at(thrusters: Sequence[Any], c: VehicleCoefficients, n: Array) -> Array:
+def thrusts_at(settings: VehicleSettings, n: Array) -> Array:
     """Return thrusts (K, N) [N] at rotor speeds n (K, N) [rad/s] in water at rest, with no axial flow."""
     found = np.zeros(n.shape)
-    for i, p in enumerate(thrusters):
+    for i, p in enumerate(settings.thrusters):
         found[:, i] = _thrusts(n[:, i].copy(), p)
-    return found * c.thrust_scale
+    return found * settings.coefficients.thrust_scale
 
 
 @compiled

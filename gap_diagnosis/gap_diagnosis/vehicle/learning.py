@@ -150,7 +150,11 @@ def _climbed(
         if score < before + rules.SETTLED:
             break
         blocks = moved
-    return on(found)(learned_from(found))[1]  # linearised where it ended, as the next one begins
+    for _ in range(rules.TURNS):  # linearised where it ends, as the next one begins: flows may part elsewhere there
+        before, (score, found) = score, on(found)(learned_from(found))
+        if abs(score - before) < _RISEN:
+            break
+    return found
 
 
 def _likeliest(

@@ -32,10 +32,10 @@ from gap_diagnosis.vehicle.baseline import Baseline
 from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, whitened
 from gap_diagnosis.vehicle.dive import Dive
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
-from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, starting
-from gap_diagnosis.vehicle.gains import filter_gains, motion_of, rotor_gains, slopes
+from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, slopes_along, starting, wrench_of
+from gap_diagnosis.vehicle.gains import Gains, filter_gains, motion_of, rotor_gains
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, described, hypotheses
-from gap_diagnosis.vehicle.inflow import inflow, thrusts_at
+from gap_diagnosis.vehicle.inflow import thrusts_at
 from gap_diagnosis.vehicle.jumps import Jump
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
@@ -148,29 +148,8 @@ class Watch:
             self._branches = [Branch(self._model, self._values, effects, log) for effects in failures]
             self._dive.begin(log)
             self._jumps = [Jump(h, Branch(self._model, self._values, (), log)) for h in self._sudden]
-        first, noises = self._branches[0], self._noises
-        nu = np.zeros((log.count, 6)) if self._state is None else np.tile(states_of(self._state).nu, (log.count, 1))
-        rates = log.told[:, 3:6]
-        nu[:, 3:] = np.where(np.isfinite(rates), rates, nu[:, 3:])
-        q = np.where(np.isfinite(log.attitude), log.attitude, [1.0, 0.0, 0.0, 0.0])
-        places = (np.asarray(getattr(self._model.sensors, s).position) for s in ("imu", "velocity", "depth"))
-        N, K_t = log.thrusters, first.body.K_t
-        n, v = np.zeros((2, log.count, N))
-        if self._state is not None:
-            n, v = n + states_of(self._state).speeds, v + states_of(self._state).flows
-        own = [s.coefficients for s in self._model.sets]
-        water = inflow(own, first.body, nu, n, v, log.period, self._flows)
-        A, H = slopes(q, nu, water.slopes, first.body, *places)
-        thrusts = thrusts_at(own, first.body, np.where(np.isfinite(log.speeds), log.speeds, n))
-        doubts = (K_t * np.hypot(water.doubts, rules.WATCH_THRUST * thrusts)[:, None] ** 2) @ K_t.T
-        begun = max(round((rules.START - self.time) / log.period), 0)
-        gains = filter_gains(motion_of(*starting(A, H, log, begun), log.period, doubts), noises, self._P)
-        self._P, self._flows = gains.last, water.last
-        driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
-        decay = rotor_decay(self._model, log.period)
-        speed_gains, spread, self._P_n = rotor_gains(driven, decay, noises, self._P_n)
-        keep = np.exp(-log.period / noises.time) ** np.arange(log.count + 1)
-        by = Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep)
+        first = self._branches[0]
+        by = self._steered(log)
         ratios, ends = self.ratios[self._lasting], self.time + log.count * log.period
         settling = ends < self._begun + rules.WATCH_SETTLING
         for j in np.flatnonzero(ratios <= 0.0) + 1:  # a failure that is not believed has not begun yet
@@ -180,9 +159,9 @@ class Watch:
                 jump.forget(first)
         before = ratios.copy(), self._sums.copy(), self._since.copy()
         bank = [*self._branches, *self._dive.branches]
-        out = outputs(log.count, N, len(bank))
+        out = outputs(log.count, log.thrusters, len(bank))
         done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(bank)]
-        readings = self._dive.freed(whitened(out[0], out[1], gains.whitener, spread), log.period)
+        readings = self._dive.freed(whitened(out[0], out[1], by.whitener, by.spread), log.period)
         accumulated(
             readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
             self._sums, self._since,
@@ -211,6 +190,32 @@ class Watch:
         self._found[over & np.isnan(self._found)] = self.time
         self._found[self.ratios <= 0.0] = np.nan
         return self._alarms()
+
+    def _steered(self, log: VehicleLog) -> Steered:
+        """Return what steers all filters through a piece: gains along the states of the healthy vehicle's filter.
+
+        They are at first made as if it stayed where the piece before has ended.
+        """
+        first, noises, period = self._branches[0], self._noises, log.period
+        settings, begun = first.settings, max(round((rules.START - self.time) / period), 0)
+        driven = np.isfinite(log.speeds) & ~at_rest(self._model, log, noises)
+        speed_gains, spread, P_n = rotor_gains(driven, rotor_decay(self._model, period), noises, self._P_n)
+        keep = np.exp(-period / noises.time) ** np.arange(log.count + 1)
+
+        def along(states: Array | None) -> tuple[Gains, Array]:
+            A, H, water = slopes_along(self._model, log, states, settings, self._flows)
+            speeds = states_of(states).speeds if states is not None else np.zeros(log.speeds.shape)
+            thrusts = thrusts_at(settings, np.where(np.isfinite(log.speeds), log.speeds, speeds))
+            doubts = wrench_of(settings.coefficients, np.hypot(water.doubts, rules.WATCH_THRUST * thrusts))
+            return filter_gains(motion_of(*starting(A, H, log, begun), period, doubts), noises, self._P), water.last
+
+        state, (gains, _) = first.state, along(None if self._state is None else np.tile(self._state, (log.count, 1)))
+        out = outputs(log.count, log.thrusters)
+        first.step(Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep), tuple(out))
+        first.state = state
+        gains, self._flows = along(out[3])
+        self._P, self._P_n = gains.last, P_n
+        return Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep)
 
     def _know_jumps(self) -> None:
         """Take what is believed of jumps as known once one has settled; all else begins anew from the state with it."""

@@ -122,8 +122,8 @@ def test_the_keys_of_a_single_thrusters_diagnosis_are_there(lossy: Diagnosed) ->
     assert gap["total"]["as_is"] > gap["total"]["with_effect"] and gap["total"]["noise_floor"] == 1.0
     assert gap["shrink"] == pytest.approx(effect["shrink"])
     assert all(channel["noise_floor"] > 0.0 for channel in gap["channels"].values())
-    # numbers re-tuned on this one recording do nearly as well
-    assert effect["class"] == "parametric" and 0.0 < effect["shrink"] < 0.2
+    # numbers re-tuned on this one recording do as well: what they leave is within two standard errors of none
+    assert effect["class"] == "parametric" and effect["shrink"] is None
     assert effect["probability"] <= effect["group_probability"] <= 1.0 and effect["group_probability"] > 0.96
     assert "water_current" in lossy.content["not_tried"] and not set(FEW) & set(lossy.content["not_tried"])
     assert lossy.content["resembles"] == [] and lossy.content["log"] == []
@@ -156,7 +156,7 @@ def test_numbers_that_are_off_within_their_deviations_are_what_a_gap_comes_from(
     content = of(tmp_path, draw, how_far=True).content
     assert (content["verdict"], content["effects"]) == ("parameters", [])
     as_is, retuned = (step["rms"] for step in content["budget"]["left_out"])
-    assert as_is > 1.5 > retuned and content["budget"]["parameters"]["interval"][0] > 0.0
+    assert as_is > 15.0 and retuned < 2.0 and content["budget"]["parameters"]["interval"][0] > 0.0
     assert f"by {as_is:.2f} times" in content["summary"] and f"re-tuned, by {retuned:.2f} times" in content["summary"]
 
 
