@@ -31,6 +31,8 @@ _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 SHOWN = 60
 HOLD = " hold is a guess: previous or linear?"
 """Asked once, of the first command."""
+RESTS = " never changes: is it the command?"
+"""Asked about a table's command that no other column is likelier to be."""
 CONSTANT = " never changes: is it measured?"
 """Asked about a field of a bag or log; a table has what somebody chose."""
 
@@ -69,7 +71,8 @@ def guess(sources: Sequence[Source]) -> str:
     left = [each for each in left if each not in empty]
     left.sort(key=lambda each: not moves(*each))
     lines += ["# Not recognised:"] if left else []
-    lines += [f"# {quoted(name)}{_seen(source, name)}" for source, name in left[:SHOWN]]
+    where = {each: f" of {each[0].path.name}:" if names[each[1]] > 1 else "" for each in left}
+    lines += [f"# {quoted(name)}{where[source, name]}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
     lines += [f"# 0 in all messages: {len(empty)} fields more"] if empty else []
     return "\n".join(lines) + "\n"
@@ -143,6 +146,7 @@ def _line(
             notes.append(" stop and per_volt are guesses: write yours")
         keys += ", hold: previous"
         notes += [] if asked else [HOLD]
+        notes += [RESTS] if table and not moves(source, name) else []
     keys += ", sign: -1" if minus else ""
     still = "" if table or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
     told = _joined(*notes, each.why, doubt, still)

@@ -8,8 +8,8 @@ from typing import NamedTuple
 from .guessed_depth import WHICH_WATER, depth_of_pressure
 
 __all__ = [
-    "BENCH", "BY_TYPE", "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "OTHER_AXES", "SURROUNDING", "THRUSTER", "UNTOLD",
-    "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType", "Rule", "quoted",
+    "BENCH", "BY_TYPE", "BY_UNIT", "LOGS", "OF_BENCH", "OF_TYPE", "OTHER_AXES", "PX4", "SURROUNDING", "THRUSTER",
+    "UNTOLD", "VEHICLE", "WHICH_FLOW", "WHOSE_ATTITUDE", "OfType", "Rule", "quoted",
 ]  # fmt: skip
 
 
@@ -87,11 +87,20 @@ LOGS = (
 positive up, currents positive while they are drawn. An autopilot's attitude comes at times of its own, so it is no part
 of the IMU's topic. An ArduSub's second barometer is the one outside."""
 
+PX4 = (
+    Rule("thruster_{i}/throttle.commanded", r"output\[(?P<zero>\d+)\]"),
+    Rule("thruster_{i}/state.n", r"esc\[(?P<zero>\d+)\]\.esc_rpm", "rpm"),
+    Rule("thruster_{i}/state.supply_voltage", r"esc\[(?P<zero>\d+)\]\.esc_voltage", "V"),
+    Rule("thruster_{i}/state.current", r"esc\[(?P<zero>\d+)\]\.esc_current", "A"),
+)
+"""Columns of `actuator_outputs` and `esc_status`, as ulog2csv writes them."""
+
 THRUSTER = (
     Rule("thruster_{i}/state.n", r"(esc|motor|thr(uster)?|prop)_?(k?rpm|rps|revs?)"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
-    Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|esc|u)(_?(in|out|signal|v|us|cmd))?"),
+    Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|u)(_?(in|out|signal|v|us|cmd))?"),
+    Rule("thruster_{i}/throttle.commanded", r"esc(_?(in|out|signal|v|us|cmd))?", alone=True),
     Rule("thruster_{i}/throttle.commanded", r"setpoint|drive|soll|(soll|stell)wert|stellgr(ö|oe)(ß|ss)e", alone=True),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|rps|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
     Rule("thruster_{i}/state.n", r"rotor", alone=True),

@@ -21,6 +21,7 @@ from .guess_rules import (
     OF_BENCH,
     OF_TYPE,
     OTHER_AXES,
+    PX4,
     THRUSTER,
     VEHICLE,
     WHOSE_ATTITUDE,
@@ -31,7 +32,7 @@ from .guess_rules import (
 from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
 from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
-from .guessed_names import beside, numbered, says_rate, told_units, told_words, without_suffix
+from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
 from .guessed_units import fits, named_units
 from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
@@ -63,6 +64,12 @@ class Found(NamedTuple):
         return self.channel.endswith(".commanded")
 
     @property
+    def is_doubtful(self) -> bool:
+        """Tell whether another column goes before it: a word alone says what it is, or it is a command that rests."""
+        rests = self.is_command and isinstance(self.source, CsvSource) and not moves(self.source, self.name)
+        return self.by_word or rests
+
+    @property
     def group(self) -> str:
         """The vector or attitude of which it is a part: their unit is one."""
         head, _, part = self.channel.rpartition(".")
@@ -79,7 +86,7 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
     left: list[tuple[Source, str]] = []
     vehicle = any(map(_of_vehicle, sources))
     of_sources = {source: _proposed(source, clock, vehicle=vehicle) for source in sources}
-    by_name = {e.channel for own in of_sources.values() for e in own.values() if e and not e.by_word}
+    sure = {e.channel for own in of_sources.values() for e in own.values() if e and not e.is_doubtful}
     for source, proposed in of_sources.items():
         unfilled = _nobody_fills([each for each in proposed.values() if each])
         for name, each in proposed.items():
@@ -87,7 +94,7 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
             if (
                 each is None
                 or each.channel in found
-                or (each.by_word and each.channel in by_name)
+                or (each.is_doubtful and each.channel in sure)
                 or name in unfilled
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
@@ -152,8 +159,9 @@ def _attitude_apart(found: Iterable[Found], clock: str) -> list[Found]:
 
 
 def _behind_the_last(found: Iterable[Found]) -> list[Found]:
-    """Return a log's outputs behind the last one that ever moves: it has more of them than there are thrusters."""
-    commands = [e for e in found if isinstance(e.source, LogSource) and e.is_command]
+    """Return outputs of a log, or of an array in a table, behind the last one that ever moves: they are more than
+    there are thrusters."""
+    commands = [e for e in found if e.is_command and (isinstance(e.source, LogSource) or is_element(e.source, e.name))]
     moving = [k for k, e in enumerate(commands) if moves(e.source, e.name)]
     return commands[max(moving, default=-1) + 1 :]
 
@@ -234,7 +242,8 @@ def _rules(source: Source, *, vehicle: bool) -> tuple[tuple[Rule, ...], tuple[Of
     """Return the rules of names and those of types for a source."""
     if isinstance(source, LogSource):
         return LOGS, ()
-    return ((*LOGS, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*LOGS, *BENCH, *THRUSTER), (*OF_BENCH, *OF_TYPE))
+    named = (*LOGS, *PX4) if isinstance(source, CsvSource) else LOGS
+    return ((*named, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*named, *BENCH, *THRUSTER), (*OF_BENCH, *OF_TYPE))
 
 
 def _in_order(source: Source) -> list[str]:
@@ -312,6 +321,8 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                     and (not rule.together or set(rule.together) <= beside(source, name))
                 ):
                     by_word = known is of_words
+                    if by_word and rule.channel.endswith(".commanded") and not units and not moves(source, name):
+                        continue  # esc_count is none
                     return Found(channel, source, name, rule.unit, rule.sign, rule.entry, rule.why, by_word)
     return None
 

@@ -18,7 +18,7 @@ from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import spelled
 from .csv_source import CsvSource
-from .guessed_names import numbered
+from .guessed_names import is_element, numbered
 from .guessed_units import named_units, pulses
 from .guessed_values import moves, values_of
 from .sources import Source
@@ -89,7 +89,7 @@ def alike_speeds(columns: Sequence[tuple[CsvSource, str]], thrusters: set[int]) 
 
 def _used(group: list[Alike]) -> list[Alike]:
     """Return a table's columns, and an array's elements up to the last one that changes."""
-    if isinstance(group[0].source, CsvSource):
+    if isinstance(group[0].source, CsvSource) and not is_element(group[0].source, group[0].name):
         return group
     moving = [each.thruster for each in group if moves(each.source, each.name)]
     return [each for each in group if each.thruster <= max(moving, default=-1)]

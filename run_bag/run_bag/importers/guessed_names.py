@@ -11,7 +11,7 @@ from .csv_source import CsvSource
 from .guessed_units import named_units
 from .sources import Source
 
-__all__ = ["beside", "numbered", "says_rate", "told_units", "told_words", "without_suffix"]
+__all__ = ["beside", "is_element", "numbered", "says_rate", "told_units", "told_words", "without_suffix"]
 
 _SUFFIX = re.compile(
     r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
@@ -52,6 +52,11 @@ def told_words(name: str) -> tuple[list[str], bool]:
 def says_rate(name: str) -> bool:
     """Tell whether a word of a name says that it is how fast something turns: rate_roll is no angle."""
     return not set(_RATES).isdisjoint(name.lower().split("_"))
+
+
+def is_element(source: Source, name: str) -> bool:
+    """Tell whether a column of a table is an element of an array, as output[0]."""
+    return isinstance(source, CsvSource) and re.search(r"\w\[\d{1,2}\]$", name) is not None
 
 
 def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:
