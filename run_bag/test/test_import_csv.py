@@ -143,6 +143,7 @@ def test_what_does_not_fit_is_refused_with_a_sentence(tmp_path, capsys, text, co
     [
         ("2026-05-04T12:00:00.250Z", "2026-05-04T12:00:01.250Z", "2026-05-04T12:00:02.750Z", 1777896000.25),
         ("2026-05-04 14:00:00.25+02:00", "2026-05-04 14:00:01.25+0200", "2026-05-04 14:00:02.75+02", 1777896000.25),
+        ("04.05.2026 12:00:00.25", "4.5.2026 12:00:01.25", "04.05.2026  12:00:02.75", 1777896000.25),
         ("09:59:59.5", "10:00:00.5", "10:00:02.0", 35999.5),
         ("23:59:59.5", "00:00:00.5", "00:00:02.0", 86399.5),
     ],
@@ -154,6 +155,24 @@ def test_dates_and_times_of_day_are_seconds(tmp_path, first, second, third, orig
     assert (run["thruster_0/state.n"].stamps - 10**9).tolist() == [0, 10**9, 2_500_000_000]
     (shift,) = [d for d in run.metadata["import"]["decisions"] if d["what"] == "shift of the clock"]
     assert shift["how"].startswith(f"{1.0 - origin!r} s was added to all times")
+
+
+@pytest.mark.parametrize("day", ["", "04.05.2026 ", "2026-05-04 "])
+def test_dates_and_times_of_day_may_have_a_decimal_comma(tmp_path, day):
+    table = f"Zeit;Drehzahl\n{day}13:53:20,000;0,0\n{day}13:53:20,500;60,5\n{day}13:53:22,125;1,0\n"
+    assert main(files(tmp_path, table, "thruster_0/state.n: {column: Drehzahl, time_column: Zeit, unit: rpm}")) == 0
+    assert read_run(tmp_path / "out").time("thruster_0/state.n").tolist() == [0.0, 0.5, 2.125]
+
+
+@pytest.mark.parametrize(
+    "form", ["05/04/2026 13:53:2{},000", "4. Mai 2026 13:53:2{},0", "01:53:2{},000 PM", "04.05.26 13:53:2{},000"]
+)
+def test_a_date_in_another_form_is_refused_with_those_that_are_read(tmp_path, capsys, form):
+    table = "Zeit;Drehzahl\n" + "".join(f"{form.format(k)};{k},0\n" for k in range(5))
+    assert main(files(tmp_path, table, "thruster_0/state.n: {column: Drehzahl, time_column: Zeit, unit: rpm}")) == 1
+    told = capsys.readouterr().err
+    assert "is it a date? those are read as 2026-05-04T12:00:00.25, 04.05.2026 12:00:00,25 or 12:00:00,25" in told
+    assert "decimal" not in told
 
 
 def test_times_of_day_of_all_columns_are_of_one_night(tmp_path):

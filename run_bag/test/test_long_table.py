@@ -24,6 +24,11 @@ def long_table(path, header, line, order=lambda row: row[0]):
             lambda t, n, unit, v: f"{t:.3f};{n};{v:.6g};{unit}".replace(".", ","),
             lambda row: row[0],
         ),
+        (
+            "Zeit;Kanal;Wert;Bemerkung;Einheit;Ort",
+            lambda t, n, unit, v: f"{t:.3f};{n};{v:.6g};".replace(".", ",") + f"{'' if v < 2 else 'viel 7'};{unit};",
+            lambda row: row[0],
+        ),
         ("name;value;t", lambda t, n, _, v: f'"{n}";{v:.6g};{t:.3f}'.replace(".", ","), lambda row: row[1]),
     ],
 )
@@ -31,6 +36,7 @@ def test_a_long_table_becomes_the_run_of_a_wide_one(tmp_path, capsys, header, li
     long_table(tmp_path / "x.csv", header, line, order)
     told = proposal(capsys, tmp_path / "x.csv")
     assert "Not recognised" not in told and "?'" not in told
+    assert ("# Beside the readings, left out: Bemerkung, Ort" in told) is ("Bemerkung" in header)
     run = imported(tmp_path, told, tmp_path / "x.csv")
     told = capsys.readouterr().out
     assert f"thruster_0/throttle: commanded: {SWEEP.size} readings" in told
@@ -39,6 +45,14 @@ def test_a_long_table_becomes_the_run_of_a_wide_one(tmp_path, capsys, header, li
     np.testing.assert_allclose(speed.values, 300.0 * SWEEP[::2] * np.pi / 30.0, rtol=1e-5, atol=1e-9)
     np.testing.assert_allclose(thrust.values, 4.0 * SWEEP, rtol=1e-5, atol=1e-9)
     assert speed.stamps[0] - thrust.stamps[0] == 4_000_000
+
+
+def test_a_name_in_a_table_that_is_no_long_one_is_refused_with_what_a_long_one_has(tmp_path, capsys):
+    long_table(tmp_path / "x.csv", "id,t,sensor,v", lambda t, n, _, v: f"7,{t:.3f},{n},{v:.6g}")
+    text = "time: {column: t, unit: s}\nthruster_0/state.n: {column: motor_rpm, unit: rpm}"
+    assert attempted(tmp_path, text, tmp_path / "x.csv") == 1
+    told = capsys.readouterr().err
+    assert "'motor_rpm' is in 'sensor': a long table has two columns of numbers alone, time and value" in told
 
 
 def test_a_long_table_s_wrong_cell_is_named_by_its_line_and_name(tmp_path, capsys):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 import re
 from collections.abc import Iterator, Sequence
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 from ..errors import NotThereError, RecordingError, TooLargeError
 from .column_names import unit_behind, without_unit
 from .conversions import is_unit
-from .dated import in_seconds
+from .dated import READ, called_date, in_seconds
 from .foreign import told_of_others
 from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
@@ -64,8 +65,9 @@ class CsvSource:
         self.data, dated = in_seconds(self.data, self.separator, self.decimal)
         wide = made_wide(self.data, self.separator, self.number)
         self.is_long = wide is not None
+        self.left_out: tuple[str, ...] = ()
         if wide is not None:
-            self.data, dated = wide, frozenset({0} if dated else ())
+            (self.data, self.left_out), dated = wide, frozenset({0} if dated else ())
         rows = self._all_rows()
         head = next(rows, None)
         named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
@@ -111,7 +113,7 @@ class CsvSource:
             return called[0]
         else:
             found = ", ".join(self.heading) or "no header line"
-            found += f" ({column!r} more than once)" if called else ""
+            found += f" ({column!r} more than once)" if called else self._as_a_cell(column)
         raise NotThereError(channel, f"column {column!r}", found, path=self.path)
 
     def prepare(self, entries: Sequence[Mapped]) -> None:
@@ -234,6 +236,17 @@ class CsvSource:
         whole = [k for k, each in enumerate(self.heading) if each == name]
         return whole or [k for k, each in enumerate(self.heading) if without_unit(each) == name]
 
+    def _as_a_cell(self, name: str) -> str:
+        """Return what a person should know where a name is no column's, but in the cells of one: "" elsewhere."""
+        rows = (row for _, row in itertools.islice(self.rows(), 100 * LOOK))
+        at = next((k for row in rows for k, cell in enumerate(row) if cell.strip() == name), None)
+        if at is None or not self.heading:
+            return ""
+        return (
+            f" ({name!r} is in {self.heading[at]!r}: a long table has two columns of numbers alone, time and value, "
+            "and one called `name`, `signal`, `channel` or alike)"
+        )
+
     def _place(self, index: int) -> str:
         return f"value of {self.heading[index]!r}" if self.is_long and index else f"column {index + 1}"
 
@@ -314,6 +327,9 @@ class CsvSource:
             if value is None or math.isinf(value):
                 expected = "a finite number, or this text in the map's `nan`"
                 hint = "; is the decimal sign a comma? then say `csv: {decimal: ','}`" if "," in cell else ""
+                hint = (
+                    f"; is it a date? those are read as {READ}, the whole column alike" if called_date(cell) else hint
+                )
                 text = f"{self.path}, line {line}, {self._place(index)}: expected {expected}, found {cell[:80]!r}{hint}"
                 raise RecordingError(text, path=self.path, position=line, expected=expected, found=cell)
             result.append(value)

@@ -9,19 +9,27 @@ import re
 from collections.abc import Iterable, Sequence
 from datetime import datetime
 
-__all__ = ["in_seconds"]
+__all__ = ["READ", "called_date", "in_seconds"]
+
+READ = "2026-05-04T12:00:00.25, 04.05.2026 12:00:00,25 or 12:00:00,25"
+"""Forms of dates and times of day that are read, for a sentence."""
+_CALLED = re.compile(r"(?<!\d)\d{1,4}([./-])\d{1,2}\1\d{1,4}(?!\d)|\d\d?:\d\d|\b[ap]m\b", re.IGNORECASE)
+"""What is likely a date or a time of day, in whatever form."""
 
 _LOOK = 100  # rows
 _DAY_S, _HALF_DAY_H = 86400, 12
 _DATE = re.compile(
     r"(?P<date>\d{4}-\d\d-\d\d)[T ](?P<day>\d\d:\d\d(:\d\d)?)([.,](?P<part>\d{1,9}))? ?(?P<zone>Z|[+-]\d\d(:?\d\d)?)?"
 )
+_GERMAN = re.compile(r"(?P<german>\d{1,2}\.\d{1,2}\.\d{4}),? +(?P<day>\d{1,2}:\d\d:\d\d)([.,](?P<part>\d{1,9}))?")
 _TIME = re.compile(r"(?P<day>\d{1,2}:\d\d:\d\d)([.,](?P<part>\d{1,9}))?")
+_FORMS = (_DATE, _GERMAN, _TIME)
 _HINT = re.compile(rb"\d:\d\d")
 
 
 def in_seconds(data: bytes, separator: str, decimal: str) -> tuple[bytes, frozenset[int]]:
-    """Return a table with its dates (ISO 8601) and times of day as seconds, line by line, and the columns they were in.
+    """Return a table with its dates (ISO 8601, or day.month.year) and times of day as seconds, line by line, and the
+    columns they were in.
 
     A date becomes seconds since 1970, in UTC where it tells no zone; a time of day, seconds since midnight. Such a
     column has nothing else in its first rows; what cannot be read there further down stays as it is. Where a time of
@@ -50,12 +58,17 @@ def in_seconds(data: bytes, separator: str, decimal: str) -> tuple[bytes, frozen
     return text.getvalue().encode(), columns
 
 
+def called_date(cell: str) -> bool:
+    """Tell whether a cell looks like a date or a time of day, also of a form that is not read."""
+    return _CALLED.search(cell) is not None
+
+
 def _columns(rows: Sequence[Sequence[str]]) -> frozenset[int]:
     """Return the columns with nothing but dates, or times of day, below a line or two of names and units."""
     width = max(map(len, rows), default=0)
     below = [[row[k].strip() for row in rows[2:] if k < len(row) and row[k].strip()] for k in range(width)]
     return frozenset(
-        k for k, cells in enumerate(below) if cells and any(all(map(form.fullmatch, cells)) for form in (_DATE, _TIME))
+        k for k, cells in enumerate(below) if cells and any(all(map(form.fullmatch, cells)) for form in _FORMS)
     )
 
 
@@ -74,12 +87,15 @@ def _seconds(cell: str, decimal: str, midnight: bool) -> str:
 
     midnight: whether times of day before noon are of the day after the others.
     """
-    found = _DATE.fullmatch(cell.strip()) or _TIME.fullmatch(cell.strip())
+    found = next(filter(None, (form.fullmatch(cell.strip()) for form in _FORMS)), None)
     if not found:
         return cell
     told = found.groupdict()
     try:
-        if "date" in told:
+        if "german" in told:
+            read = datetime.strptime(f"{told['german']} {told['day']} +0000", "%d.%m.%Y %H:%M:%S %z")
+            whole = int(read.timestamp())
+        elif "date" in told:
             zone = (told["zone"] or "Z").replace("Z", "+00:00")
             whole = int(datetime.fromisoformat(f"{told['date']}T{told['day']}{zone}").timestamp())
         else:

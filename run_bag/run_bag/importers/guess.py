@@ -74,6 +74,8 @@ def guess(sources: Sequence[Source]) -> str:
     where = {each: f" of {each[0].path.name}:" if names[each[1]] > 1 else "" for each in left}
     lines += [f"# {quoted(name)}{where[source, name]}{_seen(source, name)}" for source, name in left[:SHOWN]]
     lines += [f"# and {len(left) - SHOWN} more"] if len(left) > SHOWN else []
+    beside = [name for source in sources if isinstance(source, CsvSource) for name in source.left_out]
+    lines += [f"# Beside the readings, left out: {', '.join(map(quoted, beside))}"] if beside else []
     lines += [f"# 0 in all messages: {len(empty)} fields more"] if empty else []
     return "\n".join(lines) + "\n"
 

@@ -1,4 +1,7 @@
-"""A long table, with a row for each reading and its name in a column of its own, made wide: a column for each name."""
+"""A long table, with a row for each reading and its name in a column of its own, made wide: a column for each name.
+
+Further columns of words, such as remarks, are left out.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,8 @@ __all__ = ["made_wide"]
 
 MOST_NAMES = 256
 """Of a long table: a wide one has so many cells in each row."""
+MOST_COLUMNS = 12
+"""Of a long table, remarks and all."""
 _LOOK = 100  # rows
 _NAMES = re.compile(
     r"_?(signal|name|channel|sensor|topic|variable|var|key|measurement|field|metric|parameter|tag|quantity|series|label|"
@@ -24,11 +29,13 @@ _NAMES = re.compile(
 """What the column of names is called: another one of words, a mode, stands beside one signal."""
 
 
-def made_wide(data: bytes, separator: str, number: Callable[[str], float | None]) -> bytes | None:
-    """Return a long table as a wide one, line by line, None where it is none.
+def made_wide(
+    data: bytes, separator: str, number: Callable[[str], float | None]
+) -> tuple[bytes, tuple[str, ...]] | None:
+    """Return a long table as a wide one, line by line, with the columns that are left out; None where it is none.
 
     A long table has, below the names of its columns, two columns of numbers (a time, then a value or the other way
-    round), one of names, and perhaps one of units.
+    round), one of names, perhaps one of units, and others that are no numbers.
     """
     reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), encoding="utf-8", newline=""), delimiter=separator)
     rows = ((reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row))
@@ -58,14 +65,14 @@ def made_wide(data: bytes, separator: str, number: Callable[[str], float | None]
         text.write("\n" * (number_of_line - line - 1))
         line, k = number_of_line, at[row[name]]
         text.write(f"{row[time]}{separator * (k + 1)}{row[value]}{separator * (len(names) - 1 - k)}\n")
-    return text.getvalue().encode()
+    return text.getvalue().encode(), tuple(each for k, each in enumerate(head) if k not in places)
 
 
 def _places(
     head: Sequence[str], rows: Sequence[Sequence[str]], number: Callable[[str], float | None]
 ) -> tuple[int, int, int, int | None] | None:
     """Return the columns of time, name, value and unit (None where there is none) of a long table."""
-    if not 3 <= len(head) <= 4 or len(rows) < 4 or any(len(row) != len(head) for row in rows):
+    if not 3 <= len(head) <= MOST_COLUMNS or len(rows) < 4 or any(len(row) != len(head) for row in rows):
         return None
     numbers, texts = [], []
     for k in range(len(head)):
@@ -74,9 +81,10 @@ def _places(
             numbers.append(k)
         elif not any(known):
             texts.append(k)
-    units = [k for k in texts if all(is_unit(row[k]) for row in rows)]
-    names = [k for k in texts if k not in units and _NAMES.fullmatch(bare_name(head[k]))]
-    if len(numbers) != 2 or len(names) != 1 or len(numbers) + len(names) + len(units) != len(head):
+    told = [k for k in texts if any(row[k] for row in rows)]
+    units = [k for k in told if all(is_unit(row[k]) for row in rows)]
+    names = [k for k in told if k not in units and _NAMES.fullmatch(bare_name(head[k]))]
+    if len(numbers) != 2 or len(names) != 1 or len(units) > 1:
         return None
     if any(not row[names[0]] for row in rows):
         return None
