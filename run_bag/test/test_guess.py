@@ -359,14 +359,26 @@ def test_a_velocity_log_downwards_is_in_our_axes_and_one_without_all_axes_is_ask
         ("encoder [rpm]", "state.n"),
         ("Anstroemung [m/s]", "flow.ambient"),
         ("Anströmung", "flow.ambient"),
+        ("v_innen", "flow.axial"),
+        ("v_Duese [cm/s]", "flow.axial"),
+        ("Strömung innen [m/s]", "flow.axial"),
+        ("v_aussen", "flow.ambient"),
+        ("v_außen", "flow.ambient"),
+        ("tank [mm/s]", "flow.ambient"),
+        ("outside_vel", "flow.ambient"),
+        ("vel_mm", "flow.ambient"),
+        ("revs [rev/s]", "state.n"),
         ("U_soll [m/s]", ""),
         ("encoder [deg]", ""),
+        ("tank [degC]", ""),
+        ("tank_temp", ""),
+        ("T_innen", ""),
     ],
 )
 def test_a_bench_s_words_count_where_no_stated_unit_denies_them(tmp_path, capsys, name, channel):
     found, text = proposed(capsys, wide(tmp_path / "x.csv", {"t": TIME, name: 0.7 * WAVE}))
     assert [each for each in found if each != "time"] == ([f"thruster_0/{channel}"] if channel else [])
-    asked = " a speed? an encoder's angle is none" in text
+    asked = " a speed? an encoder's angle is none" in text or " a speed? a count of turns is none" in text
     assert asked is (channel == "state.n")
     found, _ = proposed(capsys, wide(tmp_path / "y.csv", {"t": TIME, "enc": WAVE, "u_set": WAVE, **GYRO}))
     assert not any(each.startswith("thruster") for each in found), "a vehicle's encoder may be an arm's"

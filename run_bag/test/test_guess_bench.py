@@ -52,7 +52,7 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
         ("thrust", 30 * SWEEP, asked), ("thrust_N", 30 * SWEEP, "N"), ("thrust_kgf", SWEEP, "kgf"),
         ("thrust_kg", SWEEP, "kgf"),
         ("Thrust [gf]", fast, "gf"), ("thrust_g", fast, "gf"), ("force_mN", fast, "mN"), ("load", fast, asked),
-        ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"),
+        ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"), ("Mx_lbf_in", SWEEP, "lbf in"),
         ("Torque [N.m]", SWEEP, "N m"), ("torque [N mm]", fast, "N mm"), ("Thrust [g]", fast, "g"),
         ("n [rad s^-1]", slow, "rad/s"), ("n [rad·s⁻¹]", slow, "rad/s"), ("n [min⁻¹]", slow, "rpm"),
         ("battery", 16000 + slow, asked), ("battery", 48000 + slow, "mV"),

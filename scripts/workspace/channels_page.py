@@ -33,13 +33,13 @@ FOOT = f"""
 
 COLUMNS = {
     "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, setpoint, U_soll, Sollwert, Stellgroesse",
-    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, Drehzahl, Drehgeber",
+    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, revs, Drehzahl, Drehgeber",
     "state.supply_voltage": "supply, battery, vdc, Akku, Versorgungsspannung",
     "state.current": "current, amps, i, Strom",
     "load.wrench.force.x": "thrust, force, load_cell, Fx, Schub, Kraft, Kraftmessdose",
     "load.wrench.torque.x": "torque, moment, Mx, q, Drehmoment",
-    "flow.ambient": "flow, ambient, water_speed, inflow, adv, Strömung, Anstroemung",
-    "flow.axial": "axial, duct, axial_flow",
+    "flow.ambient": "flow, ambient, water_speed, inflow, adv, tank, outside, v_aussen, Strömung",
+    "flow.axial": "axial, duct, axial_flow, inside, v_innen, v_Duese",
 }
 """Words that a proposal knows in columns of a thruster."""
 TOPICS = {

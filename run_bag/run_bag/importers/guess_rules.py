@@ -120,10 +120,21 @@ THRUSTER = (
 """Of tables and other bags: the whole name, or its last part."""
 
 _ASKED = r"soll|set(_?point)?|ref|cmd|command(ed)?"
+_INSIDE, _OUTSIDE, _OF_WATER = (
+    r"(inside|innen|d(ü|ue)se|nozzle)",
+    r"(outside|au(ß|ss)en|tank|tunnel)",
+    r"(v|vel|flow|str(ö|oe)mung)",
+)
 BENCH = (
     Rule("thruster_{i}/throttle.commanded", rf"(u|duty|spannung|voltage|volts?)_?({_ASKED})|soll_?(u|spannung)"),
     Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?"),
     Rule("thruster_{i}/state.n", r"enc(oder)?", alone=True, why=" a speed? an encoder's angle is none"),
+    Rule("thruster_{i}/state.n", r"revs", alone=True, why=" a speed? a count of turns is none"),
+    Rule("thruster_{i}/flow.axial", rf"{_OF_WATER}_?{_INSIDE}|{_INSIDE}_?{_OF_WATER}", alone=True),
+    Rule("thruster_{i}/flow.ambient", rf"{_OF_WATER}_?{_OUTSIDE}|{_OUTSIDE}_?{_OF_WATER}", alone=True),
+    Rule("thruster_{i}/flow.axial", _INSIDE, alone=True, why=" a flow?"),
+    Rule("thruster_{i}/flow.ambient", _OUTSIDE, alone=True, why=" a flow?"),
+    Rule("thruster_{i}/flow.ambient", r"vel(ocity)?_[cm]m(_?s)?", alone=True),
 )
 """Of tables and bags without a vehicle, before the others: a vehicle's u may be its speed, its encoder an arm's. A unit
 of something else denies them where it is stated."""
@@ -137,7 +148,7 @@ BY_UNIT = {
 }
 """Units that leave little doubt in a table of one thruster, whatever a column is called -> the channel."""
 
-SURROUNDING = r"(?i)ambient|outside|tank|tunnel"
+SURROUNDING = r"(?i)ambient|outside|au(ß|ss)en|tank|tunnel"
 """Words of a name that say that a flow is of the water around."""
 
 WHICH_FLOW = " of the water around? at the propeller it is flow.axial"

@@ -80,13 +80,15 @@ def numbered(name: str, names: Sequence[str]) -> tuple[str, int]:
 def told_units(source: CsvSource, name: str, bare: Sequence[str]) -> list[str]:
     """Return the units that a column can be in alone: a command's, stated, or at the end of its name; none if unsaid.
 
-    A letter may be part of a name, as in dvl_v, and "ms" is meant as m/s, too.
+    A letter may be part of a name, as in dvl_v, "ms" is meant as m/s, too, and vel_mm as mm/s.
     """
     if stated := source.unit(name):
         return [spelled(stated)] if spelled(stated) in COMMANDS else []
     ending = next((match[1].lower() for each in bare if (match := _SUFFIX.search(each))), "")
     if len(ending) < 2:
         return []
+    if ending in ("cm", "mm") and any(each.lower().startswith("vel") for each in bare):
+        return [f"{ending}/s"]
     if ending.endswith("2"):
         return ["m/s^2"]
     return [*named_units(f"x_{ending}"), *(["m/s"] if ending == "ms" else [])]

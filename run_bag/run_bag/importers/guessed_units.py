@@ -57,6 +57,7 @@ _WORDS = {
 """Words of names that are units."""
 _PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", ("r", "min"): "rpm", ("u", "min"): "rpm",
           ("rev", "s"): "rps", ("m", "s"): "m/s", ("cm", "s"): "cm/s", ("mm", "s"): "mm/s", ("n", "m"): "N m",
+          ("lbf", "in"): "lbf in", ("lbf", "ft"): "lbf ft",
           ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC",
           ("mps", "2"): "m/s^2", ("ms", "2"): "m/s^2"}  # fmt: skip
 
