@@ -4,7 +4,7 @@ import re
 
 import numpy as np
 import pytest
-from map_import import SWEEP, attempted, imported, proposal
+from map_import import SWEEP, attempted, imported, proposal, proposed, wide
 
 from run_bag.importers.cli_recording import main
 
@@ -52,7 +52,8 @@ def test_a_unit_is_that_of_the_name_the_header_or_the_values_and_else_asked_abou
         ("thrust", 30 * SWEEP, asked), ("thrust_N", 30 * SWEEP, "N"), ("thrust_kgf", SWEEP, "kgf"),
         ("thrust_kg", SWEEP, "kgf"),
         ("Thrust [gf]", fast, "gf"), ("thrust_g", fast, "gf"), ("force_mN", fast, "mN"), ("load", fast, asked),
-        ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"), ("Mx_lbf_in", SWEEP, "lbf in"),
+        ("torque", SWEEP, asked), ("torque_mNm", fast, "mN m"), ("Torque (Nm)", SWEEP, "Nm"),
+        ("Mx_lbf_in", SWEEP, "lbf in"),
         ("Torque [N.m]", SWEEP, "N m"), ("torque [N mm]", fast, "N mm"), ("Thrust [g]", fast, "g"),
         ("n [rad s^-1]", slow, "rad/s"), ("n [rad·s⁻¹]", slow, "rad/s"), ("n [min⁻¹]", slow, "rpm"),
         ("battery", 16000 + slow, asked), ("battery", 48000 + slow, "mV"),
@@ -104,6 +105,19 @@ def test_a_line_of_units_below_the_names_is_read(tmp_path, capsys):
     # names in two lines are no units
     (tmp_path / "x.csv").write_text("t,n\nfront,left\n0,1\n")
     assert "no numbers" in proposal(capsys, tmp_path / "x.csv")
+
+
+@pytest.mark.parametrize("name", ["Kraftmessdose [mV]", "load_cell_mV", "thrust (V)", "force_mV"])
+def test_a_load_cell_in_volts_is_asked_for_its_scale_and_offset_and_so_says_the_refusal(tmp_path, capsys, name):
+    table = wide(tmp_path / "x.csv", {"t_s": np.arange(SWEEP.size) * 0.02, name: 2.0 * SWEEP, "u_V": SWEEP})
+    found, _ = proposed(capsys, table)
+    entry = found["thruster_0/load.wrench.force.x"]
+    unit = "V" if name.endswith("(V)") else "mV"
+    assert "unit: '?'}" in entry
+    assert f"write unit: N, scale: its N for each {unit}, offset: -scale times the {unit} without load" in entry
+    text = f"time: {{column: t_s, unit: s}}\nthruster_0/load.wrench.force.x: {{column: '{name}', unit: mV}}\n"
+    assert attempted(tmp_path, text, table) == 1
+    assert "found 'mV'; of an amplifier say `unit: N`, with `scale` and `offset`" in capsys.readouterr().err
 
 
 def test_what_is_asked_about_is_refused_until_it_is_written(tmp_path, capsys):

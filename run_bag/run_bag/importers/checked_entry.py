@@ -125,8 +125,10 @@ def _conversion(name: str, entry: Mapping[str, Any], unit: str, problems: list[s
         return None
     found = conversion(given, unit) if given or unit == "1" else None
     if found is None:
+        hint = f"; of an amplifier say `unit: {unit}`, with `scale` and `offset`" if unit in ("N", "N m") else ""
+        hint = hint if conversion(given, "V") is not None else ""
         problems.append(
-            f"{name}: expected unit {unit!r} or one that becomes it ({accepted(unit)}), found {given!r:.80}"
+            f"{name}: expected unit {unit!r} or one that becomes it ({accepted(unit)}), found {given!r:.80}{hint}"
         )
     return found
 

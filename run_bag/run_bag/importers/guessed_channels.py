@@ -33,7 +33,7 @@ from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
 from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
 from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
-from .guessed_units import fits, named_units
+from .guessed_units import fits, is_amplified, named_units
 from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
 from .sources import Source
@@ -312,7 +312,10 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
             for candidate in candidates:
                 match = re.fullmatch(rule.names, candidate, spelling)
                 channel = _channel(rule, match, number) if match else ""
-                known_units = not units or any(_may_be_in(channel, unit) for unit in units)
+                known_units = not units or any(
+                    _may_be_in(channel, unit) or (known is not of_words and is_amplified(unit, ours_of(channel)))
+                    for unit in units
+                )
                 if (
                     match
                     and known_units

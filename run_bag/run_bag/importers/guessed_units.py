@@ -23,6 +23,10 @@ AS_RPM = "in rad/s by its type, and {} is no thruster's: is it rpm?"
 """Asked once of an array of speeds."""
 
 
+OF_AN_AMPLIFIER = "write unit: {}, scale: its {} for each {}, offset: -scale times the {} without load"
+"""Asked of a load cell that is recorded as a voltage."""
+
+
 class Guessed(NamedTuple):
     """A unit, and what a person should know about it ("" where it was stated)."""
 
@@ -92,6 +96,9 @@ def guessed_unit(
         force: readings of the accelerometer's three axes, in any unit.
     """
     largest = float(np.nanmax(np.abs(values))) if values is not None else np.nan
+    volts = spelled(stated) if stated else next(iter(named_units(name)[-1:]), "")
+    if is_amplified(volts, ours):
+        return Guessed(ASKED, OF_AN_AMPLIFIER.format(ours, ours, volts, volts))
     if stated:
         unit = spelled(stated)
         if fits(unit, ours, command=command):
@@ -162,6 +169,11 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
 
 def _asked(units: tuple[str, ...], why: str) -> Guessed:
     return Guessed(ASKED, f"write the unit: {' or '.join(filter(None, (', '.join(units[:-1]), units[-1])))}? {why}")
+
+
+def is_amplified(unit: str, ours: str) -> bool:
+    """Tell whether a force or a torque is recorded as its amplifier's voltage."""
+    return ours in ("N", "N m") and conversion(unit, "V") is not None
 
 
 def fits(unit: str, ours: str, *, command: bool) -> bool:
