@@ -6,7 +6,7 @@ import sys
 import numpy as np
 import pytest
 from foreign_recordings import autopilot_log, table
-from map_import import SWEEP, attempted, entries, imported
+from map_import import SWEEP, attempted, entries, imported, wide
 
 from run_bag.importers.cli_recording import main
 
@@ -43,6 +43,24 @@ def test_what_a_diagnosis_would_refuse_is_said_at_once(tmp_path, capsys, text, s
     imported(tmp_path, "time: {column: 1, unit: ms}\n" + text, table(tmp_path / "x.csv"))
     told = capsys.readouterr().err
     assert all(s in told for s in sentences)
+
+
+@pytest.mark.parametrize(
+    ("flow", "told"),
+    [
+        (0.15 + 0.1 * SWEEP, False),  # a stream that the thruster does not turn
+        (np.abs(0.1 * SWEEP), True),
+        (np.abs(0.15 + 0.16 * SWEEP), True),  # one that it turns, read without a sign
+    ],
+)
+def test_a_flow_that_is_never_negative_is_asked_about_where_it_is_no_stream(tmp_path, capsys, flow, told):
+    rest = np.zeros(100)
+    throttle, flow = np.concatenate([rest, SWEEP]), np.concatenate([rest + flow[0], flow])
+    columns = {"t": 0.02 * np.arange(throttle.size), "u": throttle, "v": flow}
+    text = "time: {column: t, unit: s}\nthruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+    text += "thruster_0/flow.ambient: {column: v, unit: m/s}\n"
+    imported(tmp_path, text, wide(tmp_path / "x.csv", columns))
+    assert ("no negative reading while the throttle is negative" in capsys.readouterr().err) is told
 
 
 @pytest.mark.parametrize(("period", "told"), [(0.002, False), (0.01, True)])

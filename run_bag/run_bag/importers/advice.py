@@ -28,6 +28,9 @@ LARGE = {"commanded": 1.01 * FULL, "n": 800.0, "axial": 20.0, "ambient": 20.0, "
 UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
          "wrench.torque.x": "N m"}  # fmt: skip
 OPPOSITE = -0.5
+STREAM, LOWEST = 0.2, 0.1
+"""Shares of its largest reading above which a flow is a stream's: at rest before the first command, and in all but a
+fiftieth of its readings. One without a sign passes 0 as it turns."""
 REPEATED = 0.1
 """Share of commands that repeat the one before them, below which a log writes them as they change: a heartbeat, or
 a row that closes the log, are few."""
@@ -166,7 +169,10 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
     if magnitude or np.ptp(u) == 0.0 or np.ptp(y) == 0.0:
         return []
     backward = u < 0.2 * np.min(u) if np.min(u) < 0 else np.zeros(u.size, dtype=bool)
-    if np.min(y) >= 0.0 and np.mean(backward) > 0.05 and np.max(y[backward]) > 0.2 * np.max(y):
+    unsigned = np.min(y) >= 0.0 and np.mean(backward) > 0.05 and np.max(y[backward]) > 0.2 * np.max(y)
+    if unsigned and "/flow." in name and _in_a_stream(u, y):
+        return []
+    if unsigned:
         what = "speed" if name.endswith(".n") else "reading"
         mark = "; a tachometer without sign has sign_source 0" if what == "speed" else ""
         mark = mark or ("; in a stream that the thruster does not turn it is right" if "/flow." in name else "")
@@ -179,6 +185,13 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
             "`sign: -1` here; where the thruster may be wired the wrong way round, leave both as they are and diagnose"
         ]
     return []
+
+
+def _in_a_stream(u: Array, y: Array) -> bool:
+    """Tell whether water flows past by itself, by a throttle u [V] and readings y of a flow, none below 0."""
+    before = y[np.cumsum(np.abs(u) > 0.02 * np.max(np.abs(u))) == 0]
+    flows = before.size >= LEAST and np.median(before) > STREAM * np.max(y)
+    return bool(flows and np.quantile(y, 0.02) > LOWEST * np.max(y))
 
 
 def _common(name: str, time: Array, *, held: bool = False) -> list[str]:
