@@ -63,6 +63,10 @@ def _step_for(time: Array, values: Array) -> tuple[float, bool]:
     return DT, True
 
 
+_TOPICS = {"speed": "state", "thrust": "load", "torque": "load", "axial": "flow", "ambient": "flow"}
+"""Of each signal, what a run calls its topic."""
+
+
 def recording_of(
     name: str,
     throttle: tuple[Array, Array],
@@ -81,7 +85,7 @@ def recording_of(
         throttle: stamps [s] from the start of the run and commands [V].
         signals: stamps [s] and values by signal.
         thruster: its index.
-        clock_deviations: how far the clocks of "throttle" and "flow" may be off [s].
+        clock_deviations: how far the clocks of "throttle", "state", "load" and "flow" may be off [s].
         supply: stamps [s] and voltage of the supply [V]; None: not measured.
         regular: put all samples at regular instants, as if the scatter of their stamps were the log's.
         hold: how commands act between their samples, "previous" or "linear"; None: not known, "previous" is taken and
@@ -138,7 +142,7 @@ def recording_of(
         noise = max(noise_level(values), lattice_step(values) / np.sqrt(12.0))
         if not np.isfinite(noise) or noise <= 0.0:
             continue
-        shift = clocks.get("flow", 0.0) if signal in ("axial", "ambient") else 0.0
+        shift = clocks.get(_TOPICS[signal], 0.0)
         if regular:
             # The line through scattered stamps is as uncertain as their mean.
             shift = float(np.hypot(shift, 2.0 * scatter[signal] / np.sqrt(time.size)))

@@ -120,6 +120,12 @@ def test_clock_deviations_that_are_no_table_are_refused(stating):
 def test_a_clock_deviation_within_the_run_is_taken(stating):
     (recording,) = stating({"clock_deviation": {"throttle": 0.02, "flow": None}})
     assert recording.experiment.throttle_shift_std == 0.02
+    assert recording.experiment.measurements["speed"].shift_std == 0.0
+
+
+def test_the_clock_of_a_speed_is_an_unknown_of_its_run_where_the_run_says_how_far_it_may_be_off(stating):
+    (recording,) = stating({"clock_deviation": {"state": 0.03}})
+    assert recording.experiment.measurements["speed"].shift_std == 0.03
 
 
 @pytest.mark.parametrize("command", [main, check])

@@ -246,14 +246,31 @@ def test_an_entry_may_count_the_time_column_of_all_in_another_unit(tmp_path, own
     assert run.time("thruster_0/state.n").tolist() == [0.5, 1.5]
 
 
+def test_an_offset_is_added_to_the_times_of_an_entry_whose_file_has_another_clock(tmp_path):
+    (tmp_path / "a.csv").write_text("t,u\n1700000000.0,0\n1700000000.5,1\n1700000002.0,0\n")
+    (tmp_path / "b.csv").write_text("ms,f\n500,0\n1500,3\n")
+    text = (
+        "time: [{column: t, unit: s}, {column: ms, unit: ms}]\n"
+        "thruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+        "thruster_0/load.wrench.force.x: {column: f, unit: N, time_offset: 1.70000000025e9}"
+    )
+    run = imported(tmp_path, text, tmp_path / "a.csv", tmp_path / "b.csv")
+    assert run.time("thruster_0/throttle.commanded").tolist() == [0.0, 0.5, 2.0]
+    assert run.time("thruster_0/load.wrench.force.x").tolist() == [0.75, 1.75]
+    (how,) = [d["how"] for d in run.metadata["import"]["decisions"] if d["what"].startswith("thruster_0/load")]
+    assert "column 'f' at 'ms' and +1700000000.25 s" in how
+
+
 def test_how_far_a_clock_may_be_off_is_in_the_run(tmp_path):
     channels = (
         "thruster_0/throttle.commanded: {column: 2, unit: V, clock_deviation: 0.02}\n"
         "thruster_0/flow.axial: {column: 3, unit: m/s, clock_deviation: 0.1}\n"
+        "thruster_0/state.n: {column: 3, unit: rpm, clock_deviation: 0.01}\n"
+        "thruster_0/load.wrench.force.x: {column: 3, unit: N, clock_deviation: 0.07}\n"
         "thruster_0/flow.ambient: {column: 3, unit: m/s, clock_deviation: 0.05}"
     )
     run = imported(tmp_path, "time: {column: 1, unit: s}\n" + channels, table(tmp_path / "x.csv"))
-    assert run.metadata["clock_deviation"] == {"throttle": 0.02, "flow": 0.1}
+    assert run.metadata["clock_deviation"] == {"throttle": 0.02, "flow": 0.1, "state": 0.01, "load": 0.07}
 
 
 def test_what_a_map_makes_the_same_in_all_messages_is_told_as_that_and_not_as_readings(tmp_path, capsys):

@@ -158,9 +158,10 @@ def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
             "hold: expected one of previous, linear, found 'next'",
         ),
         (
-            "thruster_0/state.n: {column: 2, unit: rpm, clock_deviation: 0.1}",
-            "clock_deviation: expected of topics throttle or flow alone",
+            "rov/depth.depth: {column: 2, unit: m, clock_deviation: 0.1}",
+            "clock_deviation: expected of topics throttle, state, load, flow of a thruster alone",
         ),
+        ("thruster_0/state.n: {column: 2, unit: rpm, time_offset: 1e300}", "time_offset: expected at most 1e+10 s"),
         (
             "thruster_0/flow.axial: {column: 2, unit: m/s, clock_deviation: 0}",
             "clock_deviation: expected a positive number, found 0",

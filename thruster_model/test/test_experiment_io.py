@@ -247,6 +247,9 @@ def test_clock_deviations_come_from_the_runs_record(bench, tmp_path):
     assert experiment.throttle_shift_std == 0.02
     assert experiment.measurements["axial"].shift_std == 0.1
     assert experiment.measurements["speed"].shift_std == 0.0
+    experiment = bench.prepared(tmp_path / "sensors", {"clock_deviation": {"state": 0.03, "load": 0.05}})
+    own = {name: experiment.measurements[name].shift_std for name in ("speed", "thrust", "axial")}
+    assert own == {"speed": 0.03, "thrust": 0.05, "axial": 0.0}
 
 
 @pytest.mark.parametrize("deviation", [{}, {"flow": None}, {"throttle": 0.0}])

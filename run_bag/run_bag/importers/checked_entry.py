@@ -18,11 +18,13 @@ TOP = {"time", "csv", "axes"}
 """Keys of a map that are no channels."""
 KEYS = {
     "column", "field", "file", "unit", "time_column", "time_unit", "time_scale", "scale", "offset", "sign", "nan",
-    "hold", "stop", "per_volt", "clock_deviation",
+    "hold", "stop", "per_volt", "clock_deviation", "time_offset",
 }  # fmt: skip
 TIMES = ("time_column", "time_unit", "time_scale")
-CLOCKS = ("throttle", "flow")
+CLOCKS = ("throttle", "state", "load", "flow")
 """Kinds of topics of which a run can state by how much their clock may be off."""
+MOST_OFFSET = 1e10
+"""[s] Three hundred years: clocks count from 1904, 1970, 1980 or a boot."""
 CONSTANT_KEYS = {"value", "unit"}
 
 
@@ -49,11 +51,13 @@ def entry_of(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | 
     beside = " beside value" if constant else ""
     problems += [f"{name}: unknown key {k!r}{beside}; known are {', '.join(sorted(known))}" for k in unknown]
     problems += [f"{name}: key {k!r} is missing" for k in missing]
-    for key in ("scale", "offset", "time_scale", "value", "stop", "per_volt", "clock_deviation"):
+    for key in ("scale", "offset", "time_scale", "time_offset", "value", "stop", "per_volt", "clock_deviation"):
         if key in entry and not _is_number(entry[key]):
             problems.append(f"{name}: {key}: expected a number, found {entry[key]!r:.80}")
         elif key in ("time_scale", "per_volt", "clock_deviation") and key in entry and entry[key] <= 0:
             problems.append(f"{name}: {key}: expected a positive number, found {entry[key]!r:.80}")
+        elif key == "time_offset" and key in entry and abs(entry[key]) > MOST_OFFSET:
+            problems.append(f"{name}: {key}: expected at most {MOST_OFFSET:g} s, found {entry[key]!r:.80}")
     if len(problems) > before:
         return None
     convert = _conversion(name, entry, unit, problems)
@@ -78,7 +82,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
     if "hold" in entry and entry["hold"] not in HOLDS:
         problems.append(f"{name}: hold: expected one of {', '.join(HOLDS)}, found {entry['hold']!r:.80}")
     if "clock_deviation" in entry and own.kind not in CLOCKS:
-        problems.append(f"{name}: clock_deviation: expected of topics {' or '.join(CLOCKS)} alone")
+        problems.append(f"{name}: clock_deviation: expected of topics {', '.join(CLOCKS)} of a thruster alone")
     if not isinstance(entry.get("file", ""), str):
         problems.append(f"{name}: file: expected a file's name, found {entry['file']!r:.80}")
     beside_field = [key for key in TIMES if "field" in entry and key in entry]
@@ -100,6 +104,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)) + 0.0,  # no -0
         convert=convert, given_unit=spelled(str(entry["unit"] or own.unit)), nan=frozenset(str(m) for m in marks),
         hold=entry.get("hold", ""), clock_deviation=float(entry.get("clock_deviation", 0.0)),
+        time_offset=float(entry.get("time_offset", 0.0)),
     )  # fmt: skip
 
 

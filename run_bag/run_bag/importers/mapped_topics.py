@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -46,7 +47,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     for source in sources:
         if isinstance(source, CsvSource):
             source.prepare([e for e, at in places if at is source])
-    read = [(e, at, at.series(e)) for e, at in places]
+    read = [(e, at, _later(at.series(e), e.time_offset)) for e, at in places]
     _refuse_apart([(at, series) for _, at, series in read])
     start = min(_first(series) for _, _, series in read)
     parts: dict[str, list[_Part]] = {}
@@ -60,6 +61,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
         where = f"field {e.column!r}" if e.is_field else f"column {e.column!r} at {e.time_column!r}"
         if isinstance(at, BagSource):
             where += " at its headers' stamps" if at.stamped(e.topic_of_field) else " at the recorder's times"
+        where += f" and {e.time_offset:+} s" if e.time_offset else ""
         within = f" of {at.path.name}" if len(sources) > 1 else ""
         log.add(e.channel, e.column, e.unit, f"{where}{within}; {e.how}")
     shift = START_S - start / SECOND
@@ -205,6 +207,12 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
     names = source.names()
     listed = ", ".join(names[:40]) + (f" and {len(names) - 40} more" if len(names) > 40 else "")
     raise NotThereError(entry.channel, what, listed, path=source.path)
+
+
+def _later(series: Series, offset: float) -> Series:
+    """Return samples with an offset [s] added to their times."""
+    whole = math.floor(offset)  # a float has no ns of times since 1970
+    return replace(series, origin=series.origin + whole * SECOND + round((offset - whole) * SECOND))
 
 
 def _first(series: Series) -> int:

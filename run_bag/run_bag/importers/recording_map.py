@@ -8,9 +8,9 @@
 `column` is a name of the header line or a number from 1, `field` a topic.field of a bag or a MESSAGE.field of a log.
 value = sign * (scale * cell + offset), in `unit`, which is then brought to the channel's own; a throttle in µs, % or
 1 is (value - stop) / per_volt volts. Cells equal to one of `nan`, empty ones and `nan` in any case are not measured.
-`hold` says what a signal does between its samples, `clock_deviation` by how much the clock of throttle or flow may be
-off [s] (standard deviation); both go into the run's metadata. An attitude is a quaternion
-(`rov/imu.orientation.w`, x, y, z) or angles (`rov/imu.orientation.roll`, pitch, yaw).
+`hold` says what a signal does between its samples, `clock_deviation` by how much the clock of a thruster's topic may be
+off [s] (standard deviation); both go into the run's metadata. `time_offset` [s] is added to the times of an entry. An
+attitude is a quaternion (`rov/imu.orientation.w`, x, y, z) or angles (`rov/imu.orientation.roll`, pitch, yaw).
 
     axes: {rov/imu: rep103}                                            # topics in REP 103's axes: ENU, FLU
 """
@@ -54,6 +54,7 @@ class Mapped(Entry):
         nan: cells that mean "not measured".
         hold: what the signal does between its samples, "" where the map does not say.
         clock_deviation: by how much its clock may be off [s], 0 where the map does not say.
+        time_offset: what is added to its times [s], of a bag or log too.
     """
 
     column: str | int
@@ -68,6 +69,7 @@ class Mapped(Entry):
     nan: frozenset[str] = field(default_factory=frozenset)
     hold: str = ""
     clock_deviation: float = 0.0
+    time_offset: float = 0.0
 
     @property
     def topic_of_field(self) -> str:

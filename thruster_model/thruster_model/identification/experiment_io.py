@@ -224,7 +224,9 @@ class _Preparation:
             notes.append("sign inferred from the throttle, readings near rest left out: the tachometer is unsigned")
         if np.any(glitches):
             notes.append(f"{100 * glitches.mean():.1f} % masked: glitches of the tachometer, or rest")
-        return self._measurement("speed", time, np.where(glitches, np.nan, values), notes, offset_std=offset_std)
+        shift = _stated_deviation(self.run, "state")
+        values = np.where(glitches, np.nan, values)
+        return self._measurement("speed", time, values, notes, shift_std=shift, offset_std=offset_std)
 
     def loads(self) -> list[Measurement]:
         result = []
@@ -246,9 +248,8 @@ class _Preparation:
             notes = [f"rest value {offset:.3g} {SIGNALS[signal].unit} taken off"]
             if np.any(ringing):
                 notes.append(f"{100 * ringing.mean():.0f} % masked: the load cell rings after jumps of the throttle")
-            result.append(
-                self._measurement(signal, time, np.where(ringing, np.nan, values), notes, offset_std=offset_std)
-            )
+            values, shift = np.where(ringing, np.nan, values), _stated_deviation(self.run, "load")
+            result.append(self._measurement(signal, time, values, notes, shift_std=shift, offset_std=offset_std))
         return result
 
     def flows(self) -> list[Measurement]:
