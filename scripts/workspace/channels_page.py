@@ -13,7 +13,8 @@ HEAD = """\
 
 Made by `scripts/workspace/channels_page.py` from the tables of the code. How a map is written:
 [any_recording.md](any_recording.md). `<i>` is a thruster's number, from 0. Any other field of a
-[topic](../thruster_msgs/README.md) can be named, too.
+[topic](../thruster_msgs/README.md) can be named, too, such as set points, gauges and estimates: `show`
+draws it, and no fit or diagnosis reads it. A controller has no place in a map; what counts is what it sends.
 
 ## Channels
 """

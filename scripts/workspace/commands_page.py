@@ -9,7 +9,7 @@ import importlib
 import io
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from unittest import mock
 
@@ -41,7 +41,7 @@ def page() -> str:
         parser = _parser(module, command.removesuffix(" --vehicle"))
         parts.append(_section(command, parser, f"Also {', '.join(also)}."))
     others = [each for each in executables() if each[2] not in commands and not each[2].startswith("thruster_cli.")]
-    parts.append("\n## Programs\n")
+    parts.append("\n## Programs\n\n" + _second_names(commands))
     for package, name, module in others:
         if not module.endswith("_node"):
             parts.append(_section(f"ros2 run {package} {name}", _parser(module, name)))
@@ -49,6 +49,16 @@ def page() -> str:
     parts += [_node(*each) for each in others if each[2].endswith("_node")]
     parts.append("\n## Scripts\n\n" + "".join(_script(file) for file in sorted((ROOT / "scripts").glob("*.sh"))))
     return "".join(parts)
+
+
+def _second_names(commands: Mapping[str, str]) -> str:
+    """Return the table of programs that are commands of `thruster`, by module."""
+    rows = [
+        f"| `{package} {name}` | `{commands[module]}` |"
+        for package, name, module in executables()
+        if module in commands
+    ]
+    return "\n".join(["| `ros2 run ...` | is the command |", "|---|---|", *rows]) + "\n"
 
 
 def executables() -> list[tuple[str, str, str]]:

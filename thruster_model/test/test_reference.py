@@ -79,6 +79,14 @@ def test_every_model_and_each_of_its_parameters_stands_in_the_reference():
         assert all(f"| {name} |" in section for name in model.parameter_names)
 
 
+def test_numbers_next_to_0_are_told_as_no_diagnosis_moves_them():
+    sets = dict(re.findall(r"^Set `(\w+)`: (.*)", reference(), re.MULTILINE))
+    exact = "A diagnosis that begins here takes what is 0 or next to it as exact: "
+    assert f"{exact}c_nv_Q is moved by a `fit` alone" in sets["hl"]
+    assert f"{exact}delta_T1, delta_T2, delta_Q1 and delta_Q2 are moved" in sets["simplified"]
+    assert "exact: " not in sets["airfoil"]
+
+
 def test_the_printed_equations_of_a_model_hold_its_parameters_and_no_others():
     def names(text: str) -> set[str]:
         return set(re.findall(r"\b(?:[a-zA-Z]\w*_\w+|radius|density|pitch|lift|drag|rate)\b", text))

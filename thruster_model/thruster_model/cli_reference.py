@@ -29,6 +29,8 @@ _STATES = {  # where axial flow or rotor speed follow at once, they are no state
     StaticCoefficients: "none",
     TableCoefficients: "none",
 }
+_NEXT_TO_0 = 1e-3
+"""Share of a parameter's usual size below which a value's 5 % are nothing."""
 _BLOCKS = {
     "log": "In the log", "command": "In the command", "rotor": "In the rotor", "thrust": "In thrust and torque",
     "flow": "In the flow", "sensor": "In the sensors",
@@ -66,7 +68,8 @@ def effects() -> str:
         "",
         'A size has its unit, its plausible range and the value at which there is exactly no effect ("none at"), or '
         'that it has where none is given ("else"). "Alike": effects that recordings of one thruster cannot tell from '
-        "it.",
+        "it. A diagnosis finds by its runs and model whether an effect is parametric, as parameters far off could do "
+        "the same, or structural, as they could not.",
         "",
         "A run starts, and its t is 0, with its first command, whatever the stamps are. What was before, for effects "
         "that remember: `thermal_fade` begins cold, `tank_recirculation` with U = 0, `load_cell_resonance` at rest. "
@@ -201,14 +204,14 @@ def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
 
 
 def _exact(own: ParameterSet, model: Model) -> str:
-    """Return which parameters of a set a fit moves and no diagnosis does: 5 % of 0 is 0."""
-    fitted = {d.name: own.parameters[d.name] for d in model.parameters if d.role != "given"}
-    names = [name for name, p in fitted.items() if p.value == 0.0 and not p.standard_deviation]
+    """Return which parameters of a set a fit moves and no diagnosis does: 5 % of 0, or of next to nothing, is none."""
+    fitted = [(d, own.parameters[d.name]) for d in model.parameters if d.role != "given"]
+    names = [d.name for d, p in fitted if abs(p.value) < _NEXT_TO_0 * d.scale and not p.standard_deviation]
     if not names:
         return ""
     told = f"{', '.join(names[:-1])} and {names[-1]} are" if len(names) > 1 else f"{names[0]} is"
     return (
-        f" A diagnosis that begins here takes what is 0 as exact: {told} moved by a `fit` alone. State a "
+        f" A diagnosis that begins here takes what is 0 or next to it as exact: {told} moved by a `fit` alone. State a "
         "`standard_deviation` of each in [a set of yours](check_and_sets.md#write-a-set) where it may differ."
     )
 
