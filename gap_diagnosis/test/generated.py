@@ -11,8 +11,14 @@ from thruster_model.parameter_set_io import load_parameter_set
 SIGNALS = {"n": "speed", "ambient": "ambient", "thrust": "thrust", "torque": "torque"}
 
 
-def campaign(effects=None, *, outside=None, model="hl", seed=1, spread=0.05, duration=15.0, runs=3, channels=SIGNALS):
-    """Return (parameter set of the simulator, recordings of a thruster that differs from it)."""
+def campaign(
+    effects=None, *, outside=None, model="hl", seed=1, spread=0.05, duration=15.0, runs=3, channels=SIGNALS,
+    load_late=None, **stating,
+):  # fmt: skip
+    """Return (parameter set of the simulator, recordings of a thruster that differs from it).
+
+    load_late: by which the stamps of the load cell are late [s], of each run; stating: what the recordings state.
+    """
     rng = np.random.default_rng(seed)
     stated = load_parameter_set(model)
     true = {
@@ -26,9 +32,16 @@ def campaign(effects=None, *, outside=None, model="hl", seed=1, spread=0.05, dur
         recording_of(
             run.name,
             (run.recorded["throttle"].time, run.recorded["throttle"].values),
-            {SIGNALS[name]: (run.recorded[name].time, run.recorded[name].values) for name in channels},
+            {
+                SIGNALS[name]: (
+                    run.recorded[name].time + late * (name in ("thrust", "torque")),
+                    run.recorded[name].values,
+                )
+                for name in channels
+            },
+            **stating,
         )
-        for run in recorded
+        for run, late in zip(recorded, load_late or len(recorded) * (0.0,), strict=True)
     ]
 
 

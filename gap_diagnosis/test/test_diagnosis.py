@@ -42,6 +42,11 @@ def test_an_effect_is_named_with_its_size_and_shrink(coulomb):
     assert coulomb.where[0][0] == "rotor"
 
 
+def test_a_load_cell_s_own_clock_is_no_gap_where_the_runs_say_how_far_it_may_be_off():
+    stated, recordings = campaign(load_late=(0.06, -0.045, 0.05), clock_deviations={"load": 0.05})
+    assert diagnose(recordings, stated).verdict.verdict == "parameters"  # unknown, if nothing is said
+
+
 def test_what_explains_less_than_the_nameless_rest_only_resembles(coulomb):
     found = coulomb.investigation
     gained = found.gained["coulomb_friction"]
