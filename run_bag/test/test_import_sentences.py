@@ -148,6 +148,10 @@ def test_files_on_clocks_of_their_own_are_refused(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [
+        (
+            "controller: {gain: 2}",
+            "controller: unknown key: expected a channel, such as thruster_0/state.n, or one of axes, csv, time",
+        ),
         ("thruster_0/throttle.commanded: {column: 2, unit: us}", "'us' is no voltage: expected stop"),
         ("thruster_0/throttle.commanded: {column: 2, unit: V, stop: 3}", "stop: expected beside a voltage given in us"),
         ("thruster_0/state.n: {column: 2, field: x.y, unit: rpm}", "expected column (of a table) or field"),

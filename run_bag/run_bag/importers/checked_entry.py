@@ -33,6 +33,10 @@ def entry_of(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | 
     before = len(problems)
     topic, dot, path = name.strip("/").partition(".")
     kind = topic_type(topic)
+    if kind is None and not dot and "/" not in topic:
+        keys = ", ".join(sorted(TOP))
+        problems.append(f"{name:.200}: unknown key: expected a channel, such as thruster_0/state.n, or one of {keys}")
+        return None
     if kind is None:
         problems.append(f"{name:.200}: unknown topic {topic[:200]!r}; known are {known_topics()}")
         return None
