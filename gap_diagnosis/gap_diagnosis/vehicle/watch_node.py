@@ -87,7 +87,7 @@ class VehicleWatch(Node):
         except (RunError, ThrusterModelError, OSError, ValueError) as error:
             raise StartRefused(str(error)) from error
         self._feed = Feed(model.thrusters, model.period, stated=model.mounted)
-        self._report_failures, self._reported = values["report_failures"], set[int]()
+        self._report_failures, self._reported, self._told = values["report_failures"], set[int](), set[str]()
         self._diagnostics = Diagnostics(self)
         self._failures = RecordPublisher(self, ThrusterFailure, "rov/thruster_failure")
         self._watched = RecordPublisher(self, Header, f"{self.get_name()}/watched")
@@ -143,12 +143,16 @@ class VehicleWatch(Node):
             self._diagnostics.report("warn", "not watching: all throttles are silent", self._values())
             return
         alarms = self._watch.step(piece)
+        without = [f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero"] if silent else []
+        without += self._watch.stuck.values()
         if not alarms:
-            without = [f"thruster {', '.join(map(str, silent))}: no throttle, counts as zero"] if silent else []
-            without += self._watch.stuck.values()
             self._diagnostics.report("warn" if without else "ok", "; ".join(without) or "well", self._values())
             return
-        self._diagnostics.report("error", alarms[0].words, self._values(alarms))
+        for alarm in alarms:
+            if alarm.name not in self._told:
+                self._told.add(alarm.name)
+                self.get_logger().error(alarm.words)
+        self._diagnostics.report("error", "; ".join([alarms[0].words, *without]), self._values(alarms))
         if self._report_failures:
             self._fail(alarms[0], stamp)
 

@@ -18,11 +18,13 @@ failure of size s changes in the readings, c = r_well - r_failure, tells how lar
 
 with theta of the false alarms' tail, by which log ratios are worth less than they say (`false_alarms`).
 
-Sensors that jump have filters of their own kind (`jumps`); those that tell nothing new are not used (`stuck`).
+Sensors that jump have filters of their own kind (`jumps`); those that tell nothing new are not used (`stuck`). What
+was accumulated while a reading stood still is taken back; what a silent sensor left to the others stays.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +51,16 @@ Array = NDArray[np.float64]
 _BEND = 0.1
 """Share of its distance from the size that was followed by which a size errs, as readings are no straight line in it:
 losses of 0.6, told by filters of 0.3, came out as 0.60 to 0.67 (tuning seeds 5 and 6)."""
+
+
+class _Evidence(NamedTuple):
+    """What is believed of failures that last at a time [s]: log ratios, both sums, since when and when found [s]."""
+
+    time: float
+    ratios: Array
+    sums: Array
+    since: Array
+    found: Array
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -109,6 +121,8 @@ class Watch:
         """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
         self._since, self._found = np.zeros(len(lasting)), np.full(len(self.followed), np.nan)
         self.time = 0.0
+        self._believed = [self._evidence()]
+        """What was believed after each piece, back to where a sensor may have got stuck."""
         self.begin()
 
     @property
@@ -137,8 +151,8 @@ class Watch:
         """Take the next piece; return what is over the threshold, the strongest first."""
         stuck = set(self._stuck.since)
         log = self._stuck.step(self._conventions.read(log), self.time)
-        if self._stuck.since.keys() - stuck:  # what filters made of such readings is no evidence
-            self._disbelieve()
+        for name in self._stuck.since.keys() - stuck:
+            self._disbelieve(name)
         self._know_jumps()
         for jump in self._jumps:
             log = jump.freed(log)
@@ -189,6 +203,9 @@ class Watch:
         over = self.ratios >= self.threshold
         self._found[over & np.isnan(self._found)] = self.time
         self._found[self.ratios <= 0.0] = np.nan
+        self._believed.append(self._evidence())
+        while len(self._believed) > 1 and self._believed[1].time <= self._stuck.oldest:
+            del self._believed[0]
         return self._alarms()
 
     def _steered(self, log: VehicleLog) -> Steered:
@@ -225,15 +242,30 @@ class Watch:
         for jump in believed:
             jump.know(first, self.time)
         self._dive.follow(first)
-        self._disbelieve()
+        for jump in self._jumps:
+            jump.forget(first)
+        if self.ratios[self._lasting].max() < self.threshold:
+            self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        for branch in self._branches[1:]:  # what was told stays so; nothing has counted since the jump
+            branch.state = first.state
         if len(believed) > 1:  # each had a state that the other's jump had moved
             self._begun = self.time
 
-    def _disbelieve(self) -> None:
-        """Believe in no failure beside what is known."""
+    def _evidence(self) -> _Evidence:
+        ratios, found = (each[self._lasting].copy() for each in (self.ratios, self._found))
+        return _Evidence(self.time, ratios, self._sums.copy(), self._since.copy(), found)
+
+    def _disbelieve(self, sensor: str) -> None:
+        """Take back what filters made of a reading that stood still; a silent sensor's own jump is tested no more."""
+        since = self._stuck.misleading.get(sensor)
         for jump in self._jumps:
-            jump.forget(self._branches[0])
-        self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+            if since is not None or jump.failure.read_by == sensor:
+                jump.forget(self._branches[0])
+        if since is None:
+            return
+        then = next(each for each in reversed(self._believed) if each.time <= since)
+        self.ratios[self._lasting], self._found[self._lasting] = then.ratios, then.found
+        self._sums[:], self._since[:] = then.sums, then.since
 
     def _alarms(self) -> list[Alarm]:
         """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""

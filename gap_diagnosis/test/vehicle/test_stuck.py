@@ -47,6 +47,15 @@ def test_a_sensor_that_falls_silent_is_said_to() -> None:
     assert stuck.words(8.0) == {"depth": "depth: nothing new for 6 s; it is left out"}
 
 
+def test_only_a_reading_that_came_again_and_again_misleads() -> None:
+    still, silent = Stuck({"depth": 0.1}), Stuck({"depth": 0.1})
+    for second in range(8):
+        still.step(piece(walked(second) if second < 2 else 1.7, second), float(second))
+        silent.step(piece(walked(second) if second < 2 else np.nan, second), float(second))
+    assert (still.misleading, silent.misleading) == ({"depth": 2.0}, {})
+    assert set(still.since) == set(silent.since) == {"depth"}
+
+
 @pytest.mark.parametrize(("coarse", "most"), [(0.0, 0.04), (0.5, 1.0)])
 def test_what_the_healthy_vehicles_coarse_sensor_repeats_is_not_stuck(coarse: float, most: float) -> None:
     found = longest_unchanged([piece(walked(3, coarse))])

@@ -171,6 +171,13 @@ def test_an_alarm_says_what_how_sure_and_how_late_and_what_false_alarms_there_ar
     assert (failure.thruster, failure.kind, failure.effectiveness) == (3, ThrusterFailure.KIND_WEAK, 0.75)
 
 
+def test_an_alarm_and_a_sensor_that_tells_nothing_new_are_said_together(scene: Scene) -> None:
+    scene.watch.alarms = [WEAK]
+    scene.watch.stuck = {"velocity": "velocity: nothing new for 5 s; it is left out"}
+    scene.sail(0, 60)
+    assert scene.said("12 s after it began; velocity: nothing new for 5 s; it is left out")
+
+
 def test_attitude_of_odometry_and_the_battery_are_read_as_in_a_recording(scene: Scene) -> None:
     for k in range(110):
         stamp = NANO + k * PERIOD

@@ -1,5 +1,6 @@
 """The watch over recorded dives of the sealed cases' own world, from recordings to what is said."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -7,13 +8,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.cli_watch_run import main
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from run_bag import write_run
+from gap_diagnosis.vehicle.log_io import read_logs
+from gap_diagnosis.vehicle.watching import Watch
+from run_bag import Topic, write_run
 
 LOSS: Any = (("thrust_loss", {"thruster": 2}, {"share": 0.5}),)
+WEAK = Draw(seed=33, vehicle="ngs", effects=LOSS, deviations=0.0, kinds=("steps",), duration=30.0)
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +27,7 @@ def dives(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     model, folder = load_model("ngs"), tmp_path_factory.mktemp("dives")
     found = {}
     for name, seed, hidden in (("healthy", 31, ()), ("sound", 32, ()), ("weak", 33, LOSS)):
-        draw = Draw(seed=seed, vehicle="ngs", effects=hidden, deviations=0.0, kinds=("steps",), duration=30.0)
+        draw = replace(WEAK, seed=seed, effects=hidden)
         (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
         found[name] = write_run(folder / name, topics)
     return found
@@ -46,6 +51,21 @@ def test_a_sound_vehicle_is_silent(dives: dict[str, Path], capsys: pytest.Captur
     assert end.startswith("30 s watched, 0 alarms")
 
 
+def spoiled(topics: Sequence[Topic], after: str, begin: float) -> list[Topic]:
+    """Return topics whose depth tells the same, or none, from an instant [s] on."""
+    out = []
+    for topic in topics:
+        if topic.name == "rov/depth":
+            begun = np.asarray(topic.stamps) - topic.stamps[0] < 1e9 * begin
+            depth = np.asarray(topic.fields["depth"])
+            if after == "none":
+                topic = replace(topic, stamps=topic.stamps[begun], fields={"depth": depth[begun]})
+            else:
+                topic = replace(topic, fields={"depth": np.where(begun, depth, depth[begun][-1])})
+        out.append(topic)
+    return out
+
+
 @pytest.mark.parametrize("after", ["same", "none"])
 def test_a_depth_sensor_that_tells_nothing_new_is_named_and_not_used(
     after: str, dives: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
@@ -53,20 +73,25 @@ def test_a_depth_sensor_that_tells_nothing_new_is_named_and_not_used(
     draw = Draw(seed=32, vehicle="ngs", deviations=0.0, kinds=("steps",), duration=30.0)
     model = load_model("ngs")
     (topics,) = recorded(draw, model.vehicle, model.sets, model.sensors)
-    spoiled = []
-    for topic in topics:
-        if topic.name == "rov/depth":
-            begun = np.asarray(topic.stamps) - topic.stamps[0] < 14e9
-            depth = np.asarray(topic.fields["depth"])
-            if after == "none":
-                topic = replace(topic, stamps=topic.stamps[begun], fields={"depth": depth[begun]})
-            else:
-                topic = replace(topic, fields={"depth": np.where(begun, depth, depth[begun][-1])})
-        spoiled.append(topic)
-    dives = {**dives, "spoiled": write_run(tmp_path / "spoiled", spoiled)}
+    dives = {**dives, "spoiled": write_run(tmp_path / "spoiled", spoiled(topics, after, 14.0))}
     (line, end) = said(dives, "spoiled", "healthy", capsys)
     assert "depth: nothing new for" in line and 18.5 < float(line.split(" s:")[0]) < 21.0
     assert end.startswith("30 s watched, 0 alarms")
+
+
+@pytest.mark.parametrize("after", ["same", "none"])
+def test_what_was_told_of_a_thruster_stays_when_a_sensor_tells_nothing_new(
+    after: str, dives: dict[str, Path], tmp_path: Path
+) -> None:
+    model = load_model("ngs")
+    healthy, model = read_logs([dives["healthy"]], model)
+    watch = Watch(model, baseline(model, healthy))
+    (topics,) = recorded(WEAK, model.vehicle, model.sets, model.sensors)
+    (log,), _ = read_logs([write_run(tmp_path / "run", spoiled(topics, after, 20.0))], model)
+    told = [[a.failure.thruster for a in watch.step(log.part(k, k + 25))] for k in range(0, log.count - 24, 25)]
+    assert "depth" in watch.stuck and watch.time > 28.0
+    first = next(k for k, alarms in enumerate(told) if alarms)
+    assert first < 19 and all(2 in alarms for alarms in told[first:])
 
 
 def test_a_baseline_of_a_vehicle_that_was_not_healthy_is_doubted(
