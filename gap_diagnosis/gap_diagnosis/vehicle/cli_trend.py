@@ -12,7 +12,7 @@ import plotly.graph_objects as go
 
 from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.conventions import conventions_of
-from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
+from gap_diagnosis.vehicle.diagnosis_io import load_model, names_of, provenance_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import read_logs
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     add_sets(parser)
     parser.add_argument("--effect", default="thrust_loss", help="that is followed (default %(default)s)")
     place = parser.add_mutually_exclusive_group()
-    place.add_argument("--thruster", type=int, help="that it acts on, counted from 0")
+    place.add_argument("--thruster", metavar="NUMBER", help='that it acts on, counted from 0; "all": all at once')
     place.add_argument("--axis", help="that it acts on")
     parser.add_argument("--limit", type=float, help="size for which the line's time is told")
     parser.add_argument("--out", type=Path, default=Path("trend"), help="new or empty folder")
@@ -48,25 +48,27 @@ def main(arguments: Sequence[str] | None = None) -> int:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.dives, model)
-        h = followed(model, logs, given.effect, given.thruster, given.axis)
+        thruster, every = _thruster(given.thruster)
+        h = followed(model, logs, given.effect, thruster, given.axis, every=every)
+        words, names = f"{h.words} of all thrusters" if every else h.words, names_of(given.dives)
         times, unit = _times(logs)
         sizes = []
-        for path, log, time in zip(given.dives, logs, times, strict=True):
+        for name, log, time in zip(names, logs, times, strict=True):
             conventions = conventions_of(model, [log])
             for sentence in conventions.turned:
-                print(f"{path.name}: {sentence}", file=sys.stderr)
+                print(f"{name}: {sentence}", file=sys.stderr)
             size, deviation = size_in(model, conventions.read(log), h)
             sizes.append(Size(time=time, size=size, deviation=deviation))
-            print(f"{path.name}: {size:.3g} ± {deviation:.2g}", file=sys.stderr, flush=True)
+            print(f"{name}: {size:.3g} ± {deviation:.2g}", file=sys.stderr, flush=True)
         line = line_of(sizes)
         provenance = provenance_of(given.dives, model)
-        said = _said(h, line, unit, sizes, given.limit)
+        said = _said(words, line, unit, sizes, given.limit)
         content = {
             "summary": said, "effect": h.effect, "thruster": h.thruster, "axis": h.axis, "time_unit": unit,
-            "dives": [{"name": p.name, **vars(s)} for p, s in zip(given.dives, sizes, strict=True)],
+            "dives": [{"name": n, **vars(s)} for n, s in zip(names, sizes, strict=True)],
             "line": vars(line), "rises": line.rises, "provenance": provenance,
         }  # fmt: skip
-        report = _report(h, sizes, line, unit, said, provenance)
+        report = _report(h, words, sizes, line, unit, said, provenance)
         with new_folder(given.out) as folder:
             report.write(folder / "report.html")
             write_whole(folder / "trend.json", json.dumps(content, indent=1))
@@ -82,6 +84,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
+def _thruster(given: str | None) -> tuple[int | None, bool]:
+    """Return the thruster, None: none, and whether all were named.
+
+    Raises:
+        ValueError: neither a number nor "all".
+    """
+    if given in (None, "all"):
+        return None, given == "all"
+    try:
+        return int(str(given)), False
+    except ValueError:
+        raise ValueError(f"--thruster: expected a number from 0 on, or all; found {given}") from None
+
+
 def _times(logs: Sequence[VehicleLog]) -> tuple[list[float], str]:
     """Return when the dives were: days since the first, or their number where stamps are no dates or go back."""
     starts = [log.start for log in logs]
@@ -90,9 +106,9 @@ def _times(logs: Sequence[VehicleLog]) -> tuple[list[float], str]:
     return [float(k) for k in range(len(logs))], "dive"
 
 
-def _said(h: Hypothesis, line: Line, unit: str, sizes: Sequence[Size], limit: float | None) -> str:
+def _said(words: str, line: Line, unit: str, sizes: Sequence[Size], limit: float | None) -> str:
     last, deviation = line.at(sizes[-1].time)
-    name = f"{h.words[0].upper()}{h.words[1:]}"
+    name = f"{words[0].upper()}{words[1:]}"
     if not line.rises:
         return (
             f"{name} shows no trend over {len(sizes)} dives: {line.slope:+.2g} ± {line.slope_deviation:.2g} a {unit}, "
@@ -110,9 +126,9 @@ def _said(h: Hypothesis, line: Line, unit: str, sizes: Sequence[Size], limit: fl
 
 
 def _report(
-    h: Hypothesis, sizes: Sequence[Size], line: Line, unit: str, said: str, provenance: dict[str, Any]
+    h: Hypothesis, words: str, sizes: Sequence[Size], line: Line, unit: str, said: str, provenance: dict[str, Any]
 ) -> Report:  # fmt: skip
-    report = Report(f"Trend of {h.words}", f"{len(sizes)} dives", provenance)
+    report = Report(f"Trend of {words}", f"{len(sizes)} dives", provenance)
     report.section("Answer")
     report.paragraph(said)
     if line.scatter > 2.0:

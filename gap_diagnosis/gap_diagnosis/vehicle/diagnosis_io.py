@@ -1,6 +1,7 @@
 """A diagnosis of a vehicle from files to files."""
 
 import json
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -30,7 +31,7 @@ from safe_files.whole_files_io import new_folder, write_whole
 from thruster_model.effect_entry import EffectEntry
 from thruster_model.vehicle_set_io import dump_vehicle_set, load_vehicle_set
 
-__all__ = ["Diagnosed", "diagnosed", "load_model", "provenance_of", "written"]
+__all__ = ["Diagnosed", "diagnosed", "load_model", "names_of", "provenance_of", "written"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,10 +59,17 @@ def load_model(vehicle: str, thruster: str | None = None, sensors: Path | None =
     return Model(vehicle=chosen, sets=sets, sensors=load_sensors(sensors))
 
 
+def names_of(runs: Sequence[Path]) -> list[str]:
+    """Return the name of each run's folder, with that of the folder it is in where several have the same."""
+    whole = [path.resolve() for path in runs]
+    alike = Counter(path.name for path in whole)
+    return [path.name if alike[path.name] == 1 else f"{path.parent.name}/{path.name}" for path in whole]
+
+
 def provenance_of(runs: Sequence[Path], model: Model) -> dict[str, Any]:
     """Return what a result was made of: runs, vehicle, its thrusters' set and the version."""
     return {
-        "runs": [path.resolve().name for path in runs], "vehicle": model.vehicle.name,
+        "runs": names_of(runs), "vehicle": model.vehicle.name,
         "parameter_set": model.sets[0].name, "version": package_version(), "seed": 0,
     }  # fmt: skip
 

@@ -85,23 +85,39 @@ def line_of(sizes: Sequence[Size]) -> Line:
 
 
 def followed(
-    model: Model, logs: Sequence[VehicleLog], effect: str, thruster: int | None, axis: str | None
+    model: Model, logs: Sequence[VehicleLog], effect: str, thruster: int | None, axis: str | None, *,
+    every: bool = False,
 ) -> Hypothesis:  # fmt: skip
-    """Return the effect that is to be followed.
+    """Return the effect that is to be followed; every: on all thrusters at once.
 
     Raises:
-        ValueError: no such effect there, one without a size, or one that these sensors cannot show.
+        ValueError: no such effect there, one without a size, one that these sensors cannot show, or one of thrusters
+            where none was named.
     """
     there = told_in(logs)
     known = hypotheses(model, there)
     named = [h for h in known if h.effect == effect]
     if not named:
         raise ValueError(f"--effect: expected one of {', '.join(sorted({h.effect for h in known}))}; found {effect}")
-    found = [h for h in named if h.thruster == thruster and h.axis == axis]
+    of_thrusters = any(h.thruster is not None for h in named)
+    found = [h for h in named if (h.thruster, h.axis) == (thruster, axis)]
+    if every != (of_thrusters and (thruster, axis) == (None, None)):  # "all" is said, and never meant by silence
+        found = []
     if not found or found[0].switch:
-        places = sorted({f"thruster {h.thruster}" if h.axis is None else f"axis {h.axis}" for h in named})
-        raise ValueError(f"--effect {effect}: expected --thruster or --axis of {', '.join(places)}, with a size")
+        ways = list(
+            dict.fromkeys(_way(h, of_thrusters) for h in named if not h.switch and None in (h.thruster, h.axis))
+        )
+        raise ValueError(f"--effect {effect}: expected {', '.join(ways) or 'an effect with a size'}")
     return found[0]
+
+
+def _way(h: Hypothesis, of_thrusters: bool) -> str:
+    """Return what names the place of an effect on the command line."""
+    if h.axis is not None:
+        return f"--axis {h.axis}"
+    if h.thruster is not None:
+        return f"--thruster {h.thruster}"
+    return "--thruster all" if of_thrusters else "neither --thruster nor --axis"
 
 
 def size_in(model: Model, log: VehicleLog, h: Hypothesis) -> tuple[float, float]:

@@ -9,8 +9,8 @@ import pytest
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.cli_trend import main
-from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.trend import Size, line_of
+from gap_diagnosis.vehicle.diagnosis_io import load_model, names_of
+from gap_diagnosis.vehicle.trend import Size, followed, line_of
 from run_bag import write_run
 
 
@@ -44,6 +44,25 @@ def test_two_dives_are_too_few(tmp_path: Path, capsys: pytest.CaptureFixture[str
     assert "three dives or more; found 2" in capsys.readouterr().err
 
 
+def test_an_effect_of_thrusters_is_followed_on_the_one_that_is_named_or_on_all() -> None:
+    model = load_model("ngs")
+    assert followed(model, [], "thrust_loss", 2, None).thruster == 2
+    assert followed(model, [], "thrust_loss", None, None, every=True).thruster is None
+    ways = ", ".join(["--thruster all", *(f"--thruster {i}" for i in range(6))])
+    for thruster in (None, 9):
+        with pytest.raises(ValueError, match=rf"^--effect thrust_loss: expected {ways}$"):
+            followed(model, [], "thrust_loss", thruster, None)
+    with pytest.raises(ValueError, match=r"^--effect water_density: expected neither --thruster nor --axis$"):
+        followed(model, [], "water_density", 2, None)
+    with pytest.raises(ValueError, match=r"^--effect water_density: expected neither --thruster nor --axis$"):
+        followed(model, [], "water_density", None, None, every=True)
+
+
+def test_dives_of_one_name_are_told_apart_by_the_folders_they_are_in(tmp_path: Path) -> None:
+    runs = [tmp_path / "may" / "run", tmp_path / "june" / "run", tmp_path / "last"]
+    assert names_of(runs) == ["may/run", "june/run", "last"]
+
+
 def test_a_propeller_that_wears_shows_its_slope_and_an_unknown_effect_is_refused(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -59,6 +78,8 @@ def test_a_propeller_that_wears_shows_its_slope_and_an_unknown_effect_is_refused
     of = ["--vehicle", "ngs", "--out", str(out)]
     assert main([*paths, *of, "--effect", "barnacles"]) == 1
     assert "found barnacles" in capsys.readouterr().err and not out.exists()
+    assert main([*paths, *of]) == 1
+    assert "expected --thruster all, --thruster 0" in capsys.readouterr().err and not out.exists()
     assert main([*paths, *of, "--thruster", "4", "--limit", "0.5"]) == 0
     content = json.loads((out / "trend.json").read_text("utf-8"))
     line = content["line"]
