@@ -43,6 +43,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return 1
     if learned.doubt:
         print(learned.doubt)
+    for note in log.notes:
+        print(f"{log.name}: {note}")
     piece, stuck = max(round(1.0 / log.period), 1), set[str]()
     for first in range(0, log.count - piece + 1, piece):
         for alarm in watch.step(log.part(first, first + piece))[:1]:

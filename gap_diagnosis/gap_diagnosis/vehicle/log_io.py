@@ -30,6 +30,8 @@ _IMU, _ODOMETRY = "rov/imu.", "rov/odometry."
 _MOST = 32
 _INSTANTS_A_READING = 100
 """A log has at most so many instants for each reading of throttles and motion: a pause of a year is no recording."""
+_WORTH_A_WORD = 1.0
+"""[s] By which throttles may go on after the last reading of the motion without a word."""
 _LARGEST = 1e6
 """[V, rad/s, m/s^2, m, m/s, A] No vehicle gives a reading beyond it."""
 
@@ -125,8 +127,13 @@ def log_of(
     assert moving is not None
     first = max(start, float(moving[0][0]))
     start += period * np.ceil((first - start) / period - 1e-6)
-    end = min(float(moving[0][-1]), max(float(t[-1]) for t, _ in given) + 5.0)
+    last = max(float(t[-1]) for t, _ in given)
+    end = min(float(moving[0][-1]), last + 5.0)
     if grid is None:
+        if last > end + _WORTH_A_WORD:
+            motion = "rates" if rates is not None else "an attitude"
+            after = f"{last - end:.0f} s after the last reading of {motion}"
+            notes.append(f"throttles go on for {after}: they are left out")
         count = max(int((end - start) / period), 1)
         _refuse_pause(run.name, count, period, [t for t, _ in (*given, moving)])
         grid = start + period * np.arange(count)

@@ -94,6 +94,24 @@ def test_what_was_told_of_a_thruster_stays_when_a_sensor_tells_nothing_new(
     assert first < 19 and all(2 in alarms for alarms in told[first:])
 
 
+def test_what_lies_behind_the_last_reading_of_the_motion_is_said_not_to_be_watched(
+    dives: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = load_model("ngs")
+    (topics,) = recorded(replace(WEAK, seed=32, effects=()), model.vehicle, model.sets, model.sensors)
+    silent = []
+    for topic in topics:
+        if topic.name in ("rov/imu", "rov/odometry"):
+            told = np.asarray(topic.stamps) - topic.stamps[0] < 18e9
+            fields = {name: np.asarray(values)[told] for name, values in topic.fields.items()}
+            topic = replace(topic, stamps=np.asarray(topic.stamps)[told], fields=fields)
+        silent.append(topic)
+    dives = {**dives, "silent": write_run(tmp_path / "silent", silent)}
+    note, end = said(dives, "silent", "healthy", capsys)
+    assert note == "silent: throttles go on for 12 s after the last reading of rates: they are left out"
+    assert end.startswith("18 s watched, 0 alarms")
+
+
 def test_a_baseline_of_a_vehicle_that_was_not_healthy_is_doubted(
     dives: dict[str, Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
