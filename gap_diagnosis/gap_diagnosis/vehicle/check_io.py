@@ -74,7 +74,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
     found += [_shown_by_log(each) for each in common_to([log.oddities for log in logs])]
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
-    kind: Kind = "good" if conventions.verdict == "as_stated" else "note"
+    kind: Kind = "good" if conventions.verdict == "as_stated" and not conventions.wiring.dead else "note"
     says = " ".join(conventions.sentences) or "Commands move the vehicle as the set states."
     found.append(Finding(kind=kind, about="wiring", sentence=says))
     if stated := dict.fromkeys(described(each.id).title for each in active_effects(model.vehicle, model.sets)):

@@ -210,7 +210,7 @@ def _number(value: float) -> float | None:
 
 def _next(verdict: Verdict, conventions: Conventions | None) -> dict[str, Any] | None:
     unsure = verdict.name in ("cannot_tell", "unknown", "not_enough_data") or any(c.rivals for c in verdict.claims)
-    silent = conventions is not None and bool(conventions.wiring.silent)
+    silent = conventions is not None and bool({*conventions.wiring.silent} - {*conventions.wiring.dead})
     if not (unsure or silent):
         return None
     return {

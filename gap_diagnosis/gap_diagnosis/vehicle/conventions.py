@@ -108,7 +108,8 @@ class Conventions:
 
 def conventions_of(model: Model, logs: Sequence[VehicleLog]) -> Conventions:
     """Return what these recordings show; a velocity log is looked at once the IMU is read aright."""
-    wiring = wiring_of(logs, model.vehicle.configuration, np.asarray(model.vehicle.coefficients.mass_matrix))
+    mass = np.asarray(model.vehicle.coefficients.mass_matrix)
+    wiring = wiring_of(logs, model.vehicle.configuration, mass, model.edges)
     stated = model.mounted.mountings
     imu = Mounted(R=wiring.mounting, log_odds=0.5 * wiring.gain / len(logs), stated=stated[0])
     too = imu.turned and turned_too(logs, imu.R)

@@ -105,6 +105,12 @@ class Model:
     sensors: VehicleSensors
     period: float = PERIOD
 
+    @property
+    def edges(self) -> list[float]:
+        """Of the dead zone of each thruster, the farther one [V]; 0 where its set has none."""
+        both = ("delta_u1", "delta_u2")
+        return [max(abs(float(getattr(s.coefficients, edge, 0.0))) for edge in both) for s in self.sets]
+
     @cached_property
     def _full(self) -> Array:
         known: dict[int, float] = {}

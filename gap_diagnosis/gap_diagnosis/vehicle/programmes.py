@@ -133,8 +133,7 @@ def _alone(model: Model) -> Mapping[str, Array]:
 
 def _within(model: Model, words: str, shape: Array, limits: Limits, period: float, advice: str) -> Programme:
     """Return a programme of this shape (K, N), the largest 1, at the highest level that keeps the limits."""
-    edge = max(max(abs(getattr(s.coefficients, d, 0.0)) for d in ("delta_u1", "delta_u2")) for s in model.sets)
-    level, least = limits.throttle, edge + 0.3
+    level, least = limits.throttle, max(model.edges) + 0.3
     while True:
         run = _dry(model, level * shape, period, level)
         worst = max(run.tilt / limits.tilt, run.depth / limits.depth, run.speed / limits.speed)

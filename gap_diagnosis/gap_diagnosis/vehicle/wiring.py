@@ -12,6 +12,9 @@ weighs axes against each other. Columns of K_t that agree cannot be told apart, 
 An IMU that is mounted at right angles to what is believed turns all columns at once, which takes many wires to explain.
 So each of its 24 mountings R (`mounting`) is tried, c_i <- R c_i. Each wrong wire costs `WIRING_MARGIN`, a turned IMU
 that of `TURNED_IMU` wires, and the cheapest is believed.
+
+A command that was far beyond its dead zone and moves the vehicle along no b_j, by a deviation that lies well below what
+others move it by, drives nothing: its thruster is dead, or its wire is cut.
 """
 
 from collections.abc import Sequence
@@ -34,6 +37,12 @@ from gap_diagnosis.vehicle.turns import read_with
 __all__ = ["Wiring", "wiring_of"]
 
 Array = NDArray[np.float64]
+_ANSWERS = 0.25
+"""Share of what a command moves in the middle, of those that are seen, below which three deviations say: nothing."""
+_BEYOND = (0.3, 0.5)
+"""[V] beyond its dead zone a command must have been, [s] for which, to be one that something should answer."""
+_STANDS = 0.1
+"""Share of the speed of other thrusters below which a tachometer says that a rotor stands."""
 _MEMORY = 0.5
 """[s] In which what is left of an acceleration follows itself. Set by reason."""
 
@@ -46,7 +55,8 @@ class Wiring:
         order: thruster that each command drives, as cheapest; signs: +1 or -1.
         margin: cost of the stated wiring above that of the cheapest, in chi squared.
         verdict: as_stated, wrong or cannot_tell.
-        silent: commands that move nothing that is seen, or that were never used.
+        silent: commands that move nothing that is seen, or that were never used; dead: those of them that surely move
+            nothing.
         alike: groups of thrusters whose columns agree in direction.
         delay: of the motion behind the commands [s]; of which the rotors take their part.
         dead_band: of each command [V], NaN where it is not seen.
@@ -59,6 +69,7 @@ class Wiring:
     margin: float
     verdict: str
     silent: tuple[int, ...]
+    dead: tuple[int, ...]
     alike: tuple[tuple[int, ...], ...]
     delay: float
     dead_band: tuple[float, ...]
@@ -70,17 +81,21 @@ class Wiring:
         """Return it for diagnosis.json."""
         return {
             "verdict": self.verdict, "order": list(self.order), "signs": list(self.signs), "margin": self.margin,
-            "silent": list(self.silent), "alike": [list(g) for g in self.alike], "delay": self.delay,
+            "silent": list(self.silent), "dead": list(self.dead), "alike": [list(g) for g in self.alike],
+            "delay": self.delay,
             "dead_band": [None if not np.isfinite(d) else d for d in self.dead_band],
         }  # fmt: skip
 
 
-def wiring_of(logs: Sequence[VehicleLog], K_t: Array, mass: Array) -> Wiring:
+def wiring_of(
+    logs: Sequence[VehicleLog], K_t: Array, mass: Array, edges: Sequence[float] | None = None
+) -> Wiring:  # fmt: skip
     """Return what commands do in these recordings.
 
     Args:
         logs: recordings.
         K_t: (6, N) as the set states it; mass: M (6, 6), whose accuracy hardly matters.
+        edges: of the dead zone of each thruster (N,) [V]; None: not known, and no thruster is called dead.
     """
     N = K_t.shape[1]
     used = np.sqrt(np.mean([log.throttles.var(axis=0) for log in logs], axis=0)) > LEAST_EXCITATION
@@ -99,10 +114,16 @@ def wiring_of(logs: Sequence[VehicleLog], K_t: Array, mass: Array) -> Wiring:
     found, gain = tried[k], prices[0] - prices[k]
     verdict, order, signs = _verdict(found, _alike(b))
     silent = tuple(i for i in range(N) if not found.seen[i])
+    nothing = _moves_nothing(_turned(columns, ways[k]), _turned(variances, np.abs(ways[k])), b, found.seen)
+    dead = tuple(i for i in silent if used[i] and edges is not None and nothing[i] and _was_beyond(logs, i, edges[i]))
     return Wiring(
-        order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, alike=_alike(b), delay=best[2],
+        order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, dead=dead, alike=_alike(b),
+        delay=best[2],
         dead_band=tuple(best[3] if found.seen[i] else float("nan") for i in range(N)), mounting=ways[k], gain=gain,
-        sentences=_sentences(verdict, order, signs, silent, _alike(b), used),
+        sentences=(
+            *(_dead_words(logs, i) for i in dead),
+            *_sentences(verdict, order, signs, tuple(i for i in silent if i not in dead), _alike(b), used),
+        ),
     )  # fmt: skip
 
 
@@ -154,6 +175,49 @@ def _assigned(columns: Array, variances: Array, b: Array, used: NDArray[np.bool_
             cost[i, j] = float((c - a * d) @ inverse @ (c - a * d)) if seen[i] else 0.0
     _, order = linear_sum_assignment(cost + 1e-6 * (1.0 - np.eye(N)))
     return _Assigned(cost, sign, seen, order)
+
+
+def _moves_nothing(columns: Array, variances: Array, b: Array, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return which commands (N,) move the vehicle along no thruster's direction b (6, N); see the module."""
+    N = b.shape[1]
+    most, along = np.full(N, np.inf), np.zeros(N)
+    for i in range(N):
+        good = np.isfinite(columns[:, i])
+        weighted = b[good] / variances[good, i][:, None]
+        size = np.einsum("aj,aj->j", b[good], weighted)
+        if good.any() and size.min() > 0.0:
+            moves = np.abs(columns[good, i] @ weighted) / size
+            most[i], along[i] = float((moves + 3.0 / np.sqrt(size)).max()), float(moves.max())
+    if np.count_nonzero(seen) < 2:
+        return np.zeros(N, dtype=bool)
+    return np.asarray(~seen & (most < _ANSWERS * float(np.median(along[seen]))))
+
+
+def _was_beyond(logs: Sequence[VehicleLog], i: int, edge: float) -> bool:
+    """Tell whether a thruster was commanded far enough beyond its dead zone for long enough."""
+    beyond, least = _BEYOND
+    time = sum(np.count_nonzero(np.abs(log.throttles[:, i]) > edge + beyond) * log.period for log in logs)
+    return bool(time >= least)
+
+
+def _dead_words(logs: Sequence[VehicleLog], i: int) -> str:
+    """Return what is said of a thruster that moves nothing, with what its tachometer says."""
+    largest = max(float(np.abs(log.throttles[:, i]).max()) for log in logs)
+    says = f"Thruster {i} was commanded up to {largest:.2g} V and moves nothing"
+    turns = np.array([_speed_when_driven(logs, j) for j in range(logs[0].thrusters)])
+    if not np.isfinite(turns[i]):
+        return f"{says}: it is dead, or its wire is cut."
+    if turns[i] < _STANDS * np.nanmedian(turns):
+        return f"{says}; its tachometer says that it stands still: it is dead, or its wire is cut."
+    return f"{says}, though its tachometer says that it turns: its propeller is lost, or gives no thrust."
+
+
+def _speed_when_driven(logs: Sequence[VehicleLog], i: int) -> float:
+    """Return the middle speed of a rotor [rad/s] under commands beyond half its largest; NaN: nothing tells it."""
+    u = np.abs(np.concatenate([log.throttles[:, i] for log in logs]))
+    n = np.abs(np.concatenate([log.speeds[:, i] for log in logs]))
+    told = n[(u > 0.5 * u.max()) & np.isfinite(n)]
+    return float(np.median(told)) if told.size else float("nan")
 
 
 def _turned(rows: Array, R: Array) -> Array:

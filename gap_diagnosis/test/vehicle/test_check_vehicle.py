@@ -118,6 +118,15 @@ def test_recordings_with_fewer_throttles_than_the_set_has_thrusters_are_asked_ab
     assert told(found, "note")["throttles"] == asked and not told(found, "refused")
 
 
+def test_a_thruster_that_answers_none_of_its_pulses_is_named_and_one_that_was_not_to_is_not(tmp_path: Path) -> None:
+    stopped: Any = (("thruster_failure", {"thruster": 1, "kind": "stopped"}, {}),)
+    found = check_vehicle([dive(tmp_path / "stopped", effects=stopped, duration=60.0)], MODEL)
+    says = told(found, "note")["wiring"]
+    assert says.startswith("Thruster 1 was commanded up to ") and "`pulses`" not in says
+    assert says.endswith("its tachometer says that it stands still: it is dead, or its wire is cut.")
+    assert "wiring" not in told(check_vehicle([dive(tmp_path / "sound", duration=60.0)], MODEL), "note")
+
+
 def test_a_wrong_wire_and_an_imu_upside_down_are_notes(tmp_path: Path) -> None:
     def turned(topic: Topic) -> Topic:
         if topic.name != "rov/imu":

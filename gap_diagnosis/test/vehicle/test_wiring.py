@@ -86,6 +86,41 @@ def test_a_thruster_that_is_never_commanded_is_said_to_be_unknown() -> None:
     assert any("never commanded" in s for s in found.sentences)
 
 
+def with_dead(i: int, level: float, speeds: float) -> VehicleLog:
+    """Return a log in which one thruster is commanded up to `level` [V], nothing answers, and its tachometer reads
+    `speeds` [rad/s]; the others turn at 80."""
+    log = driven(VEHICLE.configuration, range(6), [1.0] * 6, unused=[i])
+    throttles, told = log.throttles.copy(), np.full(log.speeds.shape, 80.0)
+    throttles[:, i] = np.repeat(np.random.default_rng(9).uniform(-level, level, len(throttles) // 25), 25)
+    told[:, i] = speeds
+    return replace(log, commands=held(throttles), speeds=told)
+
+
+@pytest.mark.parametrize(
+    ("speeds", "says"),
+    [
+        (0.0, "moves nothing; its tachometer says that it stands still: it is dead, or its wire is cut."),
+        (np.nan, "moves nothing: it is dead, or its wire is cut."),
+        (60.0, "moves nothing, though its tachometer says that it turns: its propeller is lost, or gives no thrust."),
+    ],
+)
+def test_a_thruster_that_answers_no_command_is_called_dead(speeds: float, says: str) -> None:
+    found = wiring_of([with_dead(3, 2.0, speeds)], VEHICLE.configuration, MASS, [0.5] * 6)
+    assert found.dead == (3,) and found.sentences == (f"Thruster 3 was commanded up to 2 V and {says}",)
+
+
+def test_no_thruster_is_called_dead_that_was_commanded_within_its_dead_zone_or_among_noise() -> None:
+    weak = with_dead(3, 0.7, 0.0)
+    assert wiring_of([weak], VEHICLE.configuration, MASS, [0.5] * 6).dead == ()
+    log = with_dead(3, 2.0, 0.0)
+    noise = np.random.default_rng(6).normal(size=log.told.shape) * np.repeat((0.5, 3.0, 0.0), (6, 3, 4))
+    found = wiring_of([replace(log, told=log.told + noise)], VEHICLE.configuration, MASS, [0.5] * 6)
+    assert found.dead == () and 3 in found.silent
+    for seed in range(4):
+        sound = driven(VEHICLE.configuration, range(6), [1.0] * 6, seed=seed)
+        assert wiring_of([sound], VEHICLE.configuration, MASS, [0.5] * 6).dead == ()
+
+
 def test_without_an_attitude_the_gyro_alone_tells_a_wrong_wire() -> None:
     blind = replace(driven(VEHICLE.configuration, range(6), [1.0] * 6), attitude=np.full((1500, 4), np.nan))
     found = wiring_of([blind], VEHICLE.configuration, MASS)
