@@ -7,7 +7,8 @@ as uncertain as ever), the distance that is left once b has been re-tuned to fir
     D^2 = min over z of |y_a - y_b - S_b z|^2 + z' P_b^-1 z = d'd - d'J (I + J'J)^-1 J'd,   d = y_a - y_b, J J' = S P S'
 
 in standard deviations; of the two ways round the smaller counts. The programme chosen has the largest smallest
-distance (max-min); pairs that no programme separates do not count.
+distance (max-min); pairs that no programme separates do not count. Twins, which act alike by what they are, are no pair
+for any programme, whatever their distance where one of them is at the end of its range.
 """
 
 from collections.abc import Mapping, Sequence
@@ -88,12 +89,16 @@ def design(
     rivals, pairs = rivals_of(found)
     if not pairs or found.investigation is None:
         return None
+    twins = tuple(
+        inseparable_in_words(rivals[i].keys, rivals[k].keys) for i, k in pairs if rivals[i].is_twin_of(rivals[k])
+    )
+    pairs = [(i, k) for i, k in pairs if not rivals[i].is_twin_of(rivals[k])]
     noise = {name: found.investigation.noise.level(name) for name in found.investigation.noise.levels.sensors}
     with threadpool_limits(1):  # the matrices are tall and thin: threads only wait for each other
         apart_now = {(i, k): _distance_now(rivals[i], rivals[k], found.investigation.noise) for i, k in pairs}
         pairs = [pair for pair in pairs if apart_now[pair] < SURE]
         if not pairs:
-            return None
+            return _only_twins(twins, seed, count) if twins else None
         now = [apart_now[pair] for pair in pairs]
         chosen, apart = _chosen(programmes(limits, count=count, seed=seed), rivals, pairs, noise)
     names = [(rivals[i].name, rivals[k].name) for i, k in pairs]
@@ -102,7 +107,7 @@ def design(
         Separation(candidates=names[place], distance=float(apart[chosen[0], place]), distance_now=now[place])
         for place in np.flatnonzero(separable)
     )
-    inseparable = tuple(
+    inseparable = twins + tuple(
         inseparable_in_words(rivals[i].keys, rivals[k].keys)
         for (i, k), possible in zip(pairs, separable, strict=True)
         if not possible
@@ -116,6 +121,14 @@ def design(
         seed=seed,
         count=count,
     )
+
+
+def _only_twins(sentences: tuple[str, ...], seed: int, count: int) -> NextExperiment:
+    """Return that there is no programme, as only twins are left, and what would tell them apart."""
+    return NextExperiment(
+        programme=None, separates=(), inseparable=sentences, sentence=as_sentence(None, [], sentences), seed=seed,
+        count=count,
+    )  # fmt: skip
 
 
 def _chosen(

@@ -53,6 +53,13 @@ class Rival:
         """For readers."""
         return " + ".join(self.keys) or NONE
 
+    def is_twin_of(self, other: "Rival") -> bool:
+        """Tell whether both differ by one effect each, of which one is declared to do what the other does."""
+        own, others = ([key for key in a.keys if key not in b.keys] for a, b in ((self, other), (other, self)))
+        if len(own) != 1 or len(others) != 1:
+            return False
+        return any(b in LIBRARY[a.split(":")[0]].twins for a, b in ((own[0], others[0]), (others[0], own[0])))
+
     def imitates(self, other: "Rival") -> bool:
         """Tell whether this one can pass for another one, re-tuned; not where it holds all of the other and more."""
         return not set(other.keys) < set(self.keys)

@@ -126,6 +126,17 @@ def test_exact_twins_are_called_inseparable_with_the_measurement_that_would_sett
     assert {"command_delay", "log_alignment:throttle"} not in [set(s.candidates) for s in proposed.separates]
 
 
+def test_twins_stay_inseparable_where_one_of_them_ends_at_its_range():
+    late = recorded({"command_delay": {"time": 0.15}}, "late", SLOW, 2)
+    found = diagnose([late], HL, excluded=all_but("command_delay", "log_alignment"))
+    assert [(claim.effect, claim.alike) for claim in found.verdict.claims] == [
+        ("command_delay", ("log_alignment:throttle",))
+    ]
+    proposed = design(found, **LIMITS, count=18)
+    assert proposed is not None and not proposed.separates and proposed.programme is None
+    assert proposed.sentence.startswith("No throttle experiment tells command_delay from log_alignment:throttle")
+
+
 def test_where_an_idle_run_shows_nothing_the_experiment_shows_effects_that_it_would_not_have(poor):
     flat = recorded({}, "flat", np.full(500, 1.6), 4)
     found = diagnose([flat], HL, excluded=all_but("dead_zone_shift", "tach_lag", "thrust_asymmetry"))

@@ -61,7 +61,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     for path in paths:
         print(path)
     if given.experiment and found.proposed is None:
-        text = "note: no next experiment: nothing is left to be told apart or shown, or no programme keeps the limits"
+        left = "nothing is left to be told apart or shown, or no programme within the limits adds anything"
+        text = f"note: no next experiment: {left}"
         print(text, file=sys.stderr)
     return 0
 

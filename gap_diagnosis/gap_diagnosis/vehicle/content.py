@@ -221,17 +221,24 @@ def _next(verdict: Verdict, conventions: Conventions | None) -> dict[str, Any] |
 
 def _proposed(proposed: NextExperiment) -> dict[str, Any]:
     programme = proposed.programme
-    apart = [s for s in proposed.separates if s.then >= rules.TOLD_APART > s.now]
-    told = f"it tells {len(apart)} of {len(proposed.separates)} pairs apart" if proposed.separates else ""
-    shown = f"it leaves {proposed.hidden_then} effects in the dark, of {proposed.hidden_now} now"
+    apart, pairs = sum(s.told for s in proposed.separates), len(proposed.separates)
+    told = f"it tells {apart} of {pairs} pairs apart"
+    most = max((s.added for s in proposed.separates), default=0.0)
+    if most == 0.0:
+        told = "it tells no pair apart" if pairs else ""
+    elif not apart:
+        times = int(np.ceil((rules.TOLD_APART / most) ** 2))
+        told = f"it adds {most:.1f} of the {rules.TOLD_APART:g} σ that tell a pair apart: played {times} times it does"
+    now, then = proposed.hidden_now, proposed.hidden_then
+    shown = f"of {now} effects that could not be shown at any size it leaves {then}" if now else ""
     return {
         "kind": programme.words,
-        "why": f"{told}; {shown}" if told else shown,
+        "why": "; ".join(filter(None, (told, shown))),
         "file": PROGRAMME,
         "separates": [
             {
                 "candidates": [place_of(s.first), place_of(s.second)], "distance": round(s.then, 2),
-                "distance_now": round(s.now, 2),
+                "distance_now": round(s.now, 2), "added": round(s.added, 2),
             }
             for s in proposed.separates
         ],

@@ -6,7 +6,12 @@ the columns of a rival are projected out, and x its size in its deviations,
 
     d^2 = x^T S x
 
-is the distance of the two. From d = 5 on they are told apart.
+is the distance of the two. It says what recordings should tell by their noise. Pairs that are asked about are those
+that the recordings at hand did not decide, whatever their distance there. So what counts is what a programme adds,
+
+    d_added^2 = d_both^2 - d_now^2
+
+and from d_added = 5 on it tells the two apart.
 """
 
 from collections.abc import Sequence
@@ -37,6 +42,10 @@ _PULSES = (1.0, 0.5, 0.25)
 """[s] Tried until one keeps the limits: the longest tells most."""
 
 
+_HELPS = 2.0
+"""Deviations that a programme must add to a pair, to be worth a dive: by chance 1 in 20."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class Separation:
     """Two hypotheses and their distance, by the recordings at hand and with the programme's beside them."""
@@ -45,6 +54,16 @@ class Separation:
     second: Hypothesis
     now: float
     then: float
+
+    @property
+    def added(self) -> float:
+        """What the programme adds to their distance, see the module."""
+        return max(self.then**2 - self.now**2, 0.0) ** 0.5
+
+    @property
+    def told(self) -> bool:
+        """Whether the programme tells them apart."""
+        return self.added >= rules.TOLD_APART
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,14 +75,19 @@ class NextExperiment:
     hidden_now: int
     hidden_then: int
 
+    @property
+    def helps(self) -> bool:
+        """Whether it brings two candidates apart by more than chance, or shows what was hidden."""
+        return self.hidden_then < self.hidden_now or any(s.added >= _HELPS for s in self.separates)
+
 
 def next_experiment(
     found: Found, verdict: Verdict, logs: Sequence[VehicleLog], limits: Limits
 ) -> NextExperiment | None:  # fmt: skip
-    """Return the best programme within limits; None where none is within them, or nothing is left to be settled.
+    """Return the best programme within limits; None where none is within them or helps, or nothing is to be settled.
 
-    Best is the one whose least separation is largest, of programmes that are equal there (5 and more is enough) the
-    one that leaves least hidden.
+    Best is the one that adds most to the pair to which it adds least, of programmes that are equal there (5 and more
+    is enough) the one that leaves least hidden.
     """
     last = found.stages[-1]
     model = last.screen.model
@@ -87,11 +111,11 @@ def next_experiment(
         judged.append(
             NextExperiment(programme=programme, separates=separates, hidden_now=hidden_now, hidden_then=_hidden(both))
         )
-    return max(judged, key=_worth, default=None)
+    return max((each for each in judged if each.helps), key=_worth, default=None)
 
 
 def _worth(each: NextExperiment) -> tuple[float, int, float]:
-    least = min((min(s.then, rules.TOLD_APART) for s in each.separates), default=0.0)
+    least = min((min(s.added, rules.TOLD_APART) for s in each.separates), default=0.0)
     return least, -each.hidden_then, -each.programme.duration
 
 

@@ -8,6 +8,7 @@ import plotly.graph_objects as go
 
 from gap_diagnosis.vehicle.how_far import FORESEEN, Errors
 from gap_diagnosis.vehicle.hypotheses import sized
+from gap_diagnosis.vehicle.rules import TOLD_APART
 from run_bag.report import Axis, Bars, Column, Plot, Report, bars
 from thruster_model.vehicle_set import VehicleSet
 
@@ -144,13 +145,14 @@ def _add_next(report: Report, planned: dict[str, Any]) -> None:
     )
     if planned["separates"]:
         report.table(
-            ["candidates", Column(name="distance with it", unit="σ", format=".1f"),
+            ["candidates", Column(name="distance that it adds", unit="σ", format=".1f"),
              Column(name="in these recordings", unit="σ", format=".1f")],
             [
-                [" against ".join(c["words"] for c in each["candidates"]), each["distance"], each["distance_now"]]
+                [" against ".join(c["words"] for c in each["candidates"]), each["added"], each["distance_now"]]
                 for each in planned["separates"]
             ],
-            caption="How far apart candidates are, numbers re-tuned; from 5 σ they are told apart.",
+            caption=f"How far apart candidates are, parameters re-tuned. From {TOLD_APART:g} σ that it adds, a "
+            "programme tells them apart. What these recordings should tell by their noise did not decide.",
         )  # fmt: skip
 
 

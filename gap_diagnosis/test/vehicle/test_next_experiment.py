@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
+from gap_diagnosis.vehicle.content import _proposed
 from gap_diagnosis.vehicle.diagnosis_io import Diagnosed, diagnosed, load_model, written
 from gap_diagnosis.vehicle.filtering import foreseen
 from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.log_io import read_logs
-from gap_diagnosis.vehicle.programmes import Limits
+from gap_diagnosis.vehicle.next_experiment import NextExperiment, Separation
+from gap_diagnosis.vehicle.programmes import DryRun, Limits, Programme
 from run_bag import read_run, write_run
 
 TRIED = ("thrust_loss", "thrust_asymmetry")
@@ -56,6 +58,30 @@ def told(logs: list[VehicleLog], limits: Limits | None = None, how_far: bool = F
         return h.effect in TRIED and h.thruster is not None
 
     return diagnosed(MODEL, logs, {"runs": ["foreseen"]}, only=few, how_far=how_far, experiment=limits)
+
+
+def planned(now: float, then: float, hidden_then: int = 3) -> NextExperiment:
+    """Return a proposal about one pair, with 3 effects that these recordings hide."""
+    loss, asymmetry = (
+        next(h for h in hypotheses(MODEL, {}) if (h.effect, h.thruster) == (effect, 2)) for effect in TRIED
+    )
+    programme = Programme(
+        words="a sweep of surge", throttles=np.zeros((25, 6)), period=0.04,
+        dry_run=DryRun(tilt=0.1, depth=0.1, speed=0.1, level=2.0),
+    )  # fmt: skip
+    pair = Separation(first=loss, second=asymmetry, now=now, then=then)
+    return NextExperiment(programme=programme, separates=(pair,), hidden_now=3, hidden_then=hidden_then)
+
+
+def test_what_tells_a_pair_apart_is_what_a_programme_adds_to_recordings_that_did_not() -> None:
+    little, much, some = planned(6.9, 7.1), planned(6.9, 9.0), planned(6.9, 7.5)
+    assert little.separates[0].added == pytest.approx((7.1**2 - 6.9**2) ** 0.5)
+    assert not little.helps and planned(6.9, 7.1, hidden_then=1).helps, "it is not proposed for 1.7 sigma"
+    assert _proposed(much)["why"].startswith("it tells 1 of 1 pairs apart; ")
+    says = _proposed(some)["why"]
+    assert says.startswith("it adds 2.9 of the 5 σ that tell a pair apart: played 3 times it does; ")
+    assert says.endswith("of 3 effects that could not be shown at any size it leaves 3")
+    assert _proposed(some)["separates"][0]["added"] == 2.94
 
 
 @pytest.mark.long
