@@ -1,12 +1,14 @@
 """Which vehicle a command is about: the same arguments for all of them."""
 
 import argparse
+from collections.abc import Callable
+from math import nan
 from pathlib import Path
 
 from gap_diagnosis.vehicle import rules
 from thruster_model.vehicle_set_io import available_vehicles
 
-__all__ = ["add_longest", "add_sets"]
+__all__ = ["add_longest", "add_sets", "between"]
 
 
 def add_sets(parser: argparse.ArgumentParser) -> None:
@@ -16,6 +18,21 @@ def add_sets(parser: argparse.ArgumentParser) -> None:
     text = "set of its thrusters, not of the vehicle; seldom needed, as the vehicle's set names it"
     parser.add_argument("--set", "--model", dest="set", metavar="THRUSTERS", help=text)
     parser.add_argument("--sensors", type=Path, help="its sensors and battery, a YAML file: see docs/own_dive.md")
+
+
+def between(lower: float, upper: float) -> Callable[[str], float]:
+    """Return the type of an argument that is a number from `lower` to `upper`."""
+
+    def number(text: str) -> float:
+        try:
+            value = float(text)
+        except ValueError:
+            value = nan
+        if not lower <= value <= upper:
+            raise argparse.ArgumentTypeError(f"expected {lower:g} to {upper:g}; found {text}")
+        return value
+
+    return number
 
 
 def add_longest(parser: argparse.ArgumentParser) -> None:

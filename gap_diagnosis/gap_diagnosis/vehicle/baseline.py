@@ -7,7 +7,7 @@ from gap_diagnosis.vehicle.conventions import Conventions, conventions_of
 from gap_diagnosis.vehicle.fit import far_off, numbers_of
 from gap_diagnosis.vehicle.gains import Noises
 from gap_diagnosis.vehicle.learning import learned_from
-from gap_diagnosis.vehicle.log import VehicleLog, told_in
+from gap_diagnosis.vehicle.log import VehicleLog, told_in, wanting
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.settling import settled
@@ -35,7 +35,13 @@ class Baseline:
 
 
 def baseline(model: Model, logs: Sequence[VehicleLog]) -> Baseline:
-    """Return what these recordings of the healthy vehicle teach."""
+    """Return what these recordings of the healthy vehicle teach.
+
+    Raises:
+        ValueError: they are too short, or nothing moves in them.
+    """
+    if lacking := wanting(logs):
+        raise ValueError(f"baseline: {lacking}")
     conventions = conventions_of(model, logs)
     logs = [conventions.read(log) for log in logs]
     used, _ = stretches_of(logs)

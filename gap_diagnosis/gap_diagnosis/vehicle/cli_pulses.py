@@ -5,9 +5,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.vehicle.arguments_io import add_sets
+from gap_diagnosis.vehicle.arguments_io import add_sets, between
 from gap_diagnosis.vehicle.diagnosis_io import load_model
-from gap_diagnosis.vehicle.programmes import pulses
+from gap_diagnosis.vehicle.programmes import PULSES, pulses
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of, told, write_programme
 from run_bag import RunError
 from run_bag.command_line import user_arguments
@@ -24,7 +24,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--out", type=Path, help="new folder: a run with the throttles, to be played; without: dry run only"
     )
     add_limits(parser)
-    parser.add_argument("--pulse", type=float, default=1.0, help="length of a pulse [s] (default %(default)s)")
+    text = "length of a pulse [s] (default %(default)s)"
+    parser.add_argument("--pulse", type=between(*PULSES), default=1.0, help=text)
     given = parser.parse_args(user_arguments(arguments))
     try:
         model = load_model(given.vehicle, given.set, given.sensors)

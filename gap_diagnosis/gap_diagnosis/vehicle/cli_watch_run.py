@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.arguments_io import add_sets
+from gap_diagnosis.vehicle.arguments_io import add_sets, between
 from gap_diagnosis.vehicle.baseline import baseline
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.false_alarms import stated_rate
@@ -28,7 +28,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--baseline", type=Path, nargs="+", required=True, metavar="RUN", help="runs of the healthy vehicle"
     )
     parser.add_argument(
-        "--threshold", type=float, default=rules.WATCH_THRESHOLD,
+        "--threshold", type=between(*rules.WATCH_THRESHOLDS), default=rules.WATCH_THRESHOLD,
         help="log likelihood ratio that is an alarm; watch_rate tells how many are false (default %(default)s)",
     )  # fmt: skip
     given = parser.parse_args(user_arguments(arguments))

@@ -18,9 +18,11 @@ from rov_sim.vehicle.effects.body_axes import BODY_AXES
 from rov_sim.vehicle.plant import simulate
 from rov_sim.vehicle.truth import at_rest
 
-__all__ = ["DryRun", "Limits", "Programme", "pulses", "sweeps"]
+__all__ = ["PULSES", "DryRun", "Limits", "Programme", "pulses", "sweeps"]
 
 Array = NDArray[np.float64]
+PULSES = (0.2, 30.0)
+"""[s] Between which a pulse may last: a rotor needs a tenth of a second."""
 _SWEPT = (0.1, 0.8)
 """[1/s] From where the body follows to where its inertia holds it."""
 _REACHED = 0.5
@@ -74,7 +76,7 @@ def pulses(
         period: of the commands [s].
 
     Raises:
-        ValueError: even the smallest pulses, half a volt beyond the dead zone, leave the limits.
+        ValueError: even the smallest pulses, 0.3 V beyond the dead zone, leave the limits, or are beyond them.
     """
     on, off = round(pulse / period), round(rest / period)
     rows = [np.zeros((off, model.thrusters))]
@@ -134,6 +136,8 @@ def _alone(model: Model) -> Mapping[str, Array]:
 def _within(model: Model, words: str, shape: Array, limits: Limits, period: float, advice: str) -> Programme:
     """Return a programme of this shape (K, N), the largest 1, at the highest level that keeps the limits."""
     level, least = limits.throttle, max(model.edges) + 0.3
+    if level < least:
+        raise ValueError(f"largest throttle: expected {least:.2g} V or more, beyond the dead zones; found {level:.2g}")
     while True:
         run = _dry(model, level * shape, period, level)
         worst = max(run.tilt / limits.tilt, run.depth / limits.depth, run.speed / limits.speed)

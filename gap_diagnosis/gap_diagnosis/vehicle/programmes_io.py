@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from gap_diagnosis.vehicle.arguments_io import between
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.programmes import Limits, Programme
 from run_bag import Topic, write_run
@@ -15,14 +16,19 @@ __all__ = ["TABLE", "add_limits", "limits_of", "told", "write_programme"]
 TABLE = "throttles.csv"
 """Columns time_s and thruster_0_V to the last: a command holds until the next one."""
 
+_LIMITS = {
+    "throttle": (100.0, "largest [V]"), "tilt": (1.5, "largest [rad]"), "depth": (100.0, "largest change [m]"),
+    "speed": (10.0, "largest [m/s]"),
+}  # fmt: skip
+"""Each with the most that it may be, and what it is."""
+
 
 def add_limits(parser: argparse._ActionsContainer) -> None:
     """Add the limits that a programme keeps to the arguments of a command."""
     usual = Limits()
-    parser.add_argument("--throttle", type=float, default=usual.throttle, help="largest [V] (default %(default)s)")
-    parser.add_argument("--tilt", type=float, default=usual.tilt, help="largest [rad] (default %(default)s)")
-    parser.add_argument("--depth", type=float, default=usual.depth, help="largest change [m] (default %(default)s)")
-    parser.add_argument("--speed", type=float, default=usual.speed, help="largest [m/s] (default %(default)s)")
+    for name, (most, what) in _LIMITS.items():
+        text = f"{what} (default %(default)s)"
+        parser.add_argument(f"--{name}", type=between(0.001, most), default=getattr(usual, name), help=text)
 
 
 def limits_of(given: argparse.Namespace) -> Limits:

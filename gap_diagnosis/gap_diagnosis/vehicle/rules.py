@@ -129,6 +129,8 @@ PULSE_MARGIN = 1.25
 WATCH_THRESHOLD = 45.0
 """Log likelihood ratio at which the watch speaks: three seconds of the most that one may add. By Wald 14 would do for
 10 h if the model were right. The highest of 60 healthy minutes of two tuning vehicles with good sensors was 30."""
+WATCH_THRESHOLDS = (1.0, 1e6)
+"""Between which a threshold may be set."""
 WATCH_FORGET = 0.5
 """[1/s] by which a sum of log ratios falls beside what the data say: small misfit must not add up."""
 WATCH_MOST = 15.0

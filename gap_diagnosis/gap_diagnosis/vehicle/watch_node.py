@@ -48,8 +48,8 @@ PARAMETERS = (
         name="threshold",
         default=rules.WATCH_THRESHOLD,
         unit="1",
-        lower=1.0,
-        upper=1e6,
+        lower=rules.WATCH_THRESHOLDS[0],
+        upper=rules.WATCH_THRESHOLDS[1],
         description="log likelihood ratio that is an alarm; watch_rate finds it for a rate of false alarms",
     ),
     Parameter(name="report_failures", default=False, description="whether rov/thruster_failure is published"),
@@ -79,6 +79,8 @@ class VehicleWatch(Node):
         """Refuse wrong parameters, learn from the baseline, then watch; `options` are those of Node."""
         super().__init__("watch", **options)
         values = declare(self, PARAMETERS)
+        if not values["baseline"]:
+            raise StartRefused("parameter baseline: expected a run of the healthy vehicle; found none")
         try:
             model = load_model(values["vehicle"], values["model"] or None)
             healthy, model = read_logs([Path(values["baseline"])], model)

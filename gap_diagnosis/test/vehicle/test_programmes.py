@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gap_diagnosis.vehicle.cli_pulses import main
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.programmes import Limits, pulses, sweeps
 from gap_diagnosis.vehicle.programmes_io import TABLE, write_programme
@@ -47,3 +48,29 @@ def test_sweeps_move_one_axis_each_and_keep_the_limits() -> None:
         run = each.dry_run
         assert run.level <= 2.5 and run.tilt < 0.4 and run.depth < 0.5 and run.speed < 0.5
         assert np.abs(each.throttles).max() == pytest.approx(run.level, rel=1e-2)
+
+
+@pytest.mark.parametrize(
+    ("option", "given", "expected"),
+    [
+        ("--pulse", "-1", "0.2 to 30"),
+        ("--pulse", "nan", "0.2 to 30"),
+        ("--pulse", "0", "0.2 to 30"),
+        ("--pulse", "long", "0.2 to 30"),
+        ("--throttle", "-2", "0.001 to 100"),
+        ("--tilt", "inf", "0.001 to 1.5"),
+        ("--depth", "0", "0.001 to 100"),
+        ("--speed", "-0.1", "0.001 to 10"),
+    ],
+)
+def test_what_is_no_length_or_no_limit_is_refused(
+    option: str, given: str, expected: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["--vehicle", "ngs", f"{option}={given}"])
+    assert f"argument {option}: expected {expected}; found {given}" in capsys.readouterr().err
+
+
+def test_a_throttle_within_the_dead_zone_moves_nothing_and_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["--vehicle", "ngs", "--throttle", "0.3"]) == 1
+    assert "largest throttle: expected 1.2 V or more, beyond the dead zones; found 0.3" in capsys.readouterr().err

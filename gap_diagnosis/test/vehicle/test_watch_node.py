@@ -22,6 +22,7 @@ from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.watch_node import VehicleWatch
 from gap_diagnosis.vehicle.watching import Alarm
 from thruster_msgs.msg import Throttle, ThrusterFailure
+from thruster_runtime.errors import StartRefused
 from thruster_runtime.executors import spin_until
 from thruster_runtime.qos import RELIABLE
 from thruster_runtime.stamps import nanoseconds
@@ -114,7 +115,13 @@ def scene(monkeypatch: pytest.MonkeyPatch, context: Context, spun: Callable[...,
     monkeypatch.setattr(watch_node, "read_logs", lambda _, model: ([], model))
     monkeypatch.setattr(watch_node, "baseline", lambda *_: SimpleNamespace(doubt=""))
     monkeypatch.setattr(watch_node, "Watch", Told)
-    return Scene(context, spun, report_failures=True)
+    return Scene(context, spun, report_failures=True, baseline="healthy")
+
+
+def test_without_a_baseline_it_does_not_start_and_says_why(context: Context) -> None:
+    given = [Parameter("vehicle", value="ngs")]
+    with pytest.raises(StartRefused, match="parameter baseline: expected a run of the healthy vehicle; found none"):
+        VehicleWatch(context=context, parameter_overrides=given)
 
 
 @pytest.mark.parametrize("apart", [0, 1_000_000])

@@ -125,3 +125,19 @@ def test_a_run_that_is_not_there_is_refused_in_a_sentence(
 ) -> None:
     assert main([str(tmp_path / "none"), "--vehicle", "ngs", "--baseline", str(dives["healthy"])]) == 1
     assert "none" in capsys.readouterr().err
+
+
+def test_a_threshold_that_is_none_is_refused_before_anything_is_read(capsys: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit):
+        main(["run", "--vehicle", "ngs", "--baseline", "healthy", "--threshold=-3"])
+    assert "argument --threshold: expected 1 to 1e+06; found -3" in capsys.readouterr().err
+
+
+def test_a_baseline_of_two_seconds_is_refused(
+    dives: dict[str, Path], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    model = load_model("ngs")
+    (topics,) = recorded(replace(WEAK, duration=2.0), model.vehicle, model.sets, model.sensors)
+    short = write_run(tmp_path / "short", topics)
+    assert main([str(dives["sound"]), "--vehicle", "ngs", "--baseline", str(short)]) == 1
+    assert "baseline: recordings: expected one of 10 s or more; the longest has 1.9 s" in capsys.readouterr().err
