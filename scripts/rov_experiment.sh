@@ -104,7 +104,10 @@ run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
     $lockstep && time=(-p use_sim_time:=true)
     local listed
     listed=$(ros2 run rov_sim rov_graph --out "$folder/nodes" --strategy "$strategy" --truth "$truth" --script "$script" \
-        --rate "$rate" --seed "$seed" --feedback "$feedback" "${options[@]}" "${given[@]}") || return 2
+        --rate "$rate" --seed "$seed" --feedback "$feedback" "${options[@]}" "${given[@]}") || {
+        rmdir "$folder/log" "$folder/nodes" "$folder" 2>/dev/null || true # nothing has begun: the name is free again
+        return 2
+    }
     mapfile -t nodes <<<"$listed"
     for line in "${nodes[@]}"; do
         node=${line%% *}
@@ -143,7 +146,7 @@ run_one() { # STRATEGY TRUTH FOLDER NAME: record FOLDER/NAME
     end_all
     if [ $status -ne 0 ]; then
         cat "$folder/log/watch.txt" >&2
-        printf '[experiment] %s on %s: failed; logs in %s\n' "$strategy" "$truth" "$folder/log" >&2
+        printf '[experiment] %s on %s: failed; logs in %s\n' "$strategy" "${truth:-its own thrusters}" "$folder/log" >&2
         return 1
     fi
 }

@@ -71,6 +71,21 @@ def ran(command: list[str], mark: str) -> Done:
 
 
 @pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        (["--fail", "T9 dead at 3 s"], "failures: expected thrusters 0 to 5; found 8: T9, of T1 to T6"),
+        (["--effects", "barnacles.size=1"], "barnacles"),
+        (["--watch", "no/such/run"], "watch: expected a run of the healthy vehicle; "),
+        (["--vehicle", "submarine"], "submarine"),
+    ],
+)
+def test_what_is_refused_starts_nothing_and_leaves_no_folder(tmp_path: Path, how: list[str], said: str) -> None:
+    done = dived(tmp_path / "short.yaml", tmp_path / "dive", how)
+    assert done.status != 0 and said in done.errors
+    assert len(done.errors.splitlines()) == 1 and not (tmp_path / "dive").exists()
+
+
+@pytest.mark.parametrize(
     "how",
     [
         pytest.param(["--composed"], id="composed", marks=pytest.mark.long),

@@ -8,11 +8,11 @@ import pytest
 
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.words import effects_of_words
+from rov_sim.vehicle.failure_words import parse_failures
 from rov_sim.vehicle.held_throttles import HeldThrottles
 from rov_sim.vehicle.live import Failing, FailureKind, Instant, LiveSettings, LiveVehicle, Losing
 from rov_sim.vehicle.noisy_odometry import OdometryNoise
 from rov_sim.vehicle.plant import VehicleSettings, simulate
-from rov_sim.vehicle.plant_parameters import parse_failures
 from rov_sim.vehicle.random_wrench import RandomWrench
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from thruster_model.parameter_set_io import load_parameter_set

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from math import isfinite, nan, radians
+from math import isfinite, radians
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,7 +11,8 @@ from rclpy.node import Node
 
 from rov_sim.vehicle.effects.active import sensing_with
 from rov_sim.vehicle.effects.words import effects_of_words
-from rov_sim.vehicle.live import LOSABLE, Failing, FailureKind, LiveSettings, Losing
+from rov_sim.vehicle.failure_words import parse_failures
+from rov_sim.vehicle.live import LiveSettings
 from rov_sim.vehicle.noisy_odometry import OdometryNoise
 from rov_sim.vehicle.random_wrench import RandomWrench
 from rov_sim.vehicle.sensors.coefficients import sensor_coefficients
@@ -24,7 +25,7 @@ from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 from thruster_runtime.parameters import Parameter, declare, refused
 
-__all__ = ["PARAMETERS", "PlantNodeSettings", "parse_failures", "settings_of"]
+__all__ = ["PARAMETERS", "PlantNodeSettings", "settings_of"]
 
 PARAMETERS = (
     Parameter(name="vehicle", default="ngs", description="the true vehicle: a vehicle set or YAML file"),
@@ -116,9 +117,6 @@ PARAMETERS = (
     ),
 )  # fmt: skip
 
-_FAILURE = re.compile(r"T(\d+)\s+(dead|weak|stuck)(?:\s+([\d.eE+-]+))?\s+at\s+([\d.eE+-]+)\s*s?", re.IGNORECASE)
-_LOSS = re.compile(rf"({'|'.join(LOSABLE)})\s+lost\s+at\s+(\d[\d.eE+-]*)\s*s?", re.IGNORECASE)
-
 
 class PlantNodeSettings(NamedTuple):
     """What the node is made of; participants and wires are names of topics, times in s of the wall's clock."""
@@ -133,32 +131,6 @@ class PlantNodeSettings(NamedTuple):
     settle: float
     timeout: float
     silence: float
-
-
-def parse_failures(text: str) -> tuple[tuple[Failing, ...], tuple[Losing, ...]]:
-    """Return the failures of thrusters and the losses of sensors that a text names; thrusters count from T1.
-
-    Raises:
-        ValueError: with each part of the text that names none.
-    """
-    found, lost, wrong = [], [], []
-    for part in filter(None, map(str.strip, text.split(";"))):
-        try:
-            if match := _LOSS.fullmatch(part):
-                lost.append(Losing(match[1].lower(), float(match[2])))
-                continue
-            match = _FAILURE.fullmatch(part)
-            if match is not None and int(match[1]) >= 1 and (match[2].lower() == "weak") == (match[3] is not None):
-                share = nan if match[3] is None else float(match[3])
-                found.append(Failing(int(match[1]) - 1, FailureKind[match[2].upper()], float(match[4]), share))
-                continue
-        except ValueError:  # a number that is none
-            pass
-        expected = "'T2 dead at 12 s', 'T1 weak 0.5 at 20 s' or 'velocity lost at 8 s'"
-        wrong.append(f"failures: expected such as {expected}; found {part!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
-    return tuple(found), tuple(lost)
 
 
 def settings_of(node: Node) -> PlantNodeSettings:
