@@ -1,6 +1,8 @@
 """Failures in a vehicle's run: when they began, when they were told, what the report says of it."""
 
+import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from rov_sim.vehicle.cli_score_vehicle import main
 from rov_sim.vehicle.live import FailureKind
 from rov_sim.vehicle.recording_io import read_vehicle
 from rov_sim.vehicle.run_failures_io import failures_of
+from rov_sim.vehicle.run_report_io import verdict
+from rov_sim.vehicle.scores import Score
 from run_bag import Topic, write_run
 from run_bag.known_topics import KNOWN_VEHICLE
 
@@ -33,6 +37,31 @@ def test_a_failure_is_what_was_hidden_beside_what_was_told(tmp_path: Path) -> No
     assert found.effectiveness == 0.52
     (silent,) = failures_of(read_vehicle(written(tmp_path / "silent", None)))
     assert silent.told == np.inf and silent.begun == pytest.approx(8.0)
+
+
+def test_verdict_terminal_and_scores_tell_of_each_failure(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    weak = "Thruster 1 (T2) was made to fail (weak 0.5) at 8.0 s; "
+    says = f"{weak}reported after 3.0 s as weak, 0.52 left."
+    silent = "The sensor velocity was made to fall silent at 3.0 s."
+    assert main([str(written(tmp_path / "told", 11.0)), "--out", str(tmp_path / "scores")]) == 0
+    printed = capsys.readouterr().out
+    assert says in printed and silent in printed
+    assert f"{says} {silent}" in (tmp_path / "scores" / "report.html").read_text("utf-8")
+    (run,) = json.loads((tmp_path / "scores" / "scores.json").read_text("utf-8"))["runs"]
+    assert run["silent"] == {"velocity": 3.0}
+    (failure,) = run["failures"]
+    assert (failure["thruster"], failure["kind"], failure["effectiveness"]) == (1, "weak", 0.52)
+    assert failure["told"] - failure["begun"] == pytest.approx(3.0)
+    assert main([str(written(tmp_path / "silent", None)), "--out", str(tmp_path / "other")]) == 0
+    assert f"{weak}never reported." in capsys.readouterr().out
+    (run,) = json.loads((tmp_path / "other" / "scores.json").read_text("utf-8"))["runs"]
+    assert run["failures"][0]["told"] is None
+
+
+def test_a_share_of_more_than_a_hundred_percent_is_written_out() -> None:
+    one = Score(rmse=1.53, set_point=1.0, normalised=1.53, largest=3.0, samples=9)
+    scores = SimpleNamespace(tracking={"surge": one._replace(normalised=0.054), "yaw": one})
+    assert "Surge follows best, RMSE 5.4 % of the mean set point; Yaw worst, 153 %" in verdict("run", scores)  # type: ignore[arg-type]
 
 
 def test_the_report_says_how_long_it_took_and_what_it_changed(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 from rov_sim.study.cli_progress import shown_progress
 from rov_sim.study.cli_running import version_here
 from rov_sim.vehicle.recording_io import read_vehicle
+from rov_sim.vehicle.run_failures_io import failures_in_words, failures_of, losses_of
 from rov_sim.vehicle.run_report_io import Scored, build_report
 from rov_sim.vehicle.run_scores_io import as_mapping, score_run
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
@@ -45,12 +46,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (RunError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
-    for name, _, scores in scored:
+    for name, recording, scores in scored:
         for each in DEGREES_OF_FREEDOM:
             one = scores.tracking.get(each.id)
             if one is not None and isfinite(one.normalised):
                 share = f"{100.0 * one.normalised:.1f} % of the mean |set point|"
                 print(f"{name:<20} {each.words:<11} RMSE {one.rmse:.4g} {each.unit}, {share}")
+        for sentence in failures_in_words(recording):
+            print(f"{name:<20} {sentence}")
     print((out / "report.html").resolve())
     return 0
 
@@ -68,7 +71,16 @@ def _names(runs: Sequence[Path]) -> list[str]:
 def _write(out: Path, scored: Sequence[Scored], about: dict[str, object]) -> None:
     """Write both files into a folder that gets its name when they are complete."""
     report = build_report(scored, about)
-    content = {**about, "runs": [{"name": name, **as_mapping(scores)} for name, _, scores in scored]}
+    runs = [
+        {
+            "name": name,
+            **as_mapping(scores),
+            "failures": [each.content() for each in failures_of(recording)],
+            "silent": losses_of(recording),
+        }
+        for name, recording, scores in scored
+    ]
+    content = {**about, "runs": runs}
     with new_folder(out) as partial:
         report.write(partial / "report.html")
         write_whole(partial / "scores.json", json.dumps(content, indent=1, allow_nan=False) + "\n")

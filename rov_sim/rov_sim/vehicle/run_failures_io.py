@@ -6,15 +6,16 @@ from math import inf, nan
 
 import numpy as np
 
-from rov_sim.vehicle.live import FailureKind
+from rov_sim.vehicle.live import LOSABLE, FailureKind
 from rov_sim.vehicle.recording_io import VehicleRecording, signal
 from rov_sim.vehicle.run_scores_io import RunScores, score_run
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
 from run_bag.report import Column, Report
 
-__all__ = ["ToldFailure", "add_failures", "failures_of"]
+__all__ = ["ToldFailure", "add_failures", "failures_in_words", "failures_of", "losses_of"]
 
 _BEGUN = re.compile(r"T(\d+)\s+(dead|weak|stuck)(?:\s+([\d.eE+-]+))?\s+at\s+([\d.eE+-]+)", re.IGNORECASE)
+_LOST = re.compile(rf"({'|'.join(LOSABLE)})\s+lost\s+at\s+([\d.eE+-]+)", re.IGNORECASE)
 _LEAST = 0.5  # s of a stretch that is scored
 
 
@@ -36,6 +37,22 @@ class ToldFailure:
     told: float
     kind: str
     effectiveness: float
+
+    @property
+    def words(self) -> str:
+        """It in a sentence."""
+        name = f"Thruster {self.thruster} (T{self.thruster + 1})"
+        told = f"as {self.kind}" if np.isnan(self.effectiveness) else f"as {self.kind}, {self.effectiveness:.2f} left"
+        if not self.hidden:
+            return f"{name} was reported at {self.told:.1f} s {told}."
+        fails = self.hidden.split(maxsplit=1)[1].rpartition(" at ")[0]
+        begun = f"{name} was made to fail ({fails}) at {self.begun:.1f} s"
+        after = "never reported" if np.isinf(self.told) else f"reported after {self.told - self.begun:.1f} s {told}"
+        return f"{begun}; {after}."
+
+    def content(self) -> dict[str, object]:
+        """Return it for scores.json; what is not known is None."""
+        return {name: None if value in (inf, "") or value != value else value for name, value in vars(self).items()}
 
 
 def failures_of(recording: VehicleRecording) -> list[ToldFailure]:
@@ -61,6 +78,18 @@ def failures_of(recording: VehicleRecording) -> list[ToldFailure]:
             )
         )
     return sorted(found, key=lambda each: min(each.told, each.begun if np.isfinite(each.begun) else inf))
+
+
+def losses_of(recording: VehicleRecording) -> dict[str, float]:
+    """Return the sensors that were made to fall silent, and when [s since the run's start]."""
+    about, start = str(recording.run.metadata.get("failures", "")), recording.motion.time[0]
+    return {m[1].lower(): float(start + float(m[2])) for m in _LOST.finditer(about)}
+
+
+def failures_in_words(recording: VehicleRecording) -> list[str]:
+    """Return a sentence for each failure of a thruster and for each sensor that was made to fall silent."""
+    silent = [f"The sensor {name} was made to fall silent at {at:.1f} s." for name, at in losses_of(recording).items()]
+    return [*(each.words for each in failures_of(recording)), *silent]
 
 
 def add_failures(report: Report, recording: VehicleRecording) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 
 from rov_sim.vehicle.path_plot_io import path_plot
 from rov_sim.vehicle.recording_io import VehicleRecording
-from rov_sim.vehicle.run_failures_io import add_failures
+from rov_sim.vehicle.run_failures_io import add_failures, failures_in_words
 from rov_sim.vehicle.run_panels_io import (
     attitude_panels,
     battery_panels,
@@ -38,8 +38,8 @@ def build_report(runs: Sequence[Scored], about: Mapping[str, Any]) -> Report:
         if recording.truth is None:
             report.warning(f"{name}: no truth was recorded; what the vehicle did is what its odometry says.")
     report.section("Verdict")
-    for name, _, scores in runs:
-        report.paragraph(verdict(name, scores))
+    for name, recording, scores in runs:
+        report.paragraph(" ".join([verdict(name, scores), *failures_in_words(recording)]))
     if len(runs) > 1:
         report.section("Scores")
         _comparison(report, runs)
@@ -64,8 +64,9 @@ def verdict(name: str, scores: RunScores) -> str:
         return f"{name}: nothing can be said about tracking: record set points that move beside the odometry."
     shares = {words: 100.0 * one.normalised for words, one in found.items()}
     best, worst = min(shares, key=shares.__getitem__), max(shares, key=shares.__getitem__)
-    told = f"{name}: {best} follows best, RMSE {shares[best]:.2g} % of the mean set point"
-    return f"{told}; {worst} worst, {shares[worst]:.2g} %: look there first." if worst != best else f"{told}."
+    percent = {words: f"{share:.0f} %" if share >= 10.0 else f"{share:.2g} %" for words, share in shares.items()}
+    told = f"{name}: {best} follows best, RMSE {percent[best]} of the mean set point"
+    return f"{told}; {worst} worst, {percent[worst]}: look there first." if worst != best else f"{told}."
 
 
 def _tracking_table(report: Report, scores: RunScores) -> None:
