@@ -61,9 +61,9 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     for path in paths:
         print(path)
     if given.experiment and found.proposed is None:
-        left = "nothing is left to be told apart or shown, or no programme within the limits adds anything"
-        text = f"note: no next experiment: {left}"
-        print(text, file=sys.stderr)
+        shared = any(claim.rivals for claim in found.verdict.claims) or found.verdict.name in ("cannot_tell", "unknown")
+        why = "no programme within the limits tells more" if shared else "nothing is left that a programme would settle"
+        print(f"note: no next experiment: {why}", file=sys.stderr)
     return 0
 
 

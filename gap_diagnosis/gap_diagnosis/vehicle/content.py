@@ -106,8 +106,12 @@ def where_of(verdict: Verdict) -> list[dict[str, Any]]:
 def content_of(
     verdict: Verdict, found: Found | None, errors: Sequence[Errors], conventions: Conventions | None,
     logs: Sequence[VehicleLog], provenance: dict[str, Any], proposed: NextExperiment | None = None,
+    asked: bool = False,
 ) -> dict[str, Any]:  # fmt: skip
-    """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`."""
+    """Return the content of diagnosis.json; keys as those of a single thruster's, beside `wiring` and `hidden`.
+
+    asked: whether a programme was asked for: then there is no other advice where none helps.
+    """
     channels: dict[str, Any] = {}
     for each in errors:
         for name, unit in FORESEEN.items():
@@ -150,7 +154,7 @@ def content_of(
         "sensors": told_in(logs),
         "log": [each.sentence for each in verdict.logged],
         "warnings": list(dict.fromkeys(note for log in logs for note in (*log.notes, log.left_out) if note)),
-        "next_experiment": _next(verdict, conventions) if proposed is None else _proposed(proposed),
+        "next_experiment": None if asked and proposed is None else _next(verdict, conventions, proposed),
         "provenance": provenance,
     }
 
@@ -208,7 +212,11 @@ def _number(value: float) -> float | None:
     return None if not np.isfinite(value) else float(value)
 
 
-def _next(verdict: Verdict, conventions: Conventions | None) -> dict[str, Any] | None:
+def _next(
+    verdict: Verdict, conventions: Conventions | None, proposed: NextExperiment | None
+) -> dict[str, Any] | None:  # fmt: skip
+    if proposed is not None:
+        return _proposed(proposed)
     unsure = verdict.name in ("cannot_tell", "unknown", "not_enough_data") or any(c.rivals for c in verdict.claims)
     silent = conventions is not None and bool({*conventions.wiring.silent} - {*conventions.wiring.dead})
     if not (unsure or silent):

@@ -96,7 +96,9 @@ def diagnosed(
     if experiment is not None:
         told("next experiment")
     proposed = None if experiment is None else next_experiment(found, verdict, searched, experiment)
-    content = content_of(verdict, found, errors, conventions, logs, provenance, proposed)
+    content = content_of(
+        verdict, found, errors, conventions, logs, provenance, proposed, experiment is not None
+    )  # fmt: skip
     return Diagnosed(
         verdict=verdict, content=content, errors=errors, with_effect=_with_effect(model, found, verdict, errors),
         model=model, proposed=proposed,

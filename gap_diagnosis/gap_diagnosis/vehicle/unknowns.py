@@ -43,6 +43,7 @@ CHARGE = {"level": "1", "rate": "1/s"}
 PLACING = {"first angle": "rad", "second angle": "rad", "first offset": "m", "second offset": "m"}
 """How one thruster is turned about and moved along the first and second normal of its axis (see
 `thruster_misalignment`), with units; where along its axis it is changes no wrench."""
+_BIASED = {"gyro": ("gyro", "rad/s"), "force": ("accelerometer", "m/s^2")}
 _NAMED = {"imu": "IMU", "velocity": "velocity log"}
 
 PRODUCTS = {"xy": "roll-pitch", "xz": "roll-yaw", "yz": "pitch-yaw"}
@@ -98,6 +99,10 @@ def words_of(key: Key) -> str:
         return f"{key[1]} of recording {key[2] + 1} against those before it"
     if kind == "charge":
         return f"{key[2]} of the battery's charge in recording {key[1] + 1}"
+    if kind in _BIASED:
+        return f"bias of the {_BIASED[kind][0]}'s {'xyz'[key[2]]} in recording {key[1] + 1}"
+    if kind == "power":
+        return f"{key[1].replace('_', ' ')} of the battery"
     if kind == "tilt":
         return f"turn of the attitude about {'xyz'[key[2]]} in recording {key[1] + 1}"
     if kind == "product":
@@ -121,6 +126,8 @@ def unit_of(key: Key) -> str:
         return PLACING[key[1]]
     if key[0] == "charge":
         return CHARGE[key[2]]
+    if key[0] in _BIASED:
+        return _BIASED[key[0]][1]
     if key[0] == "sensor":
         return VEHICLE_LIBRARY[key[1]].parameters[0].unit
     definition = definition_of(key[1]) if key[0] in ("vehicle", "trim") else None

@@ -83,6 +83,8 @@ class Alarm:
         unit = self.failure.units[self.failure.parameters[0]]
         scale, unit = (100.0, "%") if unit == "1" else (1.0, unit)
         size = f"{_told(scale * self.size, scale * self.deviation)} {unit}"
+        if self.failure.effect == "thrust_loss" and self.size - 3.0 * self.deviation > 1.0:
+            return f"thruster {self.failure.thruster}: pushes the other way (loses {size} thrust), {told}"
         if self.failure.effect == "thrust_loss":
             return f"thruster {self.failure.thruster}: loses {size} thrust, {told}"
         return f"{self.failure.words}: {size}, {told}"

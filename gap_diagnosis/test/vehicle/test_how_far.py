@@ -57,6 +57,8 @@ def test_free_runs_of_a_model_that_loses_the_vehicle_are_as_far_off_as_can_be(
     assert 10.0 * errors.steps[0] < errors.steps[1] <= 30.0
     log = last.screen.runs[0].log
     content = content_of(judged(found, [log]), found, [errors], None, [log], {"runs": ["run"]})
+    asked = content_of(judged(found, [log]), found, [errors], None, [log], {"runs": ["run"]}, asked=True)
+    assert asked["next_experiment"] is None, "where a programme was asked for and none helps, nothing else is advised"
     assert json.dumps(content, allow_nan=False)
     assert "Where the gap goes" in report_of(content, MODEL.vehicle, [errors], "", "Diagnosis").html()
 

@@ -13,6 +13,7 @@ from gap_diagnosis.vehicle.log import CHANNELS_OF
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
 from gap_diagnosis.vehicle.rules import CHARGED, EMPTYING, PLACED, POINTED, SHARED, TIMING, TRIMMED, VOLTMETER
+from gap_diagnosis.vehicle.unknowns import unit_of, words_of
 from thruster_model.parameter_set import Parameter
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import dump_vehicle_set, parse_vehicle_set
@@ -25,6 +26,13 @@ def believing(**stated: Parameter) -> Model:
     model = load_model("bluerov2")
     kept = {n: p for n, p in model.vehicle.parameters.items() if n == "z_B" or n[1:] not in ("_G", "_B")}
     return replace(model, vehicle=replace(model.vehicle, parameters=kept | stated))
+
+
+def test_biases_and_numbers_of_the_battery_have_names_and_units() -> None:
+    assert words_of(("gyro", 0, 2)) == "bias of the gyro's z in recording 1"
+    assert words_of(("force", 1, 0)) == "bias of the accelerometer's x in recording 2"
+    assert words_of(("power", "idle_current")) == "idle current of the battery"
+    assert (unit_of(("gyro", 0, 2)), unit_of(("force", 0, 2))) == ("rad/s", "m/s^2")
 
 
 def test_a_centre_of_mass_that_a_set_leaves_out_is_as_unsure_as_a_vehicle_is_trimmed() -> None:

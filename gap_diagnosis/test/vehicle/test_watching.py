@@ -46,6 +46,11 @@ def test_an_alarm_says_which_thruster_how_much_how_sure_and_how_long_after_it_be
     assert (gyro.name, alarm(0.25, 0.04).name) == ("imu_bias x rate", "thrust_loss 3 share")
 
 
+def test_a_loss_of_more_than_all_is_said_to_push_the_other_way() -> None:
+    assert alarm(1.88, 0.1).words.startswith("thruster 3: pushes the other way (loses 188 ± 10 % thrust), p 0.98")
+    assert alarm(1.1, 0.05).words.startswith("thruster 3: loses 110 ± 5 % thrust")
+
+
 def test_a_deviation_is_never_said_to_be_nothing_nor_an_alarm_to_be_certain() -> None:
     assert "loses 39.2 ± 0.3 % thrust, p > 0.99" in alarm(0.3921, 0.0031, 0.9999).words
     assert "loses 39.21 ± 0.01 % thrust" in alarm(0.3921, 0.0001).words
