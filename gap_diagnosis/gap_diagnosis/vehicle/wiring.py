@@ -182,7 +182,7 @@ def _moves_nothing(columns: Array, variances: Array, b: Array, seen: NDArray[np.
     N = b.shape[1]
     most, along = np.full(N, np.inf), np.zeros(N)
     for i in range(N):
-        good = np.isfinite(columns[:, i])
+        good = np.isfinite(columns[:, i]) & (variances[:, i] > 0.0)  # 0: readings that never change
         weighted = b[good] / variances[good, i][:, None]
         size = np.einsum("aj,aj->j", b[good], weighted)
         if good.any() and size.min() > 0.0:
