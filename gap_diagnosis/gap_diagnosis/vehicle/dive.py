@@ -62,14 +62,15 @@ class Dive:
         for branch in self.branches:
             branch.state = healthy.state
 
-    def freed(self, whitened: Array, period: float) -> Array:
+    def freed(self, whitened: Array, period: float, *, learned: bool = True) -> Array:
         """Return readings (failures, K, M) as they would be without these numbers, and learn them.
 
-        whitened: (failures + S, K, M), those of `branches` last.
+        whitened: (failures + S, K, M), those of `branches` last; learned: not where states are still being found.
         """
         keep = np.where(self._wanders, np.exp(-period / rules.WATCH_WANDER), 1.0)
         out = np.empty((len(self.numbers), *whitened.shape[1:]))
-        _freed(whitened, rules.MOST_DEVIATIONS, keep, self.numbers, self._P, out)
+        known = (self.numbers, self._P) if learned else (self.numbers.copy(), self._P.copy())
+        _freed(whitened, rules.MOST_DEVIATIONS, keep, *known, out)
         return out
 
 

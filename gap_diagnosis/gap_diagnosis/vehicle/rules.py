@@ -145,8 +145,10 @@ WATCH_THRUST = 0.01
 WATCH_WANDER = 300.0
 """[s] In which biases of sensors wander by what they differ by from dive to dive: those of a gyro that warms up change
 in minutes. Set by reason."""
-WATCH_SETTLING = 5.0
-"""[s] after a start in which nothing accumulates: states are still being found, and a gyro may look biased."""
+WATCH_SETTLING = 10.0
+"""[s] after a start in which nothing accumulates and nothing is learned of the dive: flows through thrusters are still
+being found. In 5 s a trim was learned of them that took a minute to be forgotten, and a thruster seemed to have lost
+30 % meanwhile: log ratios of 73 and 541 in healthy dives (seeds 2061 and 2058), which are 4 and 28 by this alone."""
 WATCH_JUMP = (5.0, 30.0)
 """[s] for which a sensor's jump is followed before its readings are freed of it; in which it must have been believed: a
 slow sensor needs two dozen readings. Set by reason."""

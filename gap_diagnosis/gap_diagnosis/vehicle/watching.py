@@ -177,7 +177,8 @@ class Watch:
         bank = [*self._branches, *self._dive.branches]
         out = outputs(log.count, log.thrusters, len(bank))
         done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(bank)]
-        readings = self._dive.freed(whitened(out[0], out[1], by.whitener, by.spread), log.period)
+        told = whitened(out[0], out[1], by.whitener, by.spread)
+        readings = self._dive.freed(told, log.period, learned=not settling)
         accumulated(
             readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
             self._sums, self._since,
