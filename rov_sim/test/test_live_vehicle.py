@@ -112,7 +112,7 @@ def test_failures_that_cannot_be_read_are_said(text: str, said: str) -> None:
 
 
 def test_failures_that_cannot_be_are_said() -> None:
-    with pytest.raises(ValueError, match="expected thrusters 0 to 5; found 6"):
+    with pytest.raises(ValueError, match="expected T1 to T6; found T7"):
         settings(failures=(Failing(6, FailureKind.DEAD, 1.0),))
     with pytest.raises(ValueError, match=r"expected an effectiveness between 0 and 1; found 1\.5"):
         settings(failures=(Failing(0, FailureKind.WEAK, 1.0, 1.5),))

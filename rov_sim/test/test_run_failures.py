@@ -32,7 +32,7 @@ def written(folder: Path, told: float | None) -> Path:
 
 def test_a_failure_is_what_was_hidden_beside_what_was_told(tmp_path: Path) -> None:
     (found,) = failures_of(read_vehicle(written(tmp_path / "told", 11.0)))
-    assert (found.thruster, found.hidden, found.kind) == (1, "T2 weak 0.5 at 8", "weak")
+    assert (found.thruster, found.hidden, found.kind) == (1, "T2 weak 0.5 at 8 s", "weak")
     assert found.begun == pytest.approx(8.0) and found.told == pytest.approx(11.0)
     assert found.effectiveness == 0.52
     (silent,) = failures_of(read_vehicle(written(tmp_path / "silent", None)))

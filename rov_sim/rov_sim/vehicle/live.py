@@ -116,8 +116,7 @@ class LiveSettings:
         wrong = [] if 0.0 < self.period <= 10.0 else [f"period: expected a time up to 10 s; found {self.period} s"]
         for each in self.failures:
             if not 0 <= each.thruster < count:
-                said = f"failures: expected thrusters 0 to {count - 1}; found {each.thruster}"
-                wrong.append(f"{said}: T{each.thruster + 1}, of T1 to T{count}")
+                wrong.append(f"failures: expected T1 to T{count}; found T{each.thruster + 1}")
             if each.kind == FailureKind.WEAK and not 0.0 < each.effectiveness < 1.0:
                 wrong.append(f"failures: expected an effectiveness between 0 and 1; found {each.effectiveness}")
         for losing in self.lost:

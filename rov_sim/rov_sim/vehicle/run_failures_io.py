@@ -1,12 +1,12 @@
 """Failures of thrusters in a recorded run: when they began, when they were told, and what that changed."""
 
-import re
 from dataclasses import dataclass
 from math import inf, nan
 
 import numpy as np
 
-from rov_sim.vehicle.live import LOSABLE, FailureKind
+from rov_sim.vehicle.failure_words import named_failures
+from rov_sim.vehicle.live import Failing, FailureKind, Losing
 from rov_sim.vehicle.recording_io import VehicleRecording, signal
 from rov_sim.vehicle.run_scores_io import RunScores, score_run
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
@@ -14,8 +14,6 @@ from run_bag.report import Column, Report
 
 __all__ = ["ToldFailure", "add_failures", "failures_in_words", "failures_of", "losses_of"]
 
-_BEGUN = re.compile(r"T(\d+)\s+(dead|weak|stuck)(?:\s+([\d.eE+-]+))?\s+at\s+([\d.eE+-]+)", re.IGNORECASE)
-_LOST = re.compile(rf"({'|'.join(LOSABLE)})\s+lost\s+at\s+([\d.eE+-]+)", re.IGNORECASE)
 _LEAST = 0.5  # s of a stretch that is scored
 
 
@@ -57,9 +55,12 @@ class ToldFailure:
 
 def failures_of(recording: VehicleRecording) -> list[ToldFailure]:
     """Return the failures of a run, by the time they began or were told."""
-    about = str(recording.run.metadata.get("failures", ""))
     start = recording.motion.time[0]
-    hidden = {int(m[1]) - 1: (m[0], start + float(m[4])) for m in _BEGUN.finditer(about)}
+    hidden = {
+        failing.thruster: (words, start + failing.time)
+        for words, failing in _named(recording)
+        if isinstance(failing, Failing)
+    }
     told: dict[int, tuple[float, int, float]] = {}
     which = signal(recording.run, "rov/thruster_failure.thruster")
     if which is not None:
@@ -82,8 +83,13 @@ def failures_of(recording: VehicleRecording) -> list[ToldFailure]:
 
 def losses_of(recording: VehicleRecording) -> dict[str, float]:
     """Return the sensors that were made to fall silent, and when [s since the run's start]."""
-    about, start = str(recording.run.metadata.get("failures", "")), recording.motion.time[0]
-    return {m[1].lower(): float(start + float(m[2])) for m in _LOST.finditer(about)}
+    start = recording.motion.time[0]
+    return {lost.sensor: float(start + lost.time) for _, lost in _named(recording) if isinstance(lost, Losing)}
+
+
+def _named(recording: VehicleRecording) -> list[tuple[str, Failing | Losing]]:
+    """Return what the run says that it was made to do, in its words."""
+    return named_failures(str(recording.run.metadata.get("failures", "")))
 
 
 def failures_in_words(recording: VehicleRecording) -> list[str]:
