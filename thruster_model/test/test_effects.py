@@ -224,12 +224,15 @@ def test_in_air_no_other_effect_makes_thrust():
 
 
 def test_the_kernel_and_python_agree_on_all_effects_at_once_and_states_broadcast():
-    sizes = {name: {effect.parameters[0].name: 0.5 * effect.parameters[0].upper} for name, effect in IN_PLANT.items()}
+    sizes = {
+        name: {p.name: 0.5 * p.upper for k, p in enumerate(effect.parameters) if k == 0 or p.neutral == 0.0}
+        for name, effect in IN_PLANT.items()
+    }
     e = effect_values(sizes)
     assert 0.0 not in [getattr(e, effect.field_of(p.name)) for effect in IN_PLANT.values() for p in effect.parameters]
     state = PlantState(100.0, -0.05, 0.1, 2.0, 0.3)
     run = simulate(HQ, [2.2], 1e-3, initial=state, effects=e, gates=[0.0])
-    n, v, ambient = plant_step(state, 2.2, 0.0, 1e-3, 50.0, 0.2, 0.0, 0.0, 1.0, HQ, e)[:3]
+    n, v, ambient = plant_step(state, 2.2, 0.0, 1e-3, 50.0, 0.25, 0.0, 0.0, 1.0, HQ, e)[:3]
     measured = ambient + e.ambient_current_speed
     assert [run.n[1], run.v[1], run.ambient[1]] == pytest.approx([n, v, measured], rel=1e-12)
     speeds = np.array([-120.0, 5.0, 120.0])

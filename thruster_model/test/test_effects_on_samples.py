@@ -101,15 +101,18 @@ def test_a_plant_under_a_delayed_command_is_the_plant_that_much_later(late):
     np.testing.assert_allclose(delayed.n, later, atol=2e-3)
 
 
-@pytest.mark.parametrize("time", [0.15, 0.01])
-def test_the_acting_throttle_lags_by_the_differential_equation_and_never_exceeds_its_rate(time):
-    lagged = acting(active("command_lag", time=time), steps(TIME))
+@pytest.mark.parametrize(("time", "uneven"), [(0.15, 0.0), (0.01, 0.0), (0.15, 0.4), (0.15, -0.4)])
+def test_the_acting_throttle_lags_by_the_differential_equation_and_never_exceeds_its_rate(time, uneven):
+    lagged = acting(active("command_lag", time=time, unevenness=uneven), steps(TIME))
 
     def rhs(t, y):
-        return np.clip((steps(np.asarray(t)) - y) / time, -HL.u_dot_max, HL.u_dot_max)
+        wanted = steps(np.asarray(t))
+        constant = time * (1.0 + np.where(np.abs(wanted) > np.abs(y), uneven, -uneven))
+        return np.clip((wanted - y) / constant, -HL.u_dot_max, HL.u_dot_max)
 
     truth = solve_ivp(rhs, (0, TIME[-1]), [0.0], t_eval=TIME, max_step=0.001, rtol=1e-8, atol=1e-10).y[0]
-    assert np.max(np.abs(lagged[:-1] - truth)) < 2e-3
+    bound = 2e-3 if uneven == 0.0 else 1.5e-2  # which constant holds is decided as a step begins
+    assert np.max(np.abs(lagged[:-1] - truth)) < bound
     assert np.max(np.abs(np.diff(lagged))) <= HL.u_dot_max * DT * (1.0 + 1e-9)
 
 

@@ -85,6 +85,7 @@ def test_a_delay_of_the_command_is_exact_between_the_steps_also(step):
 @pytest.mark.parametrize(
     "effects",
     [{}, {"throttle_rate_limit": {"rate": 20.0}}, {"command_delay": {"time": 0.0137}}, {"command_lag": {"time": 0.05}},
+     {"command_lag": {"time": 0.05, "unevenness": 0.3}},
      {"command_quantization": {"step": 0.5}, "command_delay": {"time": 0.05}},
      {"tank_recirculation": {"share": 0.5, "delay": 1.0}, "throttle_rate_limit": {"rate": 20.0}}],
 )  # fmt: skip

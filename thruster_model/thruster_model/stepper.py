@@ -201,7 +201,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
     """
     commands, p, gates, supplies, memory, out = borrowed((commands, p, gates, supplies, memory, out))
     step = dt / substeps
-    rate, lag = ramp_limit(p.u_dot_max, e), lag_time(0.0, e)
+    rate = ramp_limit(p.u_dot_max, e)
     water, lines = memory.water, memory.lines
     remembered, straight = water.size > 2, lines.size > 0
     past = 0.0
@@ -237,6 +237,7 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
                 if cut <= done + _INSTANT:
                     u, end, rise = after, until, slope_then
                 length = room if done + room < end + _INSTANT else end - done
+                lag = lag_time(0.0, state.u, u + rise * (done + length - cut), e)
                 state = plant_step(state, u + rise * (done - cut), rise, length, rate, lag, past, gate, supply, p, e)
                 done, room = done + length, room - length
     return state

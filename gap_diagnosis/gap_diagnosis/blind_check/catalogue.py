@@ -61,7 +61,7 @@ EFFECTS: dict[str, Kind] = {
     "timestamp_jitter": Kind(block="log", size=_upto("deviation", 0.03)),
     "dropped_samples": Kind(block="log", size=_upto("share", 0.5)),
     "command_delay": Kind(block="command", size=_upto("time", 0.25), twins=("log_alignment",)),
-    "command_lag": Kind(block="command", size=_upto("time", 0.4)),
+    "command_lag": Kind(block="command", size=_upto("time", 0.4), more=(_also("unevenness", 0.02, 0.2),)),
     "command_quantization": Kind(block="command", size=_upto("step", 0.5)),
     "throttle_rate_limit": Kind(block="command", size=Spread(name="rate", lower=2.0, upper=60.0, falls=True)),
     "throttle_saturation": Kind(

@@ -87,6 +87,7 @@ class Known(NamedTuple):
     flow_lag: float = 0.0
     command_delay: float = 0.0
     command_lag: float = 0.0
+    command_lag_unevenness: float = 0.0
     command_quantization: float = 0.0
     throttle_rate_limit: float = math.inf
     throttle_saturation: float = math.inf

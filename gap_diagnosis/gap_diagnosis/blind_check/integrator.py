@@ -81,7 +81,10 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
     mode = _mode(e.load_cell_resonance if springy else 1.0, e.load_cell_resonance_damping, h)
     ringing = _mode(o.drive_resonance_frequency, o.drive_resonance_damping, h)
     swaying = _mode(o.tank_seiche_frequency, o.tank_seiche_damping, h)
-    keep_lag = math.exp(-h / e.command_lag) if e.command_lag > 0.0 else 0.0
+    keep_rising = keep_falling = 0.0
+    if e.command_lag > 0.0:
+        keep_rising = math.exp(-h / (e.command_lag * (1.0 + e.command_lag_unevenness)))
+        keep_falling = math.exp(-h / (e.command_lag * (1.0 - e.command_lag_unevenness)))
     keep_tach = math.exp(-h / e.tach_lag) if e.tach_lag > 0.0 else 0.0
     keep_heat = math.exp(-h / e.thermal_fade_time_constant)
     back = int(e.tank_recirculation_delay / h + 0.5)
@@ -127,7 +130,7 @@ def integrate(p, e, o, dt, commands, desired, gains, gates, push, noise, flow, o
                 command += (1.0 - share) * (reached[old] if old >= 0 else 0.0)
             step = e.throttle_rate_limit * h
             ramped += min(max(command - ramped, -step), step)
-            lagged = ramped + (lagged - ramped) * keep_lag
+            lagged = ramped + (lagged - ramped) * (keep_rising if abs(ramped) > abs(lagged) else keep_falling)
             ring, ring_rate = _moved(ring, ring_rate, lagged, ringing)
             target = lagged + o.drive_resonance * (ring - lagged)
             before = u

@@ -124,7 +124,7 @@ def _step(sheet, dt, gate, wrench, body, layout, p, e, apart, known, stages):  #
                 moving = True
                 own = thruster(e, i - first)
                 ramp = abs(sheet[REACHED, i] - sheet[STATE, i]) / ramp_limit(thruster(p, i - first).u_dot_max, own)
-                lag = lag_time(0.0, own)
+                lag = lag_time(0.0, sheet[STATE, i], sheet[REACHED, i], own)
                 if apart or ramp > lag:  # at the limit of its rate
                     finest = RAMP_STEP
                 if lag > 0.0:
@@ -163,7 +163,8 @@ def _throttles_after(sheet, row, time, p, e, first, last):  # type: ignore[no-un
     """Fill a row with the acting throttles [V] `time` [s] after those of row FIRST."""
     for i in range(first, last):
         own = thruster(e, i - first)
-        rate, lag = ramp_limit(thruster(p, i - first).u_dot_max, own), lag_time(0.0, own)
+        rate = ramp_limit(thruster(p, i - first).u_dot_max, own)
+        lag = lag_time(0.0, sheet[FIRST, i], sheet[REACHED, i], own)
         if lag > 0.0:
             sheet[row, i] = followed(sheet[FIRST, i], sheet[REACHED, i], 0.0, time, rate, lag)
         elif abs(sheet[REACHED, i] - sheet[FIRST, i]) <= rate * (time + _SAME_INSTANT):

@@ -45,7 +45,7 @@ Trace = Literal["", "repeats", "spikes", "zeros", "lattice", "stamps"]
 
 STAGES: dict[str, tuple[str, ...]] = {
     "ramp": ("u_dot_max", "e"),
-    "lag": ("lag", "e"),
+    "lag": ("lag", "u", "command", "e"),
     "edges": ("edges", "n", "p", "e"),
     "drive": ("drive", "n", "heat", "supply", "p", "e"),
     "inflow": ("ambient", "p", "e"),
@@ -63,7 +63,7 @@ STAGES: dict[str, tuple[str, ...]] = {
 """Where the plant's pipeline lets effects in, and the arguments of a hook there; it returns the first, changed or not.
 
 ramp             rate limit of the acting throttle [V/s]
-lag              time constant with which it follows the command, within that limit [s]
+lag              time constant with which it, u [V], follows the command [V], within that limit [s]
 edges            dead-zone edges (delta_u1, delta_u2) [V]; n: rotor speed [rad/s]
 drive            gamma(u) [rad/s^2] at the nominal supply; heat: of the motor, 0 to 1; supply: its relative voltage
 inflow           ambient flow that reaches thruster and instrument [m/s]
