@@ -29,6 +29,8 @@ class Rules:
         helps: probability, by runs left out, that an effect makes a new run more probable; it is claimed from it on.
         conventional: time [s] up to which a lag or a delay is what simulators and loggers disagree about within a step,
             and what a clock may gain in a run.
+        slight: share of the largest plausible size of an effect below which any model is off by as much: nobody would
+            repair it. A rotor that brakes by 0.4 % more was claimed of a bench with five other effects.
         healthy_sensor: white noise over that of the samples themselves that a healthy sensor may have.
         healthy_colour: what it may carry beside, over its white noise.
         healthy_push: times the noise of their own sensors' readings that rotor and water may be pushed by.
@@ -56,6 +58,7 @@ class Rules:
     unsteady: float = 6.0
     helps: float = 0.5
     conventional: float = 4.5e-3
+    slight: float = 0.01
     healthy_sensor: float = 1.3
     healthy_colour: float = 0.6
     healthy_push: float = 4.0

@@ -76,7 +76,9 @@ def verdict_of(found: Investigation, scatters: Sequence[Scatter], foreign: Seque
     best = found.best
     longest = float(np.max(best.system.times))
     claims = tuple(
-        claim for claim in (_claim(found, suspect) for suspect in best.suspects) if not _is_convention(claim, longest)
+        claim
+        for claim in (_claim(found, suspect) for suspect in best.suspects)
+        if not (_is_convention(claim, longest) or _is_slight(claim))
     )
     sure = tuple(
         claim for claim in claims if claim.group_probability >= RULES.claimed and claim.key not in found.resembling
@@ -128,6 +130,13 @@ def _is_convention(claim: Claim, longest: float) -> bool:
     size = next(iter(claim.sizes.values()))
     late = {"s": 1.0, "s/s": longest}.get(size.unit, np.inf)
     return abs(size.value) * late < RULES.conventional
+
+
+def _is_slight(claim: Claim) -> bool:
+    """Tell whether an effect is so small that any model is off by as much."""
+    largest = LIBRARY[claim.effect].parameters[0]
+    size = next(iter(claim.sizes.values()))
+    return np.isfinite(largest.neutral) and abs(size.value - largest.neutral) < RULES.slight * abs(largest.upper)
 
 
 def _unknown(found: Investigation) -> float:

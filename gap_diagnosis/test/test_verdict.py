@@ -14,7 +14,7 @@ from gap_diagnosis.investigation import imitated_by_parameters
 from gap_diagnosis.problem import Problem, deviations_of
 from gap_diagnosis.scatter import Scatter
 from gap_diagnosis.suspects import suspects
-from gap_diagnosis.verdict import _is_convention, class_of, verdict_of
+from gap_diagnosis.verdict import _is_convention, _is_slight, class_of, verdict_of
 from system_identification.fitting import fit
 from system_identification.hypothesis import Hypothesis
 from system_identification.loose import Loose
@@ -123,3 +123,13 @@ def test_the_class_of_an_effect_is_what_parameters_free_of_their_deviations_can_
 def test_milliseconds_and_what_quartzes_drift_in_a_run_are_no_effect(value, unit, any_two_have):
     claim = SimpleNamespace(sizes={"size": SimpleNamespace(value=value, unit=unit)})
     assert _is_convention(claim, 30.0) == any_two_have
+
+
+@pytest.mark.parametrize(
+    ("effect", "value", "slight"),
+    [("brake_asymmetry", -0.004, True), ("brake_asymmetry", 0.012, False), ("load_cell_bias", 0.03, True),
+     ("throttle_saturation", 1.0, False)],
+)  # fmt: skip
+def test_what_any_model_is_off_by_is_no_effect(effect, value, slight):
+    claim = SimpleNamespace(effect=effect, sizes={"size": SimpleNamespace(value=value)})
+    assert _is_slight(claim) == slight
