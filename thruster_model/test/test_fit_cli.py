@@ -61,7 +61,7 @@ def test_the_page_begins_with_a_verdict_in_words_of_its_own_numbers(outcome):
     verdict = page[page.index(">Verdict</h2>") : page.index(">Data against fits</h2>")]
     for model, name in zip(models, ("simplified", "HL"), strict=True):
         error = next(c["error"] for c in model["errors"] if c["signal"] == "total")
-        assert f"{name} describes these runs {quality(error)}: {error:.2g} times their noise" in verdict
+        assert f"{name}, fitted, describes these runs {quality(error)}: {error:.2g} times their noise" in verdict
     assert "hl.yaml" in verdict
 
 

@@ -96,7 +96,7 @@ def _verdict(report: Report, study: Study, reference_name: str) -> None:
     told = []
     for model in study.models:
         total = totals[model.name]
-        text = f"{_title(model)} describes these runs {quality(total.error)}: {total.error:.2g} times their noise"
+        text = f"{_title(model)}, fitted, describes these runs {quality(total.error)}: {total.error:.2g} times their noise"
         text += f" ({reference_name}: {total.reference:.2g})"
         left_out = next((c for c in model.held_out[1] if c.signal == "total"), None) if model.held_out else None
         if left_out is not None:
@@ -104,7 +104,7 @@ def _verdict(report: Report, study: Study, reference_name: str) -> None:
         told.append(f"{text}.")
     best = min(study.models, key=lambda model: totals[model.name].error)
     open_ = [d.name for d in best.result.determinations if d.status != "determined"]
-    todo = f"Take {best.name}.yaml"
+    todo = f"Take {best.name}.yaml; whether its parameters imitate what a simulator lacks, `diagnose` says"
     if quality(totals[best.name].error) == _POOR:
         todo = f"Let `diagnose` say what is missing before you rely on {best.name}.yaml"
     if open_:
