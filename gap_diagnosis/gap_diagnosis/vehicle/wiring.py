@@ -13,6 +13,9 @@ An IMU that is mounted at right angles to what is believed turns all columns at 
 So each of its 24 mountings R (`mounting`) is tried, c_i <- R c_i. Each wrong wire costs `WIRING_MARGIN`, a turned IMU
 that of `TURNED_IMU` wires, and the cheapest is believed.
 
+Wires do not change in mid-dive. So a wrong one is believed where both halves of the recordings show it, as far as they
+show anything of that command: where a thruster fails, or commands follow from motions, columns are others in each half.
+
 A command that was far beyond its dead zone and moves the vehicle along no b_j, by a deviation that lies well below what
 others move it by, drives nothing: its thruster is dead, or its wire is cut.
 """
@@ -45,6 +48,12 @@ _STANDS = 0.1
 """Share of the speed of other thrusters below which a tachometer says that a rotor stands."""
 _MEMORY = 0.5
 """[s] In which what is left of an acceleration follows itself. Set by reason."""
+
+
+_UNLIKE = (
+    "The wiring cannot be checked: commands move the vehicle in another way in one half of the recordings than in the "
+    "other, as where a thruster fails in mid-dive; `pulses` shows it."
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -113,6 +122,12 @@ def wiring_of(
     k = int(np.argmin(prices))
     found, gain = tried[k], prices[0] - prices[k]
     verdict, order, signs = _verdict(found, _alike(b))
+    unlike = verdict == "wrong" and not all(
+        _shows(_assigned(_turned(c, ways[k]), _turned(v, np.abs(ways[k])), b, used), order, signs)
+        for c, v, _ in (_columns(half, *best[2:]) for half in _halves(logs))
+    )
+    if unlike:
+        verdict, order, signs = "cannot_tell", tuple(range(N)), (1,) * N
     silent = tuple(i for i in range(N) if not found.seen[i])
     nothing = _moves_nothing(_turned(columns, ways[k]), _turned(variances, np.abs(ways[k])), b, found.seen)
     dead = tuple(i for i in silent if used[i] and edges is not None and nothing[i] and _was_beyond(logs, i, edges[i]))
@@ -122,6 +137,7 @@ def wiring_of(
         dead_band=tuple(best[3] if found.seen[i] else float("nan") for i in range(N)), mounting=ways[k], gain=gain,
         sentences=(
             *(_dead_words(logs, i) for i in dead),
+            *([_UNLIKE] if unlike else []),
             *_sentences(verdict, order, signs, tuple(i for i in silent if i not in dead), _alike(b), used),
         ),
     )  # fmt: skip
@@ -175,6 +191,17 @@ def _assigned(columns: Array, variances: Array, b: Array, used: NDArray[np.bool_
             cost[i, j] = float((c - a * d) @ inverse @ (c - a * d)) if seen[i] else 0.0
     _, order = linear_sum_assignment(cost + 1e-6 * (1.0 - np.eye(N)))
     return _Assigned(cost, sign, seen, order)
+
+
+def _halves(logs: Sequence[VehicleLog]) -> tuple[list[VehicleLog], list[VehicleLog]]:
+    """Return the first halves of recordings, and the second ones."""
+    return [log.part(0, log.count // 2) for log in logs], [log.part(log.count // 2, log.count) for log in logs]
+
+
+def _shows(part: _Assigned, order: Sequence[int], signs: Sequence[int]) -> bool:
+    """Tell whether a part of the recordings shows these wrong wires, or nothing of them."""
+    wrong = [i for i, j in enumerate(order) if part.seen[i] and (j != i or signs[i] < 0)]
+    return all(part.sign[i, order[i]] == signs[i] and part.cost[i, order[i]] <= part.cost[i, i] for i in wrong)
 
 
 def _moves_nothing(columns: Array, variances: Array, b: Array, seen: NDArray[np.bool_]) -> NDArray[np.bool_]:

@@ -21,9 +21,13 @@ MASS = np.asarray(VEHICLE.coefficients.mass_matrix)
 
 
 def driven(
-    K_t: Array, order: Sequence[int], signs: Sequence[float], *, seed: int = 1, unused: Sequence[int] = ()
-) -> VehicleLog:
-    """Return the log of a level vehicle: thrust in proportion to the command of its wire, damping, noise."""
+    K_t: Array, order: Sequence[int], signs: Sequence[float], *, seed: int = 1, unused: Sequence[int] = (),
+    then: Sequence[int] | None = None,
+) -> VehicleLog:  # fmt: skip
+    """Return the log of a level vehicle: thrust in proportion to the command of its wire, damping, noise.
+
+    `then`: the order in the second half, None: as in the first one.
+    """
     rng = np.random.default_rng(seed)
     K, N = 1500, K_t.shape[1]
     u = np.repeat(rng.uniform(-2.0, 2.0, (K // 25, N)), 25, axis=0)
@@ -31,7 +35,8 @@ def driven(
     thrust, now, nu = np.zeros((K, N)), np.zeros(N), np.zeros((K + 1, 6))
     wired = np.zeros((K, N))
     for i in range(N):
-        wired[:, order[i]] = signs[i] * u[:, i]
+        wired[: K // 2, order[i]] = signs[i] * u[: K // 2, i]
+        wired[K // 2 :, (order if then is None else then)[i]] = signs[i] * u[K // 2 :, i]
     acceleration = np.zeros((K, 6))
     for k in range(K):
         now = now + 0.3 * (3.0 * wired[k] * np.abs(wired[k]) - now)
@@ -70,6 +75,15 @@ def test_a_thruster_the_other_way_round_is_found(i: int) -> None:
     found = wiring_of([driven(VEHICLE.configuration, range(6), signs)], VEHICLE.configuration, MASS)
     assert (found.verdict, found.signs) == ("wrong", tuple(int(s) for s in signs))
     assert f"The command of thruster {i} drives it the other way round." in found.sentences
+
+
+def test_what_one_half_of_a_recording_denies_is_not_said() -> None:
+    found = wiring_of(
+        [driven(VEHICLE.configuration, [1, 0, 2, 3, 4, 5], [1.0] * 6, then=range(6))], VEHICLE.configuration, MASS
+    )
+    assert (found.verdict, found.order) == ("cannot_tell", tuple(range(6)))
+    lasting = driven(VEHICLE.configuration, [1, 0, 2, 3, 4, 5], [1.0] * 6, then=[1, 0, 2, 3, 4, 5])
+    assert wiring_of([lasting], VEHICLE.configuration, MASS).verdict == "wrong"
 
 
 def test_thrusters_that_push_alike_are_named_and_their_exchange_is_no_finding() -> None:

@@ -96,7 +96,9 @@ def _verdict(report: Report, study: Study, reference_name: str) -> None:
     told = []
     for model in study.models:
         total = totals[model.name]
-        text = f"{_title(model)}, fitted, describes these runs {quality(total.error)}: {total.error:.2g} times their noise"
+        text = (
+            f"{_title(model)}, fitted, describes these runs {quality(total.error)}: {total.error:.2g} times their noise"
+        )
         text += f" ({reference_name}: {total.reference:.2g})"
         left_out = next((c for c in model.held_out[1] if c.signal == "total"), None) if model.held_out else None
         if left_out is not None:
