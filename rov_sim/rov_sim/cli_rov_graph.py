@@ -12,11 +12,15 @@ from pathlib import Path
 from typing import Any
 
 from rov_sim.graph_files_io import line_of, write_document, write_parameters
+from rov_sim.vehicle.effects.words import effects_of_words
+from rov_sim.vehicle.failure_words import parse_failures
 from rov_sim.vehicle.graph import Experiment, graph_of
-from rov_sim.vehicle.plant_parameters import PARAMETERS, live_settings
+from rov_sim.vehicle.live import LiveSettings
 from rov_sim.vehicle.sensors.settings_io import load_sensors
+from rov_sim.vehicle.settings import vehicle_settings
 from run_bag.command_line import user_arguments
 from thruster_model.errors import ThrusterModelError
+from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 
 __all__ = ["experiment_of", "main"]
@@ -54,10 +58,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = _parser().parse_args(user_arguments(arguments))
     try:
         experiment = _experiment(given)
+        _refuse(experiment)
         nodes = graph_of(experiment, link=str(given.out.absolute() / "port"), firmware=given.firmware)
-        live_settings({each.name: each.default for each in PARAMETERS} | dict(nodes[0].parameters))  # refuses here
-        if experiment.watched and not Path(experiment.watched).exists():
-            raise ValueError(f"watch: expected a run of the healthy vehicle; {experiment.watched} does not exist")
         write_parameters(given.out, nodes)
         entries = [
             {"class": node.kind, "name": node.name, "parameters": dict(node.parameters)}
@@ -73,6 +75,18 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for node in nodes:
         print(line_of(node))
     return 0
+
+
+def _refuse(experiment: Experiment) -> None:
+    """Refuse failures, effects and a run to watch by that the nodes would refuse, before anything is started."""
+    vehicle = load_vehicle_set(experiment.vehicle)
+    sets = [load_parameter_set(name) for name in experiment.truth.split() or vehicle.models]
+    effects = effects_of_words(str(experiment.plant.get("effects", "")).split())
+    failures, lost = parse_failures(str(experiment.plant.get("failures", "")))
+    plant = vehicle_settings(vehicle, sets, effects=effects)
+    LiveSettings(plant=plant, sensors=experiment.sensors, failures=failures, lost=lost)
+    if experiment.watched and not Path(experiment.watched).exists():
+        raise ValueError(f"watch: expected a run of the healthy vehicle; {experiment.watched} does not exist")
 
 
 def experiment_of(arguments: Sequence[str]) -> Experiment:

@@ -25,7 +25,7 @@ from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 from thruster_runtime.parameters import Parameter, declare, refused
 
-__all__ = ["PARAMETERS", "PlantNodeSettings", "live_settings", "settings_of"]
+__all__ = ["PARAMETERS", "PlantNodeSettings", "settings_of"]
 
 PARAMETERS = (
     Parameter(name="vehicle", default="ngs", description="the true vehicle: a vehicle set or YAML file"),
@@ -149,7 +149,7 @@ def settings_of(node: Node) -> PlantNodeSettings:
             problems.extend(str(error).split("\n"))
             return None
 
-    live = made(lambda: live_settings(given))
+    live = made(lambda: _live(given))
     elsewhere = made(lambda: _indices(given["elsewhere"], live.thrusters)) if live is not None else frozenset()
     if elsewhere and given["lockstep"]:
         problems.append("elsewhere: expected lockstep:=false, as real thrusters do not wait; found lockstep")
@@ -162,12 +162,7 @@ def settings_of(node: Node) -> PlantNodeSettings:
     )  # fmt: skip
 
 
-def live_settings(given: Mapping[str, Any]) -> LiveSettings:
-    """Return what is simulated, by the node's parameters, all of them.
-
-    Raises:
-        ValueError, OSError, ThrusterModelError: what is wrong with them.
-    """
+def _live(given: Mapping[str, Any]) -> LiveSettings:
     vehicle = load_vehicle_set(given["vehicle"])
     sets = [load_parameter_set(name) for name in given["truth"].split() or vehicle.models]
     sensors = load_sensors(given["sensors"] or None)
