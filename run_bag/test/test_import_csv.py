@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from map_import import attempted, imported
 
 from run_bag import read_run
 from run_bag.cli_info import main as info
@@ -24,6 +25,11 @@ def files(tmp_path, text=CSV, columns=MAP):
     (tmp_path / "x.csv").write_text(text)
     (tmp_path / "map.yaml").write_text(columns)
     return [str(tmp_path / "x.csv"), "--map", str(tmp_path / "map.yaml"), "--out", str(tmp_path / "out")]
+
+
+def written(path, text):
+    path.write_text(text)
+    return path
 
 
 def test_columns_become_channels_with_their_own_stamps_and_units(tmp_path, capsys):
@@ -206,3 +212,53 @@ def test_a_date_that_is_none_is_named_by_its_line(tmp_path, capsys):
     told = capsys.readouterr().err
     assert "line 4, column 1: expected a finite number" in told and "'2026-13-04T12:00:02Z'" in told
     assert not (tmp_path / "out").exists()
+
+
+VECTORS = "timestamp,name,x,y\n" + "".join(f"{20 * k},{'cell' if k % 2 else 'flow'},{k},0\n" for k in range(40))
+CELL = "thruster_0/load.wrench.force.x: {column: x, unit: N, where: {name: cell}}\n"
+OF_NAME = "time: {column: timestamp, unit: ms}\n" + CELL
+
+
+def test_rows_of_one_name_are_a_channel_and_those_of_another_are_another_one(tmp_path):
+    told = OF_NAME + "thruster_0/flow.axial: {column: x, unit: m/s, where: {name: flow}}\n"
+    run = imported(tmp_path, told, written(tmp_path / "v.csv", VECTORS))
+    force, flow = run["thruster_0/load.wrench.force.x"], run["thruster_0/flow.axial"]
+    assert force.values.tolist() == [*range(1, 40, 2)] and flow.values.tolist() == [*range(0, 40, 2)]
+    assert force.stamps[0] - flow.stamps[0] == 20_000_000
+    assert "column 'x' where name is 'cell' at 'timestamp'" in run.metadata["import"]["decisions"][0]["how"]
+
+
+def test_of_two_files_with_one_column_the_one_with_the_rows_of_a_name_is_taken(tmp_path):
+    first = written(tmp_path / "v_0.csv", "timestamp,name,x,y\n0,flow,1,0\n20,flow,2,0\n")
+    second = written(tmp_path / "v_1.csv", "timestamp,name,x,y\n0,cell,3,0\n20,cell,4,0\n")
+    for files in ([first, second], [second, first]):
+        run = imported(tmp_path, OF_NAME, *files, out=files[0].stem)
+        assert run["thruster_0/load.wrench.force.x"].values.tolist() == [3, 4]
+
+
+def test_rows_of_an_instance_are_told_by_its_number_and_a_cell_of_others_may_be_no_number(tmp_path):
+    told = "thruster_0/state.n: {column: n, unit: rad/s, time_column: t, where: {i: 1}}\n"
+    run = imported(tmp_path, told, written(tmp_path / "n.csv", "t,i,n\n0,0,5\n0,1.0,6\n1,0,7\n,0,7\n1,1.0,8\n"))
+    assert run["thruster_0/state.n"].values.tolist() == [6, 8]
+
+
+@pytest.mark.parametrize(
+    ("where", "sentence"),
+    [
+        ("{name: cel}", "expected column 'x' where name is 'cel', found name: flow, cell"),
+        ("{sender: cell}", "expected column 'sender', found timestamp, name, x, y"),
+        ("cell", "where: expected {column: text or number of its cells}, found 'cell'"),
+        ("{}", "where: expected {column: text or number of its cells}, found {}"),
+        ("{name: [cell]}", "where: expected {column: text or number of its cells}"),
+    ],
+)
+def test_rows_that_are_not_there_are_refused_with_those_that_are(tmp_path, capsys, where, sentence):
+    told = OF_NAME.replace("{name: cell}", where)
+    assert attempted(tmp_path, told, written(tmp_path / "v.csv", VECTORS)) == 1
+    assert sentence in capsys.readouterr().err
+
+
+def test_rows_are_chosen_in_tables_alone(tmp_path, capsys):
+    told = "thruster_0/state.n: {field: a.b, unit: rad/s, where: {name: cell}}\n"
+    assert attempted(tmp_path, told, written(tmp_path / "v.csv", VECTORS)) == 1
+    assert "where: expected beside column alone" in capsys.readouterr().err

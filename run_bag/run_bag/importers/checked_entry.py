@@ -18,7 +18,7 @@ TOP = {"time", "csv", "axes"}
 """Keys of a map that are no channels."""
 KEYS = {
     "column", "field", "file", "unit", "time_column", "time_unit", "time_scale", "scale", "offset", "sign", "nan",
-    "hold", "stop", "per_volt", "clock_deviation", "time_offset",
+    "hold", "stop", "per_volt", "clock_deviation", "time_offset", "where",
 }  # fmt: skip
 TIMES = ("time_column", "time_unit", "time_scale")
 CLOCKS = ("throttle", "state", "load", "flow")
@@ -91,6 +91,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
         problems.append(f"{name}: file: expected a file's name, found {entry['file']!r:.80}")
     beside_field = [key for key in TIMES if "field" in entry and key in entry]
     problems += [f"{name}: {key}: expected beside column alone (a bag or log brings its times)" for key in beside_field]
+    where = _rows(name, entry, problems)
     if "time_unit" in entry and "time_scale" in entry:
         problems.append(f"{name}: expected time_unit or time_scale, found both")
     time_scale = float(entry.get("time_scale", 0.0))
@@ -103,7 +104,7 @@ def _mapped(own: Entry, entry: Mapping[str, Any], convert: Conversion | None, pr
     sign = float(entry.get("sign", 1))
     return Mapped(
         channel=name, topic=own.topic, type=own.type, path=own.path, unit=own.unit,
-        column=entry[places[0]], is_field=places[0] == "field", file=entry.get("file", ""),
+        column=entry[places[0]], is_field=places[0] == "field", file=entry.get("file", ""), where=where,
         time_column=entry.get("time_column"), time_scale=time_scale,
         scale=sign * float(entry.get("scale", 1.0)), offset=sign * float(entry.get("offset", 0.0)) + 0.0,  # no -0
         convert=convert, given_unit=spelled(str(entry["unit"] or own.unit)), nan=frozenset(str(m) for m in marks),
@@ -140,6 +141,25 @@ def _conversion(name: str, entry: Mapping[str, Any], unit: str, problems: list[s
             f"{name}: expected unit {unit!r} or one that becomes it ({accepted(unit)}), found {given!r:.80}{hint}"
         )
     return found
+
+
+def _rows(name: str, entry: Mapping[str, Any], problems: list[str]) -> tuple[tuple[str | int, str], ...]:
+    """Return the columns and cells of the rows that an entry takes, none where it takes all."""
+    told = entry.get("where")
+    if told is None:
+        return ()
+    if "field" in entry:
+        problems.append(f"{name}: where: expected beside column alone (a bag's or log's topics are apart)")
+        return ()
+    cells = list(told.items()) if isinstance(told, Mapping) else []
+    known = [
+        isinstance(column, str | int) and isinstance(cell, str | int | float) and not isinstance(cell, bool)
+        for column, cell in cells
+    ]
+    if not cells or not all(known):
+        problems.append(f"{name}: where: expected {{column: text or number of its cells}}, found {told!r:.80}")
+        return ()
+    return tuple((column, str(cell).strip()) for column, cell in cells)
 
 
 def check_column(name: str, key: str, entry: Mapping[str, Any], problems: list[str]) -> None:

@@ -20,6 +20,7 @@ import pandas
 from numpy.typing import NDArray
 
 from ..errors import NotThereError, RecordingError, TooLargeError
+from .chosen_rows import listed, rows_with
 from .column_names import unit_behind, without_unit
 from .conversions import is_unit
 from .dated import READ, called_date, in_seconds
@@ -82,6 +83,7 @@ class CsvSource:
             self.last_heading = below[0]
         self._columns: dict[tuple[int, frozenset[str]], Array] = {}
         self._marks: dict[int, frozenset[str]] = {}
+        self._texts: dict[int, list[str]] = {}
         self.quick = self._uniform()
         if not self.quick:
             for _ in self.rows():  # refuses a row of another width
@@ -99,9 +101,11 @@ class CsvSource:
         return self._units.get(name, "") if behind is None else behind
 
     def has(self, entry: Mapped) -> bool:
-        """Tell whether the table has the entry's column."""
-        column = entry.column
-        return not entry.is_field and (column <= self.width if isinstance(column, int) else bool(self._called(column)))
+        """Tell whether the table has the entry's column, and rows of it where the entry says which."""
+        columns = [entry.column, *(column for column, _ in entry.where)]
+        if entry.is_field or not all(map(self._has_column, columns)):
+            return False
+        return not entry.where or bool(self._counted(entry).any())
 
     def index(self, column: str | int, channel: str) -> int:
         """Return the 0-based index of a column."""
@@ -115,6 +119,18 @@ class CsvSource:
             found = ", ".join(self.heading) or "no header line"
             found += f" ({column!r} more than once)" if called else self._as_a_cell(column)
         raise NotThereError(channel, f"column {column!r}", found, path=self.path)
+
+    def refuse_missing(self, entry: Mapped) -> None:
+        """Refuse an entry whose columns, or rows, the table has not.
+
+        Raises:
+            NotThereError: with what there is.
+        """
+        for column in (entry.column, *(column for column, _ in entry.where)):
+            self.index(column, entry.channel)
+        if entry.where and not self._counted(entry).any():
+            there = [(column, self._cells(self.index(column, entry.channel))) for column, _ in entry.where]
+            raise NotThereError(entry.channel, entry.place, listed(there), path=self.path)
 
     def prepare(self, entries: Sequence[Mapped]) -> None:
         """Parse all columns of some entries at once, where they can be parsed so."""
@@ -141,8 +157,8 @@ class CsvSource:
         at, index = self.index(entry.time_column, f"{entry.channel}, its time"), self.index(entry.column, entry.channel)
         seconds = self.numbers(at, entry.nan) * entry.time_scale
         values = self.numbers(index, entry.nan)
-        timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values))
-        there = np.flatnonzero(~np.isnan(seconds) & ~(self.is_long & np.isnan(values)))
+        timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values) & self._counted(entry))
+        there = np.flatnonzero(~np.isnan(seconds) & ~(self.is_long & np.isnan(values)) & self._counted(entry))
         if not there.size:
             text = f"{self.path}: {entry.channel}: time column {entry.time_column!r} has no number"
             raise RecordingError(text, path=self.path, found=entry.time_column)
@@ -230,6 +246,22 @@ class CsvSource:
             return None if "_" in cell else float(cell)  # Python reads 1_000 as a number
         except ValueError:
             return None
+
+    def _has_column(self, column: str | int) -> bool:
+        return column <= self.width if isinstance(column, int) else bool(self._called(column))
+
+    def _cells(self, index: int) -> list[str]:
+        """Return the cells of a column as they are written."""
+        if index not in self._texts:
+            self._texts[index] = [row[index].strip() for _, row in self.rows()]
+        return self._texts[index]
+
+    def _counted(self, entry: Mapped) -> NDArray[np.bool_]:
+        """Tell of each row whether an entry takes it; one value for all of them where it does not say which."""
+        counted = np.ones(1, dtype=np.bool_)
+        for column, told in entry.where:
+            counted = counted & rows_with(self._cells(self.index(column, entry.channel)), told, self.number)
+        return counted
 
     def _called(self, name: str) -> list[int]:
         """Return the 0-based columns of a name, which may lack the unit that the header has in brackets."""

@@ -58,7 +58,7 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
             raise at.refusal(e, row, f"a time at most {MAX_SPAN_S:g} s after the first one, its time is")
         stamps = series.stamps + (lag + int(START_S * SECOND))
         parts.setdefault(e.topic, []).append(_Part(e, stamps, _values(e, at, series)))
-        where = f"field {e.column!r}" if e.is_field else f"column {e.column!r} at {e.time_column!r}"
+        where = e.place if e.is_field else f"{e.place} at {e.time_column!r}"
         if isinstance(at, BagSource):
             where += " at its headers' stamps" if at.stamped(e.topic_of_field) else " at the recorder's times"
         where += f" and {e.time_offset:+} s" if e.time_offset else ""
@@ -191,7 +191,7 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
         found = [s for s in found if entry.column in s.names()] or found
     if len(found) == 1:
         return found[0]
-    what = f"{'field' if entry.is_field else 'column'} {entry.column!r}"
+    what = entry.place
     if found:
         files = ", ".join(s.path.name for s in found)
         raise NotThereError(entry.channel, f"{what} in one file (say which by `file: NAME`)", f"it in {files}")
@@ -203,7 +203,7 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
         kind = "a table, whose entries have a `column`" if other == "column" else "a bag or log, whose have a `field`"
         raise NotThereError(entry.channel, other, f"{what}; it is {kind}", path=source.path)
     if isinstance(source, CsvSource):
-        source.index(entry.column, entry.channel)  # says what there is
+        source.refuse_missing(entry)  # says what there is
     names = source.names()
     listed = ", ".join(names[:40]) + (f" and {len(names) - 40} more" if len(names) > 40 else "")
     raise NotThereError(entry.channel, what, listed, path=source.path)

@@ -8,6 +8,7 @@
 `column` is a name of the header line or a number from 1, `field` a topic.field of a bag or a MESSAGE.field of a log.
 value = sign * (scale * cell + offset), in `unit`, which is then brought to the channel's own; a throttle in µs, % or
 1 is (value - stop) / per_volt volts. Cells equal to one of `nan`, empty ones and `nan` in any case are not measured.
+Of rows with several senders `where: {name: cell}` takes those whose column `name` has that cell.
 `hold` says what a signal does between its samples, `clock_deviation` by how much the clock of a thruster's topic may be
 off [s] (standard deviation); both go into the run's metadata. `time_offset` [s] is added to the times of an entry. An
 attitude is a quaternion (`rov/imu.orientation.w`, x, y, z) or angles (`rov/imu.orientation.roll`, pitch, yaw).
@@ -49,6 +50,7 @@ class Mapped(Entry):
     Attributes:
         column: its name in the recording, or its number from 1; `is_field` where the map calls it `field`.
         file: name of the file it is in, "" where one file alone has it.
+        where: columns of a table and the cells they have in the rows that count; none: all rows count.
         time_column: of a table; None where the entry has none of its own.
         time_scale: brings the time column to seconds; 0 where the entry does not say.
         nan: cells that mean "not measured".
@@ -60,6 +62,7 @@ class Mapped(Entry):
     column: str | int
     is_field: bool = False
     file: str = ""
+    where: tuple[tuple[str | int, str], ...] = ()
     time_column: str | int | None = None
     time_scale: float = 0.0
     scale: float = 1.0
@@ -75,6 +78,12 @@ class Mapped(Entry):
     def topic_of_field(self) -> str:
         """The topic of a bag that its field is of."""
         return str(self.column).strip("/").partition(".")[0]
+
+    @property
+    def place(self) -> str:
+        """Which column or field it is, and of which rows, for a sentence."""
+        rows = " and ".join(f"{column} is {cell!r}" for column, cell in self.where)
+        return f"{'field' if self.is_field else 'column'} {self.column!r}" + (f" where {rows}" if rows else "")
 
     @property
     def how(self) -> str:
