@@ -79,6 +79,40 @@ def test_a_sign_source_that_is_not_told_follows_from_the_speed(tmp_path, capsys,
     assert ("0 is written, n counts as a magnitude" in capsys.readouterr().err) == said
 
 
+@pytest.mark.parametrize(
+    ("lowest", "state", "asked"), [(-0.5, "", True), (-40, "", False), (-0.5, "{value: 0}", False), (0, "", False)]
+)
+def test_a_speed_that_is_negative_by_next_to_nothing_is_asked_about(tmp_path, capsys, lowest, state, asked):
+    told = f"thruster_0/state.n: {STATE}\n" + (f"thruster_0/state.sign_source: {state}\n" if state else "")
+    assert main(files(tmp_path, f"0,{lowest}\n1,100\n", told)) == 0
+    assert ("n is never below -0.5 rad/s, up to 100: 1 is written" in capsys.readouterr().err) is asked
+
+
+@pytest.mark.parametrize(
+    ("head", "cells", "unit", "told"),
+    [
+        ("date", "2026-05-04T12:00:0{}Z", "ms", "time column 'date' has dates or times of day, read as seconds"),
+        ("date", "2026-05-04T12:00:0{}Z", "s", ""),
+        ("t [ms]", "{}", "s", "time column 't [ms]' is in ms, as the recording states; the map makes 1 s of each"),
+        ("t [ms]", "{}", "ms", ""),
+        ("t", "{}", "ms", ""),
+    ],
+)
+def test_a_time_in_another_unit_than_the_recording_states_is_warned_of_once(tmp_path, capsys, head, cells, unit, told):
+    rows = "".join(f"{cells.format(k)},{k},{k}\n" for k in range(4))
+    text = f"time: {{column: '{head}', unit: {unit}}}\nthruster_0/state.n: {{column: n, unit: rad/s}}\n"
+    text += "thruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+    imported(tmp_path, text, written(tmp_path / "x.csv", f"{head},n,u\n{rows}"))
+    found = capsys.readouterr().err
+    assert found.count("time column") == bool(told) and told in found
+
+
+def test_a_time_scale_that_corrects_a_clock_is_not_warned_of(tmp_path, capsys):
+    told = "thruster_0/state.n: {column: n, unit: rad/s, time_column: 't [ms]', time_scale: 0.001001}\n"
+    imported(tmp_path, told, written(tmp_path / "x.csv", "t [ms],n\n0,1\n1,2\n"))
+    assert "time column" not in capsys.readouterr().err
+
+
 def test_speeds_without_a_sign_are_warned_of_once_with_the_line_that_says_so(tmp_path, capsys):
     speeds = "".join(f"thruster_{i}/state.n: {STATE}\n" for i in range(3))
     assert main(files(tmp_path, "0,1\n1,2\n", speeds)) == 0

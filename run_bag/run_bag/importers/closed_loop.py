@@ -12,9 +12,9 @@ from .bench_files import MAT_PERIOD, ControllerFile, LoadCellFile
 from .clocks import match
 from .decisions import Decisions
 from .load_cell import FRAME, describe_clock, describe_tachometer, load_topics, stamps
-from .mapped_topics import SIGN_UNKNOWN
 from .open_loop import SIGN_INFERRED
 from .options import BenchOptions, estimator_from_name
+from .sign_source import SIGN_UNKNOWN
 from .signals import infer_sign, sign_unknown
 from .wrench import turns
 

@@ -21,8 +21,8 @@ from .guessed_turning import gyro_by_attitude
 from .guessed_units import guessed_unit
 from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
-from .mapped_topics import SIGN_UNKNOWN
 from .recording_map import ASKED
+from .sign_source import SIGN_UNKNOWN
 from .sources import Array, Source
 from .vehicle_advice import is_charging
 

@@ -15,15 +15,15 @@ from ..errors import NotThereError, RecordingError
 from ..topic import Topic
 from .axes import PARTS, REP103, attitude_of, in_our_axes
 from .bag_source import BagSource
-from .conversions import COMMANDS, conversion, spelled
 from .csv_source import MAX_SPAN_S, CsvSource
 from .decisions import Decisions
 from .recording_map import Constant, Mapped, RecordingMap
+from .sign_source import SIGN_UNKNOWN, magnitudes, of_noise, sign_source
 from .sources import Array, Series, Source
+from .stated_units import against_stated, time_against_stated
 
 START_S = 1.0
 SECOND = 1_000_000_000
-SIGN_UNKNOWN, SIGN_MEASURED = 0, 1
 MOST_TILT = np.radians(400.0)
 """[rad] Of a roll or a pitch, which may be counted from 0 to 360 degrees."""
 STATE = "thruster_msgs/msg/ThrusterState"
@@ -69,7 +69,9 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
     log.add("shift of the clock", shift, "s", how, digits=17)
     made: list[Topic] = []
     unsigned: list[str] = []
-    warnings = [sentence for e, at in places for sentence in _against_stated(e, at)]
+    doubts: list[str] = []
+    warnings = [sentence for e, at in places for sentence in against_stated(e, at)]
+    warnings += dict.fromkeys(sentence for e, at in places for sentence in time_against_stated(e, at))
     warnings += [sentence for own in parts.values() for part in own for sentence in _beyond_a_turn(part)]
     for name, own in parts.items():
         stamps, fields = _merge(own)
@@ -84,31 +86,12 @@ def mapped_topics(sources: Sequence[Source], told: RecordingMap, log: Decisions)
                 log.add(f"axes of {name}", REP103, "", "brought to north, east, down and forward, starboard, down")
         kind = own[0].entry.type
         if kind == STATE and "n" in fields and "sign_source" not in fields:
-            sign = _sign_source(name, fields, log)
+            sign = sign_source(name, fields, log)
             fields["sign_source"] = np.full(len(stamps), sign)
             unsigned += [name] if sign == SIGN_UNKNOWN else []
+            doubts += of_noise(name, fields["n"])
         made.append(Topic(name=name, type=kind, stamps=stamps, fields=fields))
-    return made, warnings + _magnitudes(unsigned)
-
-
-def _against_stated(entry: Mapped, source: Source) -> list[str]:
-    """Return what is odd where a table or log states another unit than the map does.
-
-    A bag's message types have units by convention, which a driver may not keep; scaled cells are in none of ours.
-    """
-    if isinstance(source, BagSource) or abs(entry.scale) != 1.0 or entry.offset:
-        return []
-    name = entry.column
-    if isinstance(source, CsvSource):
-        name = source.names()[source.index(name, entry.channel)]
-    stated = source.unit(str(name))
-    into = conversion(stated, entry.unit) if stated else None
-    if into is None or into == entry.convert or entry.given_unit in COMMANDS:
-        return []
-    whose = f"{'field' if entry.is_field else 'column'} {name!r}"
-    return [
-        f"{entry.channel}: {whose} is in {spelled(stated)}, as the recording states; the map says {entry.given_unit}"
-    ]
+    return made, warnings + magnitudes(unsigned) + doubts
 
 
 def _beyond_a_turn(part: _Part) -> list[str]:
@@ -241,28 +224,3 @@ def _merge(parts: list[_Part]) -> tuple[NDArray[np.int64], dict[str, Any]]:
         merged[np.searchsorted(stamps, p.stamps)] = p.values
         fields[p.entry.path] = merged
     return stamps, fields
-
-
-def _sign_source(topic: str, fields: Mapping[str, Any], log: Decisions) -> int:
-    """Decide where the sign of n comes from: only a sensor that tells the direction gives negative speeds."""
-    channel = f"{topic}.sign_source"
-    if np.any(fields["n"] < 0):
-        log.add(
-            channel, SIGN_MEASURED, "1", "the sensor tells the direction: not in the map, and n is negative at times"
-        )
-        return SIGN_MEASURED
-    log.add(channel, SIGN_UNKNOWN, "1", "n is a magnitude: not in the map, and n is never negative")
-    return SIGN_UNKNOWN
-
-
-def _magnitudes(topics: Sequence[str]) -> list[str]:
-    """Return the warning about speeds that count as magnitudes, one for all of them."""
-    if not topics:
-        return []
-    channel = f"{topics[0]}.sign_source"
-    of = "is not in the map" if len(topics) == 1 else f"and those of {', '.join(topics[1:])} are not in the map"
-    return [
-        f"{channel} {of}, and n is never negative: {SIGN_UNKNOWN} is written, n counts as a magnitude; "
-        f"`{channel}: {{value: {SIGN_UNKNOWN}}}` says so without this warning, {{value: {SIGN_MEASURED}}} that the "
-        "sensor tells the direction"
-    ]
