@@ -17,6 +17,7 @@ from thruster_model.equations.classes import (
     SteadyFlowCoefficients,
     TableCoefficients,
 )
+from thruster_model.model import ParameterDefinition
 from thruster_model.models import MODELS, Model
 from thruster_model.parameter_set import ParameterSet
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
@@ -29,6 +30,8 @@ _STATES = {  # where axial flow or rotor speed follow at once, they are no state
     StaticCoefficients: "none",
     TableCoefficients: "none",
 }
+_READ_AS = {SteadyFlowCoefficients: "v, which follows at once", AmbientInflowCoefficients: "U, as `flow.ambient` is"}
+"""What `flow.axial` is read as where the axial flow is no state."""
 _NEXT_TO_0 = 1e-3
 """Share of a parameter's usual size below which a value's 5 % are nothing."""
 _BLOCKS = {
@@ -68,8 +71,9 @@ def effects() -> str:
         "",
         'A size has its unit, its plausible range and the value at which there is exactly no effect ("none at"), or '
         'that it has where none is given ("else"). "Alike": effects that recordings of one thruster cannot tell from '
-        "it. A diagnosis finds by its runs and model whether an effect is parametric, as parameters far off could do "
-        "the same, or structural, as they could not.",
+        "it. A diagnosis estimates all sizes of an effect within their ranges, an onset too, and does not claim it "
+        "where recordings ask for more. It finds by its runs and model whether an effect is parametric, as parameters "
+        "far off could do the same, or structural, as they could not.",
         "",
         "A run starts, and its t is 0, with its first command, whatever the stamps are. What was before, for effects "
         "that remember: `thermal_fade` begins cold, `tank_recirculation` with U = 0, `load_cell_resonance` at rest. "
@@ -111,6 +115,11 @@ def _unmoved() -> list[str]:
 
 def _of_block(block: Block) -> list[str]:
     """Return what holds of all effects of a block."""
+    if block == "log":
+        return [
+            "They are looked for in columns with one time as well: what is off is when a reading was made, beside the "
+            "time of its row."
+        ]
     if block == "command":
         return [
             f"Order: {_order(in_chain('command'))}; then the throttle u follows behind `command_lag`, at the slower of "
@@ -177,6 +186,10 @@ def reference() -> str:
         "slower one is the effect `throttle_rate_limit`. Which effect changes nothing in which model: [effects.md]"
         "(effects.md#which-model-knows-which-effect).\n"
         "\n"
+        '"Usual" is the size and the sign that a parameter has as a rule; ± may be either. A set may state up to 1000 '
+        "times as much, or 0, with that sign. A velocimeter goes to the channel of the flow that it stands in: "
+        "`flow.axial` at the propeller, `flow.ambient` around it; one alone will do.\n"
+        "\n"
         "On a vehicle k_U, k_UU and k_TU have no part, as its motion makes U (4.20), nor has c_Q of `first_order`, "
         "`bessa` and `yoerger`: a propeller's torque on it is `reaction_torque` of [its set](vehicles.md). A "
         "thrusters' set still states them, as it may be used on a bench: write any number above 0.\n"
@@ -190,17 +203,31 @@ def _model(model: Model, sets: Mapping[str, ParameterSet]) -> str:
     lines = [
         f"\n## `{model.name}`: {model.title}\n",
         f"State: {state}.  ",
+        f"Flow of a recording: {_flow_read(model)}.  ",
         f"Cannot: {model.cannot}\n",
         *("```text", *model.equations, "```\n"),
     ]
     own = {name: s for name, s in sets.items() if s.model_name == model.name}
-    heads = ["parameter", "meaning", "unit", "fitted", *(f"`{name}`" for name in own)]
+    heads = ["parameter", "meaning", "unit", "usual", "fitted", *(f"`{name}`" for name in own)]
     lines += [_row(heads), "|" + "---|" * len(heads)]
     for d in model.parameters:
         values = [f"{s.parameters[d.name].value:.6g} ({s.parameters[d.name].source})" for s in own.values()]
-        lines.append(_row([d.name, d.meaning, d.unit, "no" if d.role == "given" else "yes", *values]))
+        lines.append(_row([d.name, d.meaning, d.unit, _usual(d), "no" if d.role == "given" else "yes", *values]))
     lines += [f"\nSet `{name}`: {s.name}; {s.source}.{_exact(s, model)}" for name, s in own.items()]
     return "\n".join(lines) + "\n"
+
+
+def _flow_read(model: Model) -> str:
+    """Return which channels of the flow a fit and a diagnosis compare with a model."""
+    if not model.has_flow:
+        return "none; `flow.axial` and `flow.ambient` are left out, as are the effects of a velocimeter"
+    return f"`flow.axial` as {_READ_AS.get(model.kind, 'v')}; `flow.ambient` as U"
+
+
+def _usual(d: ParameterDefinition) -> str:
+    """Return the usual size of a parameter with the signs that it may have."""
+    sign = "+" if d.lower >= 0.0 else "−" if d.upper <= 0.0 else "±"
+    return f"{sign}{d.scale:g}"
 
 
 def _exact(own: ParameterSet, model: Model) -> str:
