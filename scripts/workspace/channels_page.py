@@ -26,7 +26,9 @@ A column may be in any of these; the import brings it to the channel's own unit.
 FOOT = f"""
 - A throttle, in V, may also be in {", ".join(f"`{unit}`" for unit in COMMANDS)}, with both `stop`
   and `per_volt`. `'1'` is −1 to 1, `counts` any numbers of a device.
-- Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for %, 0.2 for −1 to 1.
+- Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for %, 0.2 for −1 to 1. Of a converter of 12 bits
+  with rest at 2048 and full command 2000 counts from it, it is 400, `stop` 2048.
+- Which model reads which flow: [models.md](models.md).
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
 - Usual spellings are taken: `µs`, `°C`, `N·m`, `U/min`, `sec`, and `m/s²`, `m/s2`, `m/s^2`, `m s^-2` or `m/s/s` alike.
   YAML wants quotes about `'%'` and `'U1 [V]'`.
