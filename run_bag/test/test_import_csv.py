@@ -283,6 +283,7 @@ def test_rows_of_an_instance_are_told_by_its_number_and_a_cell_of_others_may_be_
         ("{sender: cell}", "expected column 'sender', found timestamp, name, x, y"),
         ("cell", "where: expected {column: text or number of its cells}, found 'cell'"),
         ("{}", "where: expected {column: text or number of its cells}, found {}"),
+        ("{0: 1}", "where: expected {column: text or number of its cells}, found {0: 1}"),
         ("{name: [cell]}", "where: expected {column: text or number of its cells}"),
     ],
 )

@@ -153,7 +153,7 @@ def _rows(name: str, entry: Mapping[str, Any], problems: list[str]) -> tuple[tup
         return ()
     cells = list(told.items()) if isinstance(told, Mapping) else []
     known = [
-        isinstance(column, str | int) and isinstance(cell, str | int | float) and not isinstance(cell, bool)
+        _can_be_column(column) and isinstance(cell, str | int | float) and not isinstance(cell, bool)
         for column, cell in cells
     ]
     if not cells or not all(known):
@@ -165,10 +165,15 @@ def _rows(name: str, entry: Mapping[str, Any], problems: list[str]) -> tuple[tup
 def check_column(name: str, key: str, entry: Mapping[str, Any], problems: list[str]) -> None:
     """Add a problem where what an entry calls a column or field can be none."""
     value = entry[key]
-    numbered = isinstance(value, int) and not isinstance(value, bool) and key != "field"
-    if not ((isinstance(value, str) and value) or (numbered and value >= 1)):
+    if not _can_be_column(value) or (key == "field" and not isinstance(value, str)):
         what = "topic.field" if key == "field" else "a name or a number from 1"
         problems.append(f"{name}: {key}: expected {what}, found {value!r:.80}")
+
+
+def _can_be_column(value: Any) -> bool:
+    """Tell whether a value is a name or a number from 1."""
+    numbered = isinstance(value, int) and not isinstance(value, bool)
+    return bool((isinstance(value, str) and value) or (numbered and value >= 1))
 
 
 def seconds_of(name: str, unit: Any, problems: list[str]) -> float:
