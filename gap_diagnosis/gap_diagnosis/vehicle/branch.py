@@ -17,9 +17,10 @@ from rov_sim.vehicle.plant import sheet_of
 from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
 
-__all__ = ["FARTHEST", "Branch", "Steered", "accumulated", "outputs", "whitened"]
+__all__ = ["FARTHEST", "Branch", "State", "Steered", "accumulated", "outputs", "shifted", "whitened"]
 
 Array = NDArray[np.float64]
+State = tuple[Array, ...]
 FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 
@@ -61,12 +62,12 @@ class Branch:
         self._past = np.full(past_width(log.thrusters), np.nan)
 
     @property
-    def state(self) -> tuple[Array, ...]:
+    def state(self) -> State:
         """Of the filter, to be given back to it or to another one of this bank."""
         return self._sheet[STATE].copy(), self._wrench, self._charge.copy(), self._past.copy()
 
     @state.setter
-    def state(self, given: tuple[Array, ...]) -> None:
+    def state(self, given: State) -> None:
         self._sheet[STATE], self._wrench = given[:2]
         self._charge, self._past = given[2].copy(), given[3].copy()
 
@@ -82,6 +83,11 @@ class Branch:
         )  # fmt: skip
         self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
         return bool(done == log.count)
+
+
+def shifted(state: State, by: State) -> State:
+    """Return the state of a filter moved by so much."""
+    return tuple(part + more for part, more in zip(state, by, strict=True))
 
 
 def outputs(count: int, thrusters: int, *branches: int) -> list[Array]:

@@ -9,18 +9,23 @@ and beside none, b is estimated from the readings before (recursive least square
 and from instant to instant b <- k b, P <- k P k + I - k k: biases wander, and stay within their deviations; a trim, or
 the charge as a dive begins, stays (k = 1). So r' is of unit variance where the failure is there, and one failure
 differs from another by what these numbers cannot be.
+
+Linear they are next to what the filters know. An accelerometer that is 0.07 m/s^2 off moves the velocity of a filter by
+5 cm/s, and one of a velocity log with another scale reads less of that, which no c tells. So what is learned becomes
+known now and then: the filters have it from there on, and their states are where it would have led them.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.branch import FARTHEST, Branch
+from gap_diagnosis.vehicle.branch import FARTHEST, Branch, State, shifted
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.unknowns import Key
+from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from thruster_model.compilation import compiled
 
 __all__ = ["Dive"]
@@ -31,7 +36,12 @@ _WANDERING = ("gyro", "force", "tilt")
 
 
 class Dive:
-    """Numbers of a dive beside each of some failures, the first of which is none."""
+    """Numbers of a dive beside each of some failures, the first of which is none.
+
+    Attributes:
+        numbers: beyond what is known, in their deviations, (failures, S).
+        branches: a filter for each number, (S,).
+    """
 
     def __init__(
         self, model: Model, values: Mapping[Key, float], deviations: Mapping[Key, float], run: int, failures: int
@@ -43,19 +53,37 @@ class Dive:
             deviations: of the numbers, by key, of the recording of number `run`.
             failures: how many there are, none included.
         """
-        self._model, self._values, self._deviations, self._run = model, values, deviations, run
+        self._model, self._deviations, self._run = model, deviations, run
+        self._values = {**values, **dict.fromkeys(deviations, 0.0)}
         self.numbers = np.zeros((failures, len(deviations)))
-        """In their deviations (failures, S)."""
         self._P, self._wanders = np.eye(len(deviations)), np.array([key[0] in _WANDERING for key in deviations])
         self.branches: list[Branch] = []
-        """A filter for each number, (S,)."""
 
     def begin(self, log: VehicleLog) -> None:
         """Begin with filters anew; what was learned stays."""
-        self.branches = [
-            Branch(self._model, {**self._values, key: size}, (), log, self._run)
-            for key, size in self._deviations.items()
-        ]
+        self.branches = [self.branch(log, beside={key: size}) for key, size in self._deviations.items()]
+
+    def branch(
+        self, log: VehicleLog, effects: Sequence[ActiveVehicleEffect] = (), beside: Mapping[Key, float] | None = None
+    ) -> Branch:  # fmt: skip
+        """Return a filter of the vehicle with what is known of this dive, with effects or with numbers beside that."""
+        values = self._values | {key: self._values[key] + size for key, size in (beside or {}).items()}
+        return Branch(self._model, values, effects, log, self._run)
+
+    def know(self, log: VehicleLog, healthy: Branch) -> State:
+        """Take what is learned beside none as known from here on; return by how much that moves a filter's state."""
+        by, states, well = self.numbers[0].copy(), [each.state for each in self.branches], healthy.state
+        moved = tuple(
+            np.nan_to_num(sum(b * (state[part] - well[part]) for b, state in zip(by, states, strict=True)))
+            for part in range(len(well))
+        )
+        for b, (key, size) in zip(by, self._deviations.items(), strict=True):
+            self._values[key] += float(b) * size
+        self.numbers -= by
+        self.begin(log)
+        for branch, state in zip(self.branches, states, strict=True):
+            branch.state = shifted(state, moved)
+        return moved
 
     def follow(self, healthy: Branch) -> None:
         """Take the state of the healthy vehicle's filter, which has jumped."""

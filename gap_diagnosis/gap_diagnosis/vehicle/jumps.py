@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, whitened
+from gap_diagnosis.vehicle.branch import Branch, State, Steered, accumulated, outputs, shifted, whitened
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
@@ -112,6 +112,11 @@ class Jump:
     def freed(self, log: VehicleLog) -> VehicleLog:
         """Return a log without what is known."""
         return self._of.freed(log, self.off) if self.off else log
+
+    def go_on(self, branch: Branch, moved: State) -> None:
+        """Go on with another filter from where the present one is, moved by so much."""
+        branch.state = shifted(self._branch.state, moved)
+        self._branch = branch
 
     def forget(self, healthy: Branch) -> None:
         """Believe nothing beside what is known, and take the state of the healthy vehicle."""

@@ -31,7 +31,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import Baseline
-from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, whitened
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, shifted, whitened
 from gap_diagnosis.vehicle.dive import Dive
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, slopes_along, starting, wrench_of
@@ -42,7 +42,7 @@ from gap_diagnosis.vehicle.jumps import Jump
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.stuck import Stuck
-from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
+from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.innovations import states_of
 
 __all__ = ["Alarm", "Watch"]
@@ -110,7 +110,7 @@ class Watch:
     ) -> None:  # fmt: skip
         """Begin with what recordings of the healthy vehicle taught."""
         self.threshold = threshold
-        self._model, self._values, self._noises = model, healthy.values, healthy.noises
+        self._model, self._noises = model, healthy.noises
         self._conventions, self._stuck = healthy.conventions, Stuck(healthy.unchanged)
         lasting = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
         self._sudden = hypotheses(model, healthy.there, sudden=True)
@@ -146,7 +146,7 @@ class Watch:
         self._flows: Array | None = None
         self._P_n: Array | None = None
         self._state: Array | None = None
-        self._begun = self.time
+        self._begun = self._known = self.time
         self.ratios[self._lasting.stop :] = 0.0
 
     def step(self, log: VehicleLog) -> list[Alarm]:
@@ -159,11 +159,9 @@ class Watch:
         for jump in self._jumps:
             log = jump.freed(log)
         if not self._branches:
-            lasting = self.followed[self._lasting]
-            failures: list[tuple[ActiveVehicleEffect, ...]] = [(), *((h.active((size,)),) for h, size in lasting)]
-            self._branches = [Branch(self._model, self._values, effects, log) for effects in failures]
             self._dive.begin(log)
-            self._jumps = [Jump(h, Branch(self._model, self._values, (), log)) for h in self._sudden]
+            self._branches = self._filters(log)
+            self._jumps = [Jump(h, self._dive.branch(log)) for h in self._sudden]
         first = self._branches[0]
         by = self._steered(log)
         ratios, ends = self.ratios[self._lasting], self.time + log.count * log.period
@@ -203,6 +201,8 @@ class Watch:
             ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
         if not done[0]:  # the vehicle is lost
             self.begin()
+        elif not settling and self.time >= self._known + rules.WATCH_KNOWN:
+            self._know_dive(log)
         over = self.ratios >= self.threshold
         self._found[over & np.isnan(self._found)] = self.time
         self._found[self.ratios <= 0.0] = np.nan
@@ -236,6 +236,24 @@ class Watch:
         gains, self._flows = along(out[3])
         self._P, self._P_n = gains.last, P_n
         return Steered(log, gains.gains, speed_gains, gains.whitener, spread, keep)
+
+    def _filters(self, log: VehicleLog) -> list[Branch]:
+        """Return filters that begin: of the healthy vehicle, and of each failure that lasts."""
+        lasting = self.followed[self._lasting]
+        return [self._dive.branch(log), *(self._dive.branch(log, (h.active((size,)),)) for h, size in lasting)]
+
+    def _know_dive(self, log: VehicleLog) -> None:
+        """Take what is learned of the dive as known, unless a failure or a jump is believed: it may be that."""
+        if self.ratios.max() >= self.threshold or any(jump.size for jump in self._jumps):
+            return
+        states = [branch.state for branch in self._branches]
+        moved = self._dive.know(log, self._branches[0])
+        self._branches = self._filters(log)
+        for branch, state in zip(self._branches, states, strict=True):
+            branch.state = shifted(state, moved)
+        for jump in self._jumps:
+            jump.go_on(self._dive.branch(log), moved)
+        self._known = self.time
 
     def _know_jumps(self) -> None:
         """Take what is believed of jumps as known once one has settled; all else begins anew from the state with it."""

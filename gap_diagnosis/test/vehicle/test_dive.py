@@ -8,11 +8,13 @@ import pytest
 from scipy.spatial.transform import Rotation
 from scipy.stats import multivariate_normal
 
+from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind import watch_hours_io
 from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.dive import _freed
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.unknowns import Key
 from gap_diagnosis.vehicle.watching import Watch
 
 
@@ -73,15 +75,32 @@ def ran(watched: Watched, log: VehicleLog) -> tuple[Watch, float]:
     return watch, highest
 
 
+def learned(watched: Watched, watch: Watch) -> dict[Key, float]:
+    """Return the numbers of a dive, known ones included, by key."""
+    beyond = zip(watched._healthy.differing.items(), watch._dive.numbers[0], strict=True)
+    return {key: watch._dive._values[key] + size * float(number) for (key, size), number in beyond}
+
+
 def test_biases_of_a_start_are_learned_and_raise_no_alarm(watched: Watched) -> None:
     log = watched._log(watched._truth, 6, "hold", 60.0)
     watch, highest = ran(watched, spoiled(log, tilt=0.03, gyro=0.004, force=0.06))
     assert highest < 0.25 * watch.threshold
-    keys, numbers = list(watched._healthy.differing), watch._dive.numbers[0]
-    plain = ran(watched, log)[0]._dive.numbers[0]
-    run = watched._healthy.run
-    more = {key: watched._healthy.differing[key] * (numbers - plain)[j] for j, key in enumerate(keys)}
+    plain, run = learned(watched, ran(watched, log)[0]), watched._healthy.run
+    more = {key: size - plain[key] for key, size in learned(watched, watch).items()}
     assert [more["gyro", run, a] for a in range(3)] == pytest.approx([0.004] * 3, abs=0.0005)
+    known = np.abs([watch._dive._values["gyro", run, a] for a in range(3)])
+    assert np.all(known > 0.001)  # the filters have them, and little is left to be told beside
+
+
+def test_what_becomes_known_is_what_was_learned(watched: Watched, monkeypatch: pytest.MonkeyPatch) -> None:
+    log = spoiled(watched._log(watched._truth, 6, "hold", 60.0), tilt=0.01, gyro=0.002, force=0.03)
+    found = learned(watched, ran(watched, log)[0])
+    monkeypatch.setattr(rules, "WATCH_KNOWN", np.inf)
+    watch, _ = ran(watched, log)
+    plain = learned(watched, watch)
+    assert not any(watch._dive._values[key] for key in plain)
+    apart = [(found[key] - plain[key]) / size for key, size in watched._healthy.differing.items()]
+    assert np.max(np.abs(apart)) < 0.25
 
 
 @pytest.mark.parametrize(("lasts", "alarm"), [(1.5, False), (30.0, True)])

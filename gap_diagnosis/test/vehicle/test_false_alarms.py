@@ -37,18 +37,18 @@ def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
 
 
 def test_the_stated_rate_is_the_counted_one_and_none_where_nothing_was_counted() -> None:
-    assert stated_rate(35.0) == "0.1 (less than 0.2 at 95 %, 87 h counted)"
-    assert stated_rate(45.0) == "0.07 (less than 0.1 at 95 %, 87 h counted)"
+    assert stated_rate(35.0) == "0.1 (less than 0.2 at 95 %, 173 h counted)"
+    assert stated_rate(45.0) == "0.09 (less than 0.1 at 95 %, 173 h counted)"
     assert stated_rate(19.0) == "not counted below a threshold of 20"
 
 
 def test_an_alarm_is_as_probable_as_failures_are_frequent_beside_false_alarms_at_its_height() -> None:
-    # 10 false alarms in 87 h at 35 against one failure in 10 h
-    assert probabilities([35.0]) == pytest.approx([0.1 / (0.1 + 10.0 / 87.0)])
-    # 31 at 20 and 6 at 45: a sixth of 31 as many for each 25 that it is higher
-    assert probabilities([70.0]) == pytest.approx([0.1 / (0.1 + 6.0 / 87.0 * 6.0 / 31.0)])
+    # 24 false alarms in 173 h at 35 against one failure in 10 h
+    assert probabilities([35.0]) == pytest.approx([0.1 / (0.1 + 24.0 / 173.0)])
+    # 58 at 20 and 16 at 45: a sixteenth of 58 as many for each 25 that it is higher
+    assert probabilities([70.0]) == pytest.approx([0.1 / (0.1 + 16.0 / 173.0 * 16.0 / 58.0)])
     first, second = probabilities([600.0, 575.0])
-    assert first == pytest.approx(31.0 / 6.0 * second) and first + second == pytest.approx(1.0, abs=1e-3)
+    assert first == pytest.approx(58.0 / 16.0 * second) and first + second == pytest.approx(1.0, abs=1e-3)
 
 
 def test_too_few_minutes_give_no_threshold() -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind import watch_hours_io
 from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
-from gap_diagnosis.vehicle.branch import Branch, Steered, outputs
+from gap_diagnosis.vehicle.branch import Steered, outputs
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.watching import Alarm, Watch
@@ -150,7 +150,7 @@ def test_a_filter_that_a_velocity_led_astray_takes_no_depth_for_a_jump(dive: Div
 
 def test_a_filter_that_goes_through_a_piece_in_two_parts_comes_out_the_same(dive: Dive) -> None:
     watch, log, rng = dive.watch(), dive.log.part(100, 140), np.random.default_rng(1)
-    one, other = (Branch(watch._model, watch._values, (), log) for _ in range(2))
+    one, other = (watch._dive.branch(log) for _ in range(2))
     K, N = log.count, log.thrusters
     gains, speed_gains = 0.02 * rng.uniform(size=(K, 16, 13)), 0.1 * rng.uniform(size=(K, N))
     by = Steered(log, gains, speed_gains, np.tile(np.eye(13), (K, 1, 1)), np.ones((K, N)), 0.9 ** np.arange(K + 1))
