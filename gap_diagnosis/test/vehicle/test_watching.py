@@ -21,7 +21,7 @@ def test_a_size_is_a_regression_along_the_size_that_was_followed() -> None:
 
 
 def test_a_deviation_is_that_of_readings_worth_a_log_ratio_of_the_tail_and_of_a_bend() -> None:
-    theta = 25.0 / np.log(31.0 / 6.0)  # 31 peaks of healthy minutes at 20, six at 45
+    theta = 25.0 / np.log(58.0 / 16.0)  # 58 peaks of healthy minutes at 20, 16 at 45
     assert _fitted(0.3, 400.0, 400.0) == pytest.approx((0.3, 0.3 * np.sqrt(theta) / 20.0))
     assert _fitted(0.3, 8e8, 4e8) == pytest.approx((0.6, 0.03), rel=1e-3)
 
