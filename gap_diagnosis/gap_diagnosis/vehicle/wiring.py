@@ -117,19 +117,19 @@ def wiring_of(
     columns, variances = best[1]
     b = np.linalg.inv(mass) @ K_t
     ways = [R for j, R in enumerate(MOUNTINGS) if j == 0 or upright(logs, R)]
-    tried = [_assigned(_turned(columns, R), _turned(variances, np.abs(R)), b, used) for R in ways]
+    tried = [_assigned(*_turned(columns, variances, R), b, used) for R in ways]
     prices = [each.price + WIRING_MARGIN * TURNED_IMU * (j > 0) for j, each in enumerate(tried)]
     k = int(np.argmin(prices))
     found, gain = tried[k], prices[0] - prices[k]
     verdict, order, signs = _verdict(found, _alike(b))
     unlike = verdict == "wrong" and not all(
-        _shows(_assigned(_turned(c, ways[k]), _turned(v, np.abs(ways[k])), b, used), order, signs)
+        _shows(_assigned(*_turned(c, v, ways[k]), b, used), order, signs)
         for c, v, _ in (_columns(half, *best[2:]) for half in _halves(logs))
     )
     if unlike:
         verdict, order, signs = "cannot_tell", tuple(range(N)), (1,) * N
     silent = tuple(i for i in range(N) if not found.seen[i])
-    nothing = _moves_nothing(_turned(columns, ways[k]), _turned(variances, np.abs(ways[k])), b, found.seen)
+    nothing = _moves_nothing(*_turned(columns, variances, ways[k]), b, found.seen)
     dead = tuple(i for i in silent if used[i] and edges is not None and nothing[i] and _was_beyond(logs, i, edges[i]))
     return Wiring(
         order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, dead=dead, alike=_alike(b),
@@ -247,9 +247,13 @@ def _speed_when_driven(logs: Sequence[VehicleLog], i: int) -> float:
     return float(np.median(told)) if told.size else float("nan")
 
 
-def _turned(rows: Array, R: Array) -> Array:
-    """Return columns (6, N), of force and turning, as they are where the IMU is mounted by R."""
-    return np.concatenate([read_with(each.T, R).T for each in (rows[:3], rows[3:])])
+def _turned(columns: Array, variances: Array, R: Array) -> tuple[Array, Array]:
+    """Return columns (6, N), of force and turning, and their variances as they are where the IMU is mounted by R."""
+
+    def turned(rows: Array, R: Array) -> Array:
+        return np.concatenate([read_with(each.T, R).T for each in (rows[:3], rows[3:])])
+
+    return turned(columns, R), turned(variances, np.abs(R))
 
 
 def _verdict(found: _Assigned, alike: tuple[tuple[int, ...], ...]) -> tuple[str, tuple[int, ...], tuple[int, ...]]:

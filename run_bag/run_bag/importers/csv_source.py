@@ -157,8 +157,9 @@ class CsvSource:
         at, index = self.index(entry.time_column, f"{entry.channel}, its time"), self.index(entry.column, entry.channel)
         seconds = self.numbers(at, entry.nan) * entry.time_scale
         values = self.numbers(index, entry.nan)
-        timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values) & self._counted(entry))
-        there = np.flatnonzero(~np.isnan(seconds) & ~(self.is_long & np.isnan(values)) & self._counted(entry))
+        counted = self._counted(entry)
+        timeless = np.flatnonzero(np.isnan(seconds) & ~np.isnan(values) & counted)
+        there = np.flatnonzero(~np.isnan(seconds) & ~(self.is_long & np.isnan(values)) & counted)
         if not there.size:
             text = f"{self.path}: {entry.channel}: time column {entry.time_column!r} has no number"
             raise RecordingError(text, path=self.path, found=entry.time_column)
