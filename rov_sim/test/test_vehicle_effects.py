@@ -27,7 +27,7 @@ TARGETS: dict[str, dict[str, Any]] = {
     "thruster_swap": {"thruster": 0, "other": 1},
 }
 OTHERS = ("buoyancy_offset", "payload", "cg_shift", "cb_shift", "water_current", "water_density", "tether_drag",
-          "reaction_torque", "supply_sag")  # fmt: skip
+          "ram_drag", "reaction_torque", "supply_sag")  # fmt: skip
 NU = np.array([0.4, -0.2, 0.1, 0.3, -0.2, 0.5])
 N = np.array([80.0, 60.0, -70.0, 90.0, 40.0, -50.0])
 U = np.array([2.0, 1.8, -1.9, 2.2, 1.5, -1.7])
@@ -146,6 +146,16 @@ def test_a_tether_pulls_against_the_motion_of_its_anchor() -> None:
     v = NU[:3] + np.cross(NU[3:], r)
     force = -0.5 * 1000 * 1.2 * 0.008 * 40 * np.linalg.norm(v) * v
     np.testing.assert_allclose(found, [*force, *np.cross(r, force)], atol=1e-11)
+
+
+def test_thrusters_turn_the_water_that_they_take_in_into_their_axes() -> None:
+    found, expected = gained(effect("ram_drag", sizes={"diameter": 0.08})), np.zeros(6)
+    for r, e, thrust in zip(C.positions.T, C.K_t[:3].T, moving(PLAIN).thrust, strict=True):
+        v = NU[:3] + np.cross(NU[3:], r)
+        mass_flow = np.sqrt(1000 * np.pi * 0.04**2 * abs(thrust) / 2)
+        force = -mass_flow * (v - (v @ e) * e)
+        expected += [*force, *np.cross(r, force)]
+    np.testing.assert_allclose(found, expected, atol=1e-11)
 
 
 @pytest.mark.parametrize(("kind", "acts"), [(None, True), ("forward", True), ("reverse", False)])

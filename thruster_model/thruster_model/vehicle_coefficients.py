@@ -20,11 +20,11 @@ class VehicleCoefficients(NamedTuple):
     hands: (N,), +1 right-handed, -1 left-handed, 0 not known.
     Beyond the thesis, neutral where no effect is on: thrust_scale (N,) factors of the thrusts; interaction (N, N)
     [1/N], share of thrust j lost per newton of thruster i; reaction (3, N) [N m s^2], moment per n|n|; tether (4,):
-    drag [N s^2/m^2] and anchor point [m]; supply: relative voltage without load; sag: share of it lost with all
-    thrusters at full; wiring (N,): whose command thruster i gets; turning (N,): 0 where a rotor is stuck, else 1;
-    stir: [m/s], axial flow with which an idle thruster leaves v = 0. What only effects ask for: positions (3, N) [m]
-    of the thrusters, full_thrust (N,) [N] at full throttle in still water, propeller_torque [N m s^2] per n|n|,
-    density of the water [kg/m^3].
+    drag [N s^2/m^2] and anchor point [m]; ram: [N^0.5 s/m], force across a thruster's axis per velocity there and root
+    of thrust; supply: relative voltage without load; sag: share of it lost with all thrusters at full; wiring (N,):
+    whose command thruster i gets; turning (N,): 0 where a rotor is stuck, else 1; stir: [m/s], axial flow with which an
+    idle thruster leaves v = 0. What only effects ask for: positions (3, N) [m] of the thrusters, full_thrust (N,) [N]
+    at full throttle in still water, propeller_torque [N m s^2] per n|n|, density of the water [kg/m^3].
     """
 
     M_RB: Any
@@ -44,6 +44,7 @@ class VehicleCoefficients(NamedTuple):
     interaction: Any
     reaction: Any
     tether: Any
+    ram: float
     supply: float
     sag: float
     wiring: Any
@@ -103,6 +104,7 @@ def vehicle_coefficients(
         interaction=np.zeros((count, count)),
         reaction=np.zeros((3, count)),
         tether=np.zeros(4),
+        ram=0.0,
         supply=1.0,
         sag=0.0,
         wiring=np.arange(count),

@@ -267,7 +267,8 @@ def _charged(body, charge):  # type: ignore[no-untyped-def]
     """Return the numbers of a body whose battery has so much of its nominal voltage at rest."""
     return Body(
         body.M, body.M_inverse, body.D_L, body.D_Q, body.weight, body.buoyancy, body.r_G, body.r_B, body.current,
-        body.tether, body.supply * charge, body.sag, body.stir, body.interacts, body.reacts, body.tethered, body.sags,
+        body.tether, body.ram, body.supply * charge, body.sag, body.stir, body.interacts, body.reacts, body.tethered,
+        body.sags,
     )  # fmt: skip
 
 

@@ -21,6 +21,7 @@ from rov_sim.vehicle.tables import (
     INFLOW,
     INTERACTION,
     LEFT,
+    PLACE,
     REACTION,
     REVERSE,
     SCALE,
@@ -138,11 +139,32 @@ def _gather_wrench(sheet, at, nu_1, nu_2, wrench, body, layout):  # type: ignore
             n = sheet[at, BODY + i]
             for j in range(3):
                 sheet[TAU, 3 + j] += layout[i, REACTION + j] * n * abs(n)
+    if body.ram > 0.0:
+        for i in range(N):
+            _turn_flow(i, sheet, sheet[thrusts, i], nu_1, nu_2, body.ram, layout)
     if body.tethered:
         force, moment = _tether(nu_1, nu_2, body.tether)
         for j in range(3):
             sheet[TAU, j] += force[j]
             sheet[TAU, 3 + j] += moment[j]
+
+
+@inlined
+def _turn_flow(i, sheet, T, nu_1, nu_2, ram, layout):  # type: ignore[no-untyped-def]
+    """Add to row TAU what it takes to turn the water that thruster i takes in into its axis, at a thrust T [N]."""
+    c = INFLOW
+    e = (layout[i, c], layout[i, c + 1], layout[i, c + 2])
+    c = PLACE
+    r = (layout[i, c], layout[i, c + 1], layout[i, c + 2])
+    turning = cross(nu_2, r)
+    v = (nu_1[0] + turning[0], nu_1[1] + turning[1], nu_1[2] + turning[2])
+    along = e[0] * v[0] + e[1] * v[1] + e[2] * v[2]
+    taken = -ram * np.sqrt(abs(T))
+    force = (taken * (v[0] - along * e[0]), taken * (v[1] - along * e[1]), taken * (v[2] - along * e[2]))
+    moment = cross(r, force)
+    for j in range(3):
+        sheet[TAU, j] += force[j]
+        sheet[TAU, 3 + j] += moment[j]
 
 
 @inlined

@@ -20,8 +20,8 @@ from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = [
     "AFTER", "AMBIENT", "AT", "AXIAL", "BEFORE", "BODY", "END", "FIRST", "FORWARD", "GAINED", "INFLOW", "INTERACTION",
-    "LATE", "LEFT", "MEMORY", "MIDDLE", "REACHED", "REACTION", "REVERSE", "SCALE", "SLOPE", "SPEED", "STATE", "TAU",
-    "THRUST", "TORQUE", "TURNING", "WIRING", "Body", "Tables", "empty_sheet", "tables_of",
+    "LATE", "LEFT", "MEMORY", "MIDDLE", "PLACE", "REACHED", "REACTION", "REVERSE", "SCALE", "SLOPE", "SPEED", "STATE",
+    "TAU", "THRUST", "TORQUE", "TURNING", "WIRING", "Body", "Tables", "empty_sheet", "tables_of",
 ]  # fmt: skip
 
 Array = NDArray[np.float64]
@@ -38,7 +38,7 @@ BODY = 13
 the end of a piece; throttles aimed at; rotor speeds, axial and ambient flows, thrusts and torques where rates were last
 taken; what others leave of the thrusts; wrench; throttles commanded at the beginning of a step, until when [s], and
 then; memory of the first thruster."""
-FORWARD, REVERSE, INFLOW, SCALE, TURNING, WIRING, REACTION, INTERACTION = 0, 6, 12, 18, 19, 20, 21, 24
+FORWARD, REVERSE, INFLOW, SCALE, TURNING, WIRING, REACTION, PLACE, INTERACTION = 0, 6, 12, 18, 19, 20, 21, 24, 27
 """First columns of a thruster's row: see `VehicleCoefficients`; the last ones are shares lost per newton of each."""
 _WORST_CONDITION = 1e12
 
@@ -56,6 +56,7 @@ class Body(NamedTuple):
     r_B: Vector
     current: Vector
     tether: Vector
+    ram: float
     supply: float
     sag: float
     stir: float
@@ -66,7 +67,7 @@ class Body(NamedTuple):
 
 
 class Tables(NamedTuple):
-    """All that a kernel takes of a vehicle: body, layout (N, 24 + N), coefficients and effects of the thrusters."""
+    """All that a kernel takes of a vehicle: body, layout (N, 27 + N), coefficients and effects of the thrusters."""
 
     body: Body
     layout: Array
@@ -117,11 +118,12 @@ def tables_of(c: VehicleCoefficients, thrusters: Any, effects: Any) -> Tables:
         p, e = rows_of(thrusters), rows_of(effects)
     except ValueError as error:
         raise VehicleError("vehicle", [f"thrusters: {error}"]) from error
-    columns = [c.K_t, c.K_t_reverse, c.inflow, c.thrust_scale, c.turning, c.wiring, c.reaction, c.interaction]
+    columns = [c.K_t, c.K_t_reverse, c.inflow, c.thrust_scale, c.turning, c.wiring, c.reaction]
+    columns += [c.positions, c.interaction]
     body = Body(
         M=_rows(M), M_inverse=_inverse(M.tobytes()), D_L=_rows(c.D_L), D_Q=_rows(c.D_Q), weight=float(c.weight),
         buoyancy=float(c.buoyancy), r_G=_vector(c.r_G), r_B=_vector(c.r_B), current=_vector(c.current),
-        tether=_vector(c.tether), supply=float(c.supply), sag=float(c.sag), stir=float(c.stir),
+        tether=_vector(c.tether), ram=float(c.ram), supply=float(c.supply), sag=float(c.sag), stir=float(c.stir),
         interacts=bool(np.any(c.interaction)), reacts=bool(np.any(c.reaction)), tethered=bool(c.tether[0]),
         sags=bool(c.sag),
     )  # fmt: skip

@@ -45,7 +45,10 @@ EFFECTS: dict[str, tuple[tuple[str, float, float], ...]] = {
     "velocity_misalignment": (("angle", 0.06, 0.25),),
     "magnetic_disturbance": (("angle", 0.1, 0.4),),
     "cb_shift": (("x", 0.025, 0.045), ("y", 0.025, 0.045)),
+    "ram_drag": (("diameter", 0.05, 0.15),),
 }
+LATER = ("ram_drag",)
+"""Drawn in place of others, about as often as each, so that seeds without them keep what they had."""
 SIGNED = (
     "thrust_asymmetry", "dead_zone_shift", "thruster_misalignment", "buoyancy_offset", "cg_shift", "water_current",
     "gyro_scale", "imu_bias", "imu_misalignment", "velocity_scale", "velocity_misalignment", "magnetic_disturbance",
@@ -127,7 +130,7 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
     vehicle = str(rng.choice(SETS))
     thrusters = {"bluerov2_heavy": 8, "ngs": 6}[vehicle]
     kind = only or str(rng.choice(("none", "one", "pair", "outside"), p=(0.2, 0.55, 0.1, 0.15)))
-    names = [n for n in EFFECTS if n != "reaction_torque" or vehicle == "ngs"]
+    names = [n for n in EFFECTS if n not in LATER and (n != "reaction_torque" or vehicle == "ngs")]
     count = {"none": 0, "one": 1, "pair": 2, "outside": 0}[kind]
     missing: tuple[str, ...] = ()
     if rng.random() < 0.35:
@@ -135,8 +138,8 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
     if "velocity" in missing:
         names = [n for n in names if not n.startswith("velocity")]
     effects = []
-    for name in rng.choice(names, count, replace=False):
-        effect = str(name)
+    later = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(90,)))
+    for effect in map(str, rng.choice(names, count, replace=False)):
         sizes = {}
         for parameter, low, high in EFFECTS[effect]:
             sign = rng.choice((-1.0, 1.0)) if effect in SIGNED and effect not in ONE_SIGN else 1.0
@@ -148,6 +151,9 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
             sizes |= {"x": float(anchor.uniform(-0.3, 0.0)), "y": float(anchor.uniform(-0.1, 0.1))}
             sizes |= {"z": float(rng.uniform(-0.2, 0.2))}
         effects.append((effect, _place(rng, effect, thrusters), sizes))
+        if later.random() < len(LATER) / len(EFFECTS):
+            effect = str(later.choice(LATER))
+            effects[-1] = (effect, {}, {name: float(later.uniform(*ends)) for name, *ends in EFFECTS[effect]})
     outside = str(rng.choice(OUTSIDE)) if kind == "outside" else ""
     other = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(88,)))
     if outside and other.random() < 0.5:

@@ -100,7 +100,7 @@ def recorded_run(
     out_n, supply = np.zeros((K * steps, N)), np.zeros((K * steps, 2))
     done = run_world(
         commands, steps, truth.thrusters, truth.M, truth.D_L, truth.D_Q, truth.weight, truth.buoyancy, truth.r_G,
-        truth.r_B, truth.current, truth.tether, truth.interaction, truth.sag, truth.wiring, truth.sign,
+        truth.r_B, truth.current, truth.tether, truth.ram, truth.interaction, truth.sag, truth.wiring, truth.sign,
         truth.sliding, wrench, np.array([0.0, 0.0, 3.0]), np.eye(3), gains, wanted, noise, rested(draw, run), out,
         out_n, sent, supply,
     )  # fmt: skip

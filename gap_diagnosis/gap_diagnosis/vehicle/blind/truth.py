@@ -35,6 +35,7 @@ class Truth(NamedTuple):
     r_B: Array
     current: Array
     tether: Array
+    ram: float
     interaction: Array
     sag: float
     wiring: Array
@@ -178,7 +179,7 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
     I_G = np.diag([v["I_x"], v["I_y"], v["I_z"]]) + slanted(draw, vehicle)
     world: dict[str, Any] = {
         "mass": m, "weight": m * g, "buoyancy": v["density"] * g * v["volume"], "r_G": r_G, "r_B": r_B, "A": A, "L": L,
-        "Q": Q, "current": np.zeros(3), "tether": np.zeros(4), "interaction": np.zeros((N, N)), "sag": 0.0,
+        "Q": Q, "current": np.zeros(3), "tether": np.zeros(4), "ram": 0.0, "interaction": np.zeros((N, N)), "sag": 0.0,
         "wiring": np.arange(N, dtype=float), "sign": np.ones(N), "extra": np.zeros((6, 6)),
         "torque": v.get("reaction_torque", 0.0), "full": [_full_thrust(sets[i].coefficients) for i in range(N)],
     }  # fmt: skip
@@ -194,8 +195,8 @@ def truth_of(draw: Draw, vehicle: VehicleSet, sets: tuple[ParameterSet, ...]) ->
         weight, arm = weight + mass * g, arm + mass * g * place
     return Truth(
         table, M, np.diag(world["L"]), np.diag(world["Q"]), weight, world["buoyancy"], arm / weight, world["r_B"],
-        world["current"], world["tether"], world["interaction"], world["sag"], world["wiring"], world["sign"],
-        unnamed(draw).sliding, sensors,
+        world["current"], world["tether"], world["ram"], world["interaction"], world["sag"], world["wiring"],
+        world["sign"], unnamed(draw).sliding, sensors,
     )  # fmt: skip
 
 
@@ -285,5 +286,7 @@ def _add(
         w["current"] = np.array([sizes.get(a, 0.0) for a in ("north", "east", "down")])
     elif effect == "tether_drag":
         w["tether"] = np.array([0.5 * 1000.0 * 1.2 * 0.008 * s, sizes["x"], sizes["y"], sizes["z"]])
+    elif effect == "ram_drag":
+        w["ram"] = np.sqrt(0.5 * 1000.0 * 0.25 * np.pi * s**2)
     else:
         sensors[effect] = (target.get("axis"), s if len(sizes) == 1 else tuple(sizes.values()))

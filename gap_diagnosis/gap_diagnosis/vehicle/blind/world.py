@@ -46,7 +46,22 @@ def _times(A, x, out):  # type: ignore[no-untyped-def]
 
 @compiled
 def _forces(  # type: ignore[no-untyped-def]
-    R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, wrench, out
+    R,
+    nu,
+    T,
+    n,
+    thrusters,
+    D_L,
+    D_Q,
+    weight,
+    buoyancy,
+    r_G,
+    r_B,
+    tether,
+    ram,
+    interaction,
+    wrench,
+    out,
 ):
     """Fill out with force and moment on the body."""
     down = R[2]
@@ -74,6 +89,16 @@ def _forces(  # type: ignore[no-untyped-def]
             out[j] += straight * (1.0 - row[HULL_SHARE]) if j == axis else straight
             out[3 + j] += turned * (1.0 - row[HULL_SHARE]) if 3 + j == axis else turned
             out[3 + j] -= e[j] * torque
+        if ram > 0.0:
+            round_it = _crossed(nu[3:], row[RX : RX + 3])
+            met = (nu[0] + round_it[0], nu[1] + round_it[1], nu[2] + round_it[2])
+            lost = _crossed(_crossed(e, met), e)  # across the axis
+            size = -ram * np.sqrt(abs(push))
+            pull = (size * lost[0], size * lost[1], size * lost[2])
+            moment = _crossed(row[RX : RX + 3], pull)
+            for j in range(3):
+                out[j] += pull[j]
+                out[3 + j] += moment[j]
     if tether[0] != 0.0:
         at = tether[1:4]
         round_it = _crossed(nu[3:], at)
@@ -106,8 +131,8 @@ def _push(p, n, v):  # type: ignore[no-untyped-def]
 
 @compiled
 def run_world(  # type: ignore[no-untyped-def]
-    commands, steps, thrusters, M, D_L, D_Q, weight, buoyancy, r_G, r_B, current, tether, interaction, sag, wiring,
-    sign, sliding, wrench, position, R, gains, wanted, feedback_noise, rest, out, out_n, sent, supply,
+    commands, steps, thrusters, M, D_L, D_Q, weight, buoyancy, r_G, r_B, current, tether, ram, interaction, sag,
+    wiring, sign, sliding, wrench, position, R, gains, wanted, feedback_noise, rest, out, out_n, sent, supply,
 ):  # fmt: skip
     """Fill out (K steps + 1, 24) with position, R, v over ground, w, dv, dw at each step; out_n with rotor speeds;
     sent (K, N): commands with feedback; supply (K steps + 1, 2): relative voltage and load.
@@ -211,7 +236,8 @@ def run_world(  # type: ignore[no-untyped-def]
             pushed[3] += sliding[0] * slid[1]
             pushed[4] -= sliding[0] * slid[0]
             _forces(
-                R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, pushed, forces
+                R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, ram, interaction, pushed,
+                forces,
             )  # fmt: skip
             _slope(nu, momentum, forces, slope)
             for i in range(6):
@@ -220,7 +246,8 @@ def run_world(  # type: ignore[no-untyped-def]
             half = 0.5 * h
             _turn(R, half * (nu[3] + nu2[3]), half * (nu[4] + nu2[4]), half * (nu[5] + nu2[5]), turned)
             _forces(
-                turned, nu2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, interaction, pushed, forces
+                turned, nu2, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, ram, interaction, pushed,
+                forces,
             )  # fmt: skip
             _slope(nu2, trial, forces, later)
             for i in range(6):
