@@ -153,7 +153,7 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
         effects.append((effect, _place(rng, effect, thrusters), sizes))
         if later.random() < len(LATER) / len(EFFECTS):
             effect = str(later.choice(LATER))
-            effects[-1] = (effect, {}, {name: float(later.uniform(*ends)) for name, *ends in EFFECTS[effect]})
+            effects[-1] = (effect, {}, {name: float(later.uniform(low, high)) for name, low, high in EFFECTS[effect]})
     outside = str(rng.choice(OUTSIDE)) if kind == "outside" else ""
     other = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(88,)))
     if outside and other.random() < 0.5:
