@@ -54,13 +54,32 @@ losses of 0.6, told by filters of 0.3, came out as 0.60 to 0.67 (tuning seeds 5 
 
 
 class _Evidence(NamedTuple):
-    """What is believed of failures that last at a time [s]: log ratios, both sums, since when and when found [s]."""
+    """For failures that last, each (F,): log ratios; sums since the last reset of r_well c and of c^2, no reading
+    bounded, (2, F); since when [s]. Changed in place."""
 
-    time: float
     ratios: Array
     sums: Array
     since: Array
-    found: Array
+
+    def copy(self) -> "_Evidence":
+        return _Evidence(*(each.copy() for each in self))
+
+    def take_back(self, before: "_Evidence") -> None:
+        for mine, then in zip(self, before, strict=True):
+            mine[:] = then
+
+    def begin_anew(self, now: float) -> None:
+        self.ratios[:], self.sums[:], self.since[:] = 0.0, 0.0, now
+
+    def add(self, readings: Array, period: float, now: float) -> None:
+        """Take whitened readings of a piece that begins at `now` [s]; of all the same share counts, see the module."""
+        before, most = self.ratios.copy(), rules.WATCH_MOST * readings.shape[1] * period
+        accumulated(
+            readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, period, now, self.ratios, self.sums,
+            self.since,
+        )  # fmt: skip
+        rises = np.maximum(self.ratios - before, 0.0)
+        self.ratios[:] -= (1.0 - min(1.0, most / max(float(rises.max()), 1e-9))) * rises
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,17 +133,15 @@ class Watch:
         self._conventions, self._stuck = healthy.conventions, Stuck(healthy.unchanged)
         lasting = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
         self._sudden = hypotheses(model, healthy.there, sudden=True)
-        self._lasting = slice(0, len(lasting))
+        self._lasting = len(lasting)
         self.followed = lasting + [(h, h.sudden) for h in self._sudden]
         """Failures, each at a size; those that jump last."""
-        self.ratios = np.zeros(len(self.followed))
         self._dive = Dive(model, healthy.values, healthy.differing, healthy.run, 1 + len(lasting))
-        self._sums = np.zeros((2, len(lasting)))
-        """Since the last reset, no reading bounded: of r_well c and of c^2, see the module."""
-        self._since, self._found = np.zeros(len(lasting)), np.full(len(self.followed), np.nan)
+        self._evidence = _Evidence(np.zeros(len(lasting)), np.zeros((2, len(lasting))), np.zeros(len(lasting)))
+        self._found = np.full(len(self.followed), np.nan)
         self.time = 0.0
-        self._believed = [self._evidence()]
-        """What was believed after each piece, back to where a sensor may have got stuck."""
+        self._believed = [(self.time, self._evidence.copy(), self._found.copy())]
+        """After each piece, back to where a sensor may have got stuck."""
         self.begin()
 
     @property
@@ -132,6 +149,12 @@ class Watch:
         """What is watched for, in a sentence."""
         titles = dict.fromkeys(described(h.effect).title for h, _ in self.followed)
         return f"{', '.join(titles)} on {self._model.thrusters} thrusters, the body and its sensors"
+
+    @property
+    def ratios(self) -> Array:
+        """Log likelihood ratios of `followed`."""
+        jumps = [jump.ratio(self.time) for jump in self._jumps] or np.zeros(len(self._sudden))
+        return np.concatenate((self._evidence.ratios, jumps))
 
     @property
     def stuck(self) -> dict[str, str]:
@@ -147,10 +170,47 @@ class Watch:
         self._P_n: Array | None = None
         self._state: Array | None = None
         self._begun = self._known = self.time
-        self.ratios[self._lasting.stop :] = 0.0
 
     def step(self, log: VehicleLog) -> list[Alarm]:
         """Take the next piece; return what is over the threshold, the strongest first."""
+        log = self._read(log)
+        if not self._branches:
+            self._dive.begin(log)
+            self._branches = self._filters(log)
+            self._jumps = [Jump(h, self._dive.branch(log)) for h in self._sudden]
+        first, by, ends = self._branches[0], self._steered(log), self.time + log.count * log.period
+        settling = ends < self._begun + rules.WATCH_SETTLING
+        for j in np.flatnonzero(self._evidence.ratios <= 0.0) + 1:  # a failure that is not believed has not begun yet
+            self._branches[j].state, self._dive.numbers[j] = first.state, self._dive.numbers[0]
+        for jump in self._jumps:
+            if jump.outdated(self.time, self.threshold):
+                jump.forget(first)
+        bank = [*self._branches, *self._dive.branches]
+        out = outputs(log.count, log.thrusters, len(bank))
+        done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(bank)]
+        told = whitened(out[0], out[1], by.whitener, by.spread)
+        readings = self._dive.freed(told, log.period, learned=not settling)
+        for jump in self._jumps:
+            self._test(jump, by, out[0][0], out[1][0], settling=settling)
+        if settling:
+            self._evidence.begin_anew(ends)
+        elif not any(jump.size for jump in self._jumps):  # what moves the healthy vehicle's filter tells of no other
+            self._evidence.add(readings, log.period, self.time)
+        self.time, self._state = ends, out[3][0, -1]
+        if not done[0]:  # the vehicle is lost
+            self.begin()
+        elif not settling and self.time >= self._known + rules.WATCH_KNOWN:
+            self._know_dive(log)
+        ratios = self.ratios
+        self._found[(ratios >= self.threshold) & np.isnan(self._found)] = self.time
+        self._found[ratios <= 0.0] = np.nan
+        self._believed.append((self.time, self._evidence.copy(), self._found.copy()))
+        while len(self._believed) > 1 and self._believed[1][0] <= self._stuck.oldest:
+            del self._believed[0]
+        return self._alarms()
+
+    def _read(self, log: VehicleLog) -> VehicleLog:
+        """Return a piece without what tells nothing new, and without jumps that are known."""
         stuck = set(self._stuck.since)
         log = self._stuck.step(self._conventions.read(log), self.time)
         for name in self._stuck.since.keys() - stuck:
@@ -158,58 +218,18 @@ class Watch:
         self._know_jumps()
         for jump in self._jumps:
             log = jump.freed(log)
-        if not self._branches:
-            self._dive.begin(log)
-            self._branches = self._filters(log)
-            self._jumps = [Jump(h, self._dive.branch(log)) for h in self._sudden]
+        return log
+
+    def _test(self, jump: Jump, by: Steered, body: Array, rotor: Array, *, settling: bool) -> None:
+        """Take a piece into the filter of a jump, see `Jump.step`."""
         first = self._branches[0]
-        by = self._steered(log)
-        ratios, ends = self.ratios[self._lasting], self.time + log.count * log.period
-        settling = ends < self._begun + rules.WATCH_SETTLING
-        for j in np.flatnonzero(ratios <= 0.0) + 1:  # a failure that is not believed has not begun yet
-            self._branches[j].state, self._dive.numbers[j] = first.state, self._dive.numbers[0]
-        for jump in self._jumps:
-            if jump.outdated(self.time, self.threshold):
-                jump.forget(first)
-        before = ratios.copy(), self._sums.copy(), self._since.copy()
-        bank = [*self._branches, *self._dive.branches]
-        out = outputs(log.count, log.thrusters, len(bank))
-        done = [branch.step(by, tuple(each[j] for each in out)) for j, branch in enumerate(bank)]
-        told = whitened(out[0], out[1], by.whitener, by.spread)
-        readings = self._dive.freed(told, log.period, learned=not settling)
-        accumulated(
-            readings, rules.MOST_DEVIATIONS, rules.WATCH_DOUBT, rules.WATCH_FORGET, log.period, self.time, ratios,
-            self._sums, self._since,
-        )  # fmt: skip
-        rises = np.maximum(ratios - before[0], 0.0)
-        counts = min(1.0, rules.WATCH_MOST * log.count * log.period / max(float(rises.max()), 1e-9))
-        ratios -= (1.0 - counts) * rises
-        for jump in self._jumps:
-            if settling:
-                jump.forget(first)
-            else:
-                jump.step(by, out[0][0], out[1][0], self.time)
-            if jump.back:
-                jump.correct(first)
-                self._dive.follow(first)
-        if any(jump.size for jump in self._jumps):  # what moves the healthy vehicle's filter is no evidence for others
-            ratios[:], self._sums[:], self._since[:] = before
-        self.time = ends
-        self._state = out[3][0, -1]
-        self.ratios[len(ratios) :] = [jump.ratio(self.time) for jump in self._jumps]
         if settling:
-            ratios[:], self._sums[:], self._since[:] = 0.0, 0.0, self.time
-        if not done[0]:  # the vehicle is lost
-            self.begin()
-        elif not settling and self.time >= self._known + rules.WATCH_KNOWN:
-            self._know_dive(log)
-        over = self.ratios >= self.threshold
-        self._found[over & np.isnan(self._found)] = self.time
-        self._found[self.ratios <= 0.0] = np.nan
-        self._believed.append(self._evidence())
-        while len(self._believed) > 1 and self._believed[1].time <= self._stuck.oldest:
-            del self._believed[0]
-        return self._alarms()
+            jump.forget(first)
+        else:
+            jump.step(by, body, rotor, self.time)
+        if jump.back:
+            jump.correct(first)
+            self._dive.follow(first)
 
     def _steered(self, log: VehicleLog) -> Steered:
         """Return what steers all filters through a piece: gains along the states of the healthy vehicle's filter.
@@ -239,7 +259,7 @@ class Watch:
 
     def _filters(self, log: VehicleLog) -> list[Branch]:
         """Return filters that begin: of the healthy vehicle, and of each failure that lasts."""
-        lasting = self.followed[self._lasting]
+        lasting = self.followed[: self._lasting]
         return [self._dive.branch(log), *(self._dive.branch(log, (h.active((size,)),)) for h, size in lasting)]
 
     def _know_dive(self, log: VehicleLog) -> None:
@@ -265,16 +285,12 @@ class Watch:
         self._dive.follow(first)
         for jump in self._jumps:
             jump.forget(first)
-        if self.ratios[self._lasting].max() < self.threshold:
-            self.ratios[self._lasting], self._sums[:], self._since[:] = 0.0, 0.0, self.time
+        if self._evidence.ratios.max() < self.threshold:
+            self._evidence.begin_anew(self.time)
         for branch in self._branches[1:]:  # what was told stays so; nothing has counted since the jump
             branch.state = first.state
         if len(believed) > 1:  # each had a state that the other's jump had moved
             self._begun = self.time
-
-    def _evidence(self) -> _Evidence:
-        ratios, found = (each[self._lasting].copy() for each in (self.ratios, self._found))
-        return _Evidence(self.time, ratios, self._sums.copy(), self._since.copy(), found)
 
     def _disbelieve(self, sensor: str) -> None:
         """Take back what filters made of a reading that stood still; a silent sensor's own jump is tested no more."""
@@ -284,33 +300,33 @@ class Watch:
                 jump.forget(self._branches[0])
         if since is None:
             return
-        then = next(each for each in reversed(self._believed) if each.time <= since)
-        self.ratios[self._lasting], self._found[self._lasting] = then.ratios, then.found
-        self._sums[:], self._since[:] = then.sums, then.since
+        _, then, found = next(each for each in reversed(self._believed) if each[0] <= since)
+        self._evidence.take_back(then)
+        self._found[: self._lasting] = found[: self._lasting]
 
     def _alarms(self) -> list[Alarm]:
         """Return what is over the threshold; each failure by the size that is nearer, beside all that are believed."""
-        if self.ratios.max() < self.threshold:
+        ratios = self.ratios
+        if ratios.max() < self.threshold:
             return []
         nearer: dict[Hypothesis, int] = {}
-        for j in np.argsort(-self.ratios):
-            if self.ratios[j] > 0.0:
+        for j in np.argsort(-ratios):
+            if ratios[j] > 0.0:
                 nearer.setdefault(self.followed[j][0], int(j))
         leading = list(nearer.values())
-        sure = probabilities(list(self.ratios[leading]))
-        return [
-            self._alarm(j, float(p)) for j, p in zip(leading, sure, strict=True) if self.ratios[j] >= self.threshold
-        ]
+        sure = probabilities(list(ratios[leading]))
+        told = zip(leading, map(float, ratios[leading]), map(float, sure), strict=True)
+        return [self._alarm(j, ratio, p) for j, ratio, p in told if ratio >= self.threshold]
 
-    def _alarm(self, j: int, probability: float) -> Alarm:
+    def _alarm(self, j: int, ratio: float, probability: float) -> Alarm:
         failure, along = self.followed[j]
         if failure.sudden:
             jump = self._jumps[j - len(self.followed)]
             size, deviation, since = jump.total, jump.deviation, jump.since
         else:
-            (size, deviation), since = _fitted(along, *self._sums[:, j]), float(self._since[j])
+            (size, deviation), since = _fitted(along, *self._evidence.sums[:, j]), float(self._evidence.since[j])
         return Alarm(
-            failure=failure, size=size, deviation=deviation, log_ratio=float(self.ratios[j]), probability=probability,
+            failure=failure, size=size, deviation=deviation, log_ratio=ratio, probability=probability,
             since=since, found=float(self._found[j]),
         )  # fmt: skip
 
