@@ -22,11 +22,12 @@ from gap_diagnosis.vehicle.log_io import log_of, suited_period
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.oddities import Logged, common_to
 from gap_diagnosis.vehicle.stretches import stretches_of
+from gap_diagnosis.vehicle.turns import attitudes_with, read_with
 from gap_diagnosis.vehicle.unknowns import Key, words_of
 from gap_diagnosis.vehicle.velocity_axes import velocity_size
 from rov_sim.vehicle.effects.effect import VehicleEffect
 from rov_sim.vehicle.settings import active_effects
-from run_bag import Run, RunError, read_run
+from run_bag import Run, RunError, Topic, read_run
 from run_bag.importers.vehicle_advice import advice_on_vehicle
 
 __all__ = ["check_vehicle"]
@@ -42,6 +43,10 @@ _SENSORS = {
     "tachometer": ("thruster_0/state.n",),
 }
 """A channel of each sensor, the first that is there."""
+_TURNED = {
+    "orientation": "wxyz", "linear_acceleration": "xyz", "angular_velocity": "xyz", "twist.twist.linear": "xyz",
+}  # fmt: skip
+"""What a sensor tells in axes of its own, with the names of its parts."""
 _TOGETHER = 0.95
 """Correlation of two throttles from which on they were hardly commanded apart."""
 
@@ -64,7 +69,7 @@ def check_vehicle(paths: Sequence[Path], model: Model) -> list[Finding]:
             continue
         logs.append(log)
         sensors += _told_by(run, log)
-        found += [*_sensors(log), *_throttles(log), *_notes(run, log)]
+        found += [*_sensors(log), *_throttles(log), *_notes(run, log, model)]
     found = [*_readings(sensors), *found]
     if not logs:
         return found
@@ -151,12 +156,25 @@ def _throttles(log: VehicleLog) -> Iterable[Finding]:
         yield Finding(kind="note", run=log.name, about="throttles", sentence=told)
 
 
-def _notes(run: Run, log: VehicleLog) -> list[Finding]:
-    """Return what the reader decided, and what an import would warn of."""
+def _notes(run: Run, log: VehicleLog, model: Model) -> list[Finding]:
+    """Return what the reader decided, and what an import would warn of that does not know how sensors are mounted."""
     decided = [Finding(kind="good", run=run.name, sentence=s) for s in log.notes]
-    return decided + [
-        Finding(kind="note", run=run.name, sentence=s) for s in advice_on_vehicle(topics_within(run, "rov/"))
-    ]
+    imu, velocity = model.mounted.mountings
+    mounted = {"rov/imu": imu, "rov/velocity": velocity}
+    topics = [_in_body(topic, mounted.get(topic.name)) for topic in topics_within(run, "rov/")]
+    return decided + [Finding(kind="note", run=run.name, sentence=s) for s in advice_on_vehicle(topics)]
+
+
+def _in_body(topic: Topic, R: Array | None) -> Topic:
+    """Return what a sensor that is mounted by R tells in the body's axes."""
+    fields = dict(topic.fields)
+    for head, parts in _TURNED.items() if R is not None else ():
+        names = [f"{head}.{part}" for part in parts]
+        if all(name in fields for name in names):
+            told = np.column_stack([np.asarray(fields[name], dtype=np.float64) for name in names])
+            told = read_with(told, R) if len(parts) == 3 else attitudes_with(told, R)
+            fields.update(zip(names, told.T, strict=True))
+    return replace(topic, fields=fields)
 
 
 def _units(model: Model, logs: Sequence[VehicleLog]) -> Iterable[Finding]:

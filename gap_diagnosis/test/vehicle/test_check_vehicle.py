@@ -141,6 +141,23 @@ def test_a_wrong_wire_and_an_imu_upside_down_are_notes(tmp_path: Path) -> None:
     assert "its z axis points up" in told(found, "note")["askew"]
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_an_imu_that_is_stated_to_be_upside_down_contradicts_no_attitude_of_the_vehicle(
+    tmp_path: Path, stated: bool
+) -> None:
+    draw = Draw(seed=3, vehicle="ngs", kinds=("pulses",), duration=20.0)
+    topics = {topic.name: topic for topic in recorded(draw, MODEL.vehicle, MODEL.sets, MODEL.sensors)[0]}
+    imu = topics["rov/imu"]
+    told_there = {f"pose.pose.{p}": v for p, v in imu.fields.items() if p.startswith("orientation")}
+    vectors = {p: np.asarray(v) for p, v in imu.fields.items() if not p.startswith("orientation")}
+    topics["rov/imu"] = replace(imu, fields={p: -v if p[-1] in "yz" else v for p, v in vectors.items()})
+    odometry = Topic(name="rov/odometry", type="nav_msgs/msg/Odometry", stamps=imu.stamps, fields=told_there)
+    sensors = replace(MODEL.sensors, imu=replace(MODEL.sensors.imu, rotation=(np.pi, 0.0, 0.0)))
+    model = replace(MODEL, sensors=sensors) if stated else MODEL
+    found = check_vehicle([write_run(tmp_path / "dive", [*topics.values(), odometry])], model)
+    assert any("where down is" in each.sentence for each in found) is not stated
+
+
 def test_readings_in_another_unit_or_sign_and_another_battery_are_asked_about(tmp_path: Path) -> None:
     def misread(topic: Topic) -> Topic:
         factors = {"n": 2.0 * np.pi / 60.0, "voltage": 0.75} | {f"twist.twist.linear.{a}": 0.1 for a in "xyz"}

@@ -102,7 +102,8 @@ def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] |
     return [
         f"{whose}: attitude and specific force disagree about where down is, by {np.degrees(angle):.0f} degrees as a "
         "rule: expected angles in their own `unit` and sign, or a quaternion w, x, y, z, that turn body axes (forward, "
-        "starboard, down) into north, east, down"
+        "starboard, down) into north, east, down; of an IMU that is mounted turned the sensors' file states the "
+        "`rotation`, and this is as it should be"
     ]
 
 
