@@ -166,9 +166,11 @@ def _notes(run: Run, log: VehicleLog, model: Model) -> list[Finding]:
 
 
 def _in_body(topic: Topic, R: Array | None) -> Topic:
-    """Return what a sensor that is mounted by R tells in the body's axes."""
+    """Return what a sensor that is mounted by R, if it is a turned one, tells in the body's axes."""
+    if R is None:
+        return topic
     fields = dict(topic.fields)
-    for head, parts in _TURNED.items() if R is not None else ():
+    for head, parts in _TURNED.items():
         names = [f"{head}.{part}" for part in parts]
         if all(name in fields for name in names):
             told = np.column_stack([np.asarray(fields[name], dtype=np.float64) for name in names])
