@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter, uniform_filter1d
 from scipy.stats import binom
 
+from gap_diagnosis.rules import LOG_RULES
 from thruster_model.identification.preparation import noise_level
 
 __all__ = [
-    "LARGEST_SHARE",
     "edge_deviation",
     "hole_around_zero",
     "lattice_step",
@@ -196,16 +196,13 @@ def _from_parabola(values: Array, used: Mask, at: NDArray[np.int64]) -> Array:
     return np.where(np.sum(weights, axis=1) > 3, away, np.inf)
 
 
-LARGEST_SHARE = 2e-3
-"""Of readings that are outliers by accident."""
-
-
-def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_share: float = LARGEST_SHARE) -> Mask:
+def lone_samples(values: Array, noise: float, *, limit: float = 8.0, together: int = 1) -> Mask:
     """Return which samples lie away from all their neighbours by more than `limit` deviations, shape (M,).
 
     For any signal: the two before it, continued, and the two after it must miss it to the same side, and be closer to
     each other than half as far. One such reading in a thousand would outweigh all the others; where there are more than
-    `largest_share` (and than one) they are no accident, and are left.
+    any logger may have (and than one) they are no accident, and are left. together: how many readings a sample is the
+    mean of.
     """
     lone = np.zeros(values.size, dtype=bool)
     if values.size < 5 or not noise > 0.0:
@@ -217,7 +214,8 @@ def lone_samples(values: Array, noise: float, *, limit: float = 8.0, largest_sha
     one_side = (np.sign(from_before) == np.sign(away)) & (np.sign(from_after) == np.sign(away))
     with np.errstate(invalid="ignore"):
         lone[2:-2] = one_side & (least > limit * noise) & (np.abs(after - before) < 0.5 * np.abs(away))
-    return lone if np.sum(lone) <= max(largest_share * values.size, 1.0) else np.zeros(values.size, dtype=bool)
+    most = max(LOG_RULES.ordinary * together * values.size, 1.0)
+    return lone if np.sum(lone) <= most else np.zeros(values.size, dtype=bool)
 
 
 def regular_stamps(stamps: Array) -> tuple[Array, float]:

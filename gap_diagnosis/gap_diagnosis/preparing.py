@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.log_check import (
-    LARGEST_SHARE,
     hole_around_zero,
     lattice_step,
     lone_samples,
@@ -192,8 +191,7 @@ def with_log_findings(
         if name in ("axial", "ambient"):
             standing_out[name] = spikes(m.values, m.noise)
         else:
-            share = LARGEST_SHARE * log.together(name, m.width)
-            lone[name] = lone_samples(m.values, m.noise, largest_share=share)
+            lone[name] = lone_samples(m.values, m.noise, together=log.together(name, m.width))
     hole = {}
     if "speed" in experiment.measurements and experiment.measurements["speed"].width == 0.0:
         hole["speed"] = hole_around_zero(experiment.measurements["speed"].values)

@@ -42,6 +42,8 @@ DEFAULT_DEVIATION = 0.05
 CONVENTION = 1.5e-3
 """Standard deviation [s] of what simulators and loggers disagree about within a step: whether a command holds from its
 stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
+QUARTZ = 5e-5
+"""Standard deviation [s/s] of a clock's rate in a run: two quartzes part by 2 ms in 40 s."""
 FARTHEST = 16.0
 """Deviations within which nuisances are held."""
 _LATEST, _LATEST_OF_RUN = RULES.conventional / CONVENTION, 8.0
@@ -51,8 +53,8 @@ _DIVERGED = 1e6
 
 
 class Slot(NamedTuple):
-    """One nuisance: kind "start", "clock", "offset" (of one recording) or "convention" (of one or, `recording` None, of
-    all), of what, and its standard deviation.
+    """One nuisance: kind "start", "clock", "rate", "offset" (of one recording) or "convention" (of one or, `recording`
+    None, of all), of what, and its standard deviation.
     """
 
     recording: int | None
@@ -117,6 +119,7 @@ class Problem:
         for index, recording in enumerate(self.recordings):
             if len(self.recordings) > 1:
                 slots += [Slot(index, "convention", of, CONVENTION) for of in ("throttle", *topics)]
+            slots += [Slot(index, "rate", topic, QUARTZ) for topic in topics]
             slots += [Slot(index, "start", of, std) for of, std in recording.start_std.items()]
             if recording.experiment.throttle_shift_std > 0.0:
                 slots.append(Slot(index, "clock", "throttle", recording.experiment.throttle_shift_std))
@@ -304,8 +307,11 @@ class Problem:
             elif slot.of == "throttle":
                 shifts = replace(shifts, throttle=shifts.throttle + size)
             else:
-                late = {name: shifts.signals.get(name, 0.0) + size for name in self._stamped(slot, index)}
-                shifts = replace(shifts, signals={**shifts.signals, **late})
+                late, gained = dict(shifts.signals), dict(shifts.rates)
+                changed = gained if slot.kind == "rate" else late
+                for name in self._stamped(slot, index):
+                    changed[name] = changed.get(name, 0.0) + size
+                shifts = replace(shifts, signals=late, rates=gained)
         gates = self.gates[index] if self.gates else NO_GATES
         return Situation(start=start, shifts=shifts, gates=gates)
 

@@ -230,9 +230,15 @@ def test_stamps_that_do_not_advance_have_no_line_through_them():
 def test_a_single_reading_far_from_all_its_neighbours_is_marked_and_nothing_else():
     values = NOISY.copy()
     values[[100, 431]] += [30.0, -25.0]
-    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == [] and not lone_samples(NOISY, 1.2).any()
-    values[431] = NOISY[431]
-    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == [100]
+    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == [100, 431] and not lone_samples(NOISY, 1.2).any()
+
+
+def test_more_lone_readings_than_any_logger_has_are_left():
+    values, many = NOISY.copy(), [100, 200, 300, 431, 500]  # of 800
+    values[many] += 30.0
+    assert not lone_samples(values, 1.2).any()
+    values[500] = NOISY[500]
+    assert np.flatnonzero(lone_samples(values, 1.2)).tolist() == many[:4]
 
 
 @pytest.mark.parametrize(

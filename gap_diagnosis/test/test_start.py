@@ -70,3 +70,17 @@ def test_a_thruster_in_still_water_starts_at_rest():
     recording = cut(0.0, 0.0)
     assert set(recording.start_std) == {"ambient"} and recording.start_std["ambient"] < 0.01
     assert recording.start.n == 0.0
+
+
+def test_a_clock_that_gains_in_one_run_is_found_there():
+    rng, gained, runs = np.random.default_rng(5), (0.0, 8e-5), []
+    for rate in gained:
+        commands = np.repeat(rng.uniform(-4.5, 4.5, 80), 500)  # for half a second each
+        n = simulate(HL.model.coefficients(HL.values), commands, 1e-3).n
+        at = np.arange(0.01, 39.9, 0.02)
+        speed = np.interp(at, 1e-3 * np.arange(n.size), n) + 0.3 * rng.standard_normal(at.size)
+        runs.append(recording_of("run", (np.arange(0.0, 40.0, 1e-3), commands), {"speed": (at * (1.0 + rate), speed)}))
+    problem = Problem(recordings=tuple(runs), parameter_set=HL, deviations=deviations_of(HL))
+    found = fit(problem, white_noise(problem), problem.start(), iterations=20)
+    rates = [problem.situation(found.x, run).shifts.rates["speed"] for run in range(2)]
+    np.testing.assert_allclose(rates, gained, atol=1.5e-5)

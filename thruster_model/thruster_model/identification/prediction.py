@@ -31,13 +31,15 @@ class Shifts:
 
     Attributes:
         throttle: by how much the throttle's clock is late [s], so that everything happens later.
-        signals: by how much the clocks of signals are late [s].
+        signals: by how much the clocks of signals are late [s], in the middle of their stamps.
+        rates: by how much they gain [s/s].
         offsets: by how much rest values were misjudged, in the signals' units; an unsigned tachometer's counts with the
             sign of the speed.
     """
 
     throttle: float = 0.0
     signals: Mapping[str, float] = field(default_factory=dict)
+    rates: Mapping[str, float] = field(default_factory=dict)
     offsets: Mapping[str, float] = field(default_factory=dict)
 
 
@@ -136,7 +138,10 @@ def predict(
 def taken(signal: str, stamps: Array, shifts: Shifts, effects: ActiveEffects) -> Array:
     """Return when on the clock of the recorded throttle the samples of a signal with these stamps [s] were taken."""
     at = effects.stamped("throttle", effects.taken(signal, stamps))
-    return np.asarray(at - (shifts.throttle + shifts.signals.get(signal, 0.0)))
+    late = shifts.throttle + shifts.signals.get(signal, 0.0)
+    if signal in shifts.rates:
+        late = late + shifts.rates[signal] * (stamps - 0.5 * (stamps[0] + stamps[-1]))
+    return np.asarray(at - late)
 
 
 def seen(output: Array, dt: float, time: Array, width: float, readings: int = 0) -> Array:
