@@ -161,6 +161,21 @@ def test_each_sensor_of_a_table_may_have_a_time_of_its_own(tmp_path, capsys, fir
     assert run.time("thruster_0/state.n")[[0, -1]] == pytest.approx([0.004, 0.02 * SWEEP.size - 0.016])
 
 
+def test_a_column_that_falls_is_no_time_and_one_that_rises_as_the_time_does_is_no_force(tmp_path, capsys):
+    at = np.arange(SWEEP.size) * 0.02 + 396.7
+    thrust = {"t_cmd": at, "u_V": 4 * SWEEP, "t_n": at + 0.004, "omega [rad/s]": 90 * SWEEP, "t_T": at, "T": 5 * SWEEP}
+    found, text = proposed(capsys, wide(tmp_path / "x.csv", thrust))
+    assert found["time"].startswith("{column: t_cmd, unit: s}") and len(found) == 3
+    assert "time_column: t_n" in found["thruster_0/state.n"] and "# T -5 to 5" in text
+    common = {"t": at, "u_V": 4 * SWEEP, "t_n": at + 0.004, "omega [rad/s]": 90 * SWEEP}
+    found, text = proposed(capsys, wide(tmp_path / "y.csv", common))
+    assert found["time"].startswith("{column: t, unit: s}") and len(found) == 3 and "Not recognised" not in text
+    assert "time_column: t_n" in found["thruster_0/state.n"]
+    assert "time_column" not in found["thruster_0/throttle.commanded"]
+    _, text = proposed(capsys, wide(tmp_path / "z.csv", {"t": at, "f_ms": 7 * at, "u_V": 4 * SWEEP}))
+    assert "# f_ms" in text and "time_column" not in text
+
+
 def test_names_with_a_number_inside_are_thrusters_and_units_at_their_end_tell_what_they_are(tmp_path, capsys):
     names = [f"{kind}{i}{end}" for kind, end in (("M", "_cmd [%]"), ("esc", "_rpm")) for i in (1, 2, 3)]
     rows = [",".join(f"{30 * np.sin(k / 9 + j):.3f}" for j in range(9)) for k in range(60)]

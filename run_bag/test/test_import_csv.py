@@ -151,6 +151,7 @@ def test_rows_without_time_and_value_are_not_measured(tmp_path):
         (CSV, "time: {column: t}", "expected entries"),
         (CSV, "[: x", "line 1: expected YAML; found what is none"),
         (CSV.replace("0.2,bad", "0.05,bad"), MAP, "line 4: rows out of order: 0.05 s after 0.1 s"),
+        (CSV.replace("0.2,bad", "0.05,bad"), MAP, "expected that 't', the time of thruster_0/state.n, never falls"),
         (CSV.replace("0.6,0.15,", "0.6,0.15"), MAP, "x.csv, line 3: expected 5 columns as in line 1, found 4"),
         (CSV.replace("0.6,0.15,", "0.6,0.15,1,2"), MAP, "x.csv, line 3: expected 5 columns as in line 1, found 6"),
         (CSV.replace("0.6", "inf"), MAP, "x.csv, line 3, column 3: expected a finite number"),

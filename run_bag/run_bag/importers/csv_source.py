@@ -170,7 +170,8 @@ class CsvSource:
         if falls.size:
             i = int(falls[0]) + 1
             line = self.line(int(there[i]))
-            text = f"{self.path}, line {line}: rows out of order: {seconds[i]:g} s after {seconds[i - 1]:g} s"
+            text = f"{self.path}, line {line}: rows out of order: {seconds[i]:g} s after {seconds[i - 1]:g} s; "
+            text += f"expected that {entry.time_column!r}, the time of {entry.channel}, never falls"
             raise RecordingError(
                 text, path=self.path, position=line, expected=float(seconds[i - 1]), found=float(seconds[i])
             )

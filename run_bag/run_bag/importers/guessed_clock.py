@@ -11,14 +11,16 @@ from .column_names import bare_name, called_time
 from .conversions import conversion
 from .csv_source import CsvSource
 from .guessed_units import Guessed, guessed_time_unit
-from .guessed_values import values_of
+from .guessed_values import span_of, values_of
 from .recording_map import ASKED
-from .sources import Source
+from .sources import Array, Source
 
 __all__ = ["clock_in", "clock_of", "is_time", "own_times", "time_of", "unit_of_time"]
 
 _OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 """The time of the columns that follow it: t_cmd, cmd_ms."""
+_SELDOM = 0.1
+"""Share of rows in which a time may be less than in the row before: an import names the first of them."""
 
 
 def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
@@ -40,9 +42,15 @@ def _likely_time(table: CsvSource) -> str:
 
 
 def own_times(table: CsvSource) -> list[str]:
-    """Return the columns of time of a table in which each sensor has its own; none where there is one time."""
-    found = [name for name in table.names() if _OWN_TIME.fullmatch(bare_name(name)) and _never_falls(table, name)]
-    return found if len(found) > 1 and not any(is_time(table, name) for name in table.names()) else []
+    """Return the columns of time of a table in which sensors have their own; none where there is one time.
+
+    Beside a time of all, such a column shares its range: t_n is a time then, and no force in N.
+    """
+    common = next((name for name in table.names() if is_time(table, name)), "")
+    own = [name for name in table.names() if _OWN_TIME.fullmatch(bare_name(name)) and _never_falls(table, name)]
+    found = [name for name in own if not common or name == common or _share_range(table, common, name)]
+    found = sorted({*found, common} - {""}, key=table.names().index)
+    return found if len(found) > 1 else []
 
 
 def clock_in(table: CsvSource, clock: str) -> str:
@@ -52,9 +60,9 @@ def clock_in(table: CsvSource, clock: str) -> str:
 
 def time_of(table: CsvSource, name: str, clock: str) -> str:
     """Return the column of time of a column: one of its own, or the table's, see `clock_in`."""
-    names, own = table.names(), own_times(table)
-    before = [each for each in own if names.index(each) < names.index(name)]
-    return before[-1] if before and before[-1] != own[0] else clock_in(table, clock)
+    names = table.names()
+    before = [each for each in own_times(table) if names.index(each) < names.index(name)]
+    return before[-1] if before else clock_in(table, clock)
 
 
 def unit_of_time(table: CsvSource, name: str) -> Guessed:
@@ -70,9 +78,10 @@ def _unit(table: CsvSource, name: str) -> Guessed:
 
 
 def is_time(table: CsvSource, name: str) -> bool:
-    """Tell whether a column is called a time, and has no other unit: T is a thrust where its unit is N."""
+    """Tell whether a column is called a time, has no other unit, and rises as a rule: T may be a thrust."""
     stated = table.unit(name)
-    return name in table.dated or (called_time(name) and (not stated or conversion(stated, "s") is not None))
+    named = called_time(name) and (not stated or conversion(stated, "s") is not None)
+    return name in table.dated or (named and float(np.mean(_steps(table, name) < 0.0)) <= _SELDOM)
 
 
 def _rises(table: CsvSource, name: str) -> bool:
@@ -83,6 +92,20 @@ def _rises(table: CsvSource, name: str) -> bool:
 
 def _never_falls(table: CsvSource, name: str) -> bool:
     """Tell whether values rise and never fall: two rows may have one stamp."""
-    values = values_of(table, name)
-    steps = np.zeros(0) if values is None else np.diff(values[np.isfinite(values)])
+    steps = _steps(table, name)
     return bool(np.all(steps >= 0.0) and np.any(steps > 0.0))
+
+
+def _steps(table: CsvSource, name: str) -> Array:
+    """Return the steps between the numbers of a column, one of 0 where it has none."""
+    values = values_of(table, name)
+    known = np.zeros(0) if values is None else values[np.isfinite(values)]
+    return np.diff(known) if known.size > 1 else np.zeros(1)
+
+
+def _share_range(table: CsvSource, name: str, other: str) -> bool:
+    """Tell whether two columns have most of their ranges in common."""
+    one, two = span_of(table, name), span_of(table, other)
+    if one is None or two is None:
+        return False
+    return 2.0 * (min(one.high, two.high) - max(one.low, two.low)) > max(one.high, two.high) - min(one.low, two.low)
