@@ -176,6 +176,24 @@ def test_a_column_that_falls_is_no_time_and_one_that_rises_as_the_time_does_is_n
     assert "# f_ms" in text and "time_column" not in text
 
 
+@pytest.mark.parametrize(
+    ("name", "entry"),
+    [
+        ("stream_kn", "thruster_0/flow.ambient: {column: stream_kn, unit: kn}"),
+        ("thrust_kn", "thruster_0/load.wrench.force.x: {column: thrust_kn, unit: kN}"),
+        ("pull_kN", "thruster_0/load.wrench.force.x: {column: pull_kN, unit: kN}"),
+        ("rev_per_s", "thruster_0/state.n: {column: rev_per_s, unit: rps}"),
+        ("v_kn", "# v_kn -0.5 to 0.5"),
+        ("speed_kn", "# speed_kn -0.5 to 0.5"),
+        ("stick", "throttle.commanded: {column: stick, unit: '1', stop: 0, per_volt: 0.2, hold: previous}"),
+        ("dac", "thruster_0/throttle.commanded: {column: dac, unit: '1'"),
+    ],
+)
+def test_letters_of_a_unit_count_as_they_are_written_and_where_the_channel_can_be_in_it(tmp_path, capsys, name, entry):
+    table = wide(tmp_path / "x.csv", {"t": np.arange(SWEEP.size) * 0.02, name: 0.5 * SWEEP})
+    assert entry in proposal(capsys, table)
+
+
 def test_names_with_a_number_inside_are_thrusters_and_units_at_their_end_tell_what_they_are(tmp_path, capsys):
     names = [f"{kind}{i}{end}" for kind, end in (("M", "_cmd [%]"), ("esc", "_rpm")) for i in (1, 2, 3)]
     rows = [",".join(f"{30 * np.sin(k / 9 + j):.3f}" for j in range(9)) for k in range(60)]

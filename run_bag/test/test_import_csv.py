@@ -107,6 +107,23 @@ def test_a_time_in_another_unit_than_the_recording_states_is_warned_of_once(tmp_
     assert found.count("time column") == bool(told) and told in found
 
 
+@pytest.mark.parametrize(
+    ("name", "entry", "told"),
+    [
+        ("shaft_rpm", "unit: deg/s", "column 'shaft_rpm' is in rpm, by its name; the map says deg/s"),
+        ("shaft_rpm", "unit: U/min", ""),
+        ("shaft_rpm", "unit: rad/s, scale: 0.1047", ""),
+        ("shaft_rpm [deg/s]", "unit: deg/s", ""),
+        ("n", "unit: deg/s", ""),
+    ],
+)
+def test_another_unit_than_the_name_of_a_column_ends_in_is_warned_of(tmp_path, capsys, name, entry, told):
+    table = written(tmp_path / "x.csv", f"t,{name}\n0,-60\n1,60\n")
+    imported(tmp_path, f"time: {{column: t}}\nthruster_0/state.n: {{column: '{name}', {entry}}}\n", table)
+    found = capsys.readouterr().err
+    assert ("the map says" in found) is bool(told) and told in found
+
+
 def test_a_time_scale_that_corrects_a_clock_is_not_warned_of(tmp_path, capsys):
     told = "thruster_0/state.n: {column: n, unit: rad/s, time_column: 't [ms]', time_scale: 0.001001}\n"
     imported(tmp_path, told, written(tmp_path / "x.csv", "t [ms],n\n0,1\n1,2\n"))

@@ -88,6 +88,11 @@ def is_unit(text: str) -> bool:
     return spelled(text) in _known()
 
 
+def written_so(word: str) -> list[str]:
+    """Return the units of these letters, small or capital, the one that is written just so last: kN and kn of "kn"."""
+    return sorted((unit for unit in _known() if unit.lower() == word.lower()), key=lambda unit: (unit == word, unit))
+
+
 def spelled(unit: str) -> str:
     """Return a unit as the table has it, however its factors and powers are written; what is not known comes back as
     it is."""

@@ -109,7 +109,7 @@ THRUSTER = (
     Rule("thruster_{i}/load.wrench.torque.x", r"dreh_?moment"),
     Rule("thruster_{i}/load.wrench.force.x", r"(thrust|force|load|load_?cell|f_?x|fx)(_measured|_x)?"),
     Rule("thruster_{i}/load.wrench.torque.x", r"(torque|moment|q|m_?x|mx)(_measured|_x)?"),
-    Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow)(_?(speed|flow|velocity))?"),
+    Rule("thruster_{i}/flow.ambient", r"(ambient|flow|water|inflow|stream)(_?(speed|flow|velocity))?"),
     Rule("thruster_{i}/flow.ambient", r"adv", alone=True),
     Rule("thruster_{i}/flow.ambient", r"(an|zu)?str(ö|oe)mung(s_?geschwindigkeit)?"),
     Rule("thruster_{i}/flow.axial", r"(axial|duct)(_?(speed|flow|velocity))?"),
@@ -127,7 +127,7 @@ _INSIDE, _OUTSIDE, _OF_WATER = (
 )
 BENCH = (
     Rule("thruster_{i}/throttle.commanded", rf"(u|duty|spannung|voltage|volts?)_?({_ASKED})|soll_?(u|spannung)"),
-    Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?"),
+    Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?|dac(_?(out|counts?))?|(joy_?)?stick"),
     Rule("thruster_{i}/state.n", r"enc(oder)?", alone=True, why=" a speed? an encoder's angle is none"),
     Rule("thruster_{i}/state.n", r"revs", alone=True, why=" a speed? a count of turns is none"),
     Rule("thruster_{i}/flow.axial", rf"{_OF_WATER}_?{_INSIDE}|{_INSIDE}_?{_OF_WATER}", alone=True),

@@ -33,10 +33,11 @@ from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
 from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
 from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
-from .guessed_units import fits, is_amplified, named_units
+from .guessed_units import fits, is_amplified
 from .guessed_values import is_0, moves, span_of, values_of
 from .log_source import LogSource
 from .sources import Source
+from .unit_words import named_units
 
 __all__ = ["Found", "channels_in", "ours_of"]
 

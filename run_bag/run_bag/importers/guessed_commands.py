@@ -19,9 +19,10 @@ from .column_names import bare_name
 from .conversions import spelled
 from .csv_source import CsvSource
 from .guessed_names import is_element, numbered
-from .guessed_units import named_units, pulses
+from .guessed_units import pulses
 from .guessed_values import moves, values_of
 from .sources import Source
+from .unit_words import named_units
 
 __all__ = ["Alike", "alike_commands", "alike_speeds"]
 

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 from .column_names import bare_name, without_unit
 from .conversions import COMMANDS, spelled
 from .csv_source import CsvSource
-from .guessed_units import named_units
 from .sources import Source
+from .unit_words import named_units
 
 __all__ = ["beside", "is_element", "numbered", "says_rate", "told_units", "told_words", "without_suffix"]
 
 _SUFFIX = re.compile(
-    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|hz|pct|percent|deg_?c|rad|deg|"
+    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|kn|kt|hz|pct|percent|deg_?c|rad|deg|"
     r"[cm]?m|g|mg)$",
     re.IGNORECASE,
 )

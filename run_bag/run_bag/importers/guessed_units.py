@@ -6,7 +6,6 @@ written the unit. A speed without a unit is the usual case: 300 may be rad/s, rp
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import NamedTuple
@@ -14,10 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from .advice import LARGE
-from .conversions import COMMANDS, conversion, is_unit, spelled
+from .conversions import COMMANDS, conversion, spelled
 from .possible_units import by_gravity, exists, known_quantity, possible, possible_angles, taken_for_granted
 from .recording_map import ASKED
 from .sources import Array
+from .unit_words import named_units, words_of
 
 AS_RPM = "in rad/s by its type, and {} is no thruster's: is it rpm?"
 """Asked once of an array of speeds."""
@@ -48,24 +48,6 @@ _TIME_STEPS = (
 """Steps between two samples: a recording has 3 to 2000 of them in a second."""
 _EPOCH = ((1e9, "s"), (1e12, "ms"), (1e15, "us"), (1e18, "ns"))
 """What times since 1970 are from 2001 to 2286, in each unit: the least one, ten times as many at most."""
-_WORDS = {
-    "rpm": "rpm", "rps": "rps", "hz": "Hz", "rads": "rad/s", "radps": "rad/s", "dps": "dps", "degs": "deg/s",
-    "krpm": "krpm", "us": "us", "usec": "us", "microseconds": "us", "pwm": "us", "ms": "ms", "msec": "ms",
-    "ns": "ns", "percent": "%", "pct": "%", "kgf": "kgf", "kg": "kgf", "gf": "gf", "g": "gf", "grams": "gf",
-    "gram": "gf", "lbf": "lbf", "lb": "lbf", "lbs": "lbf", "n": "N", "newton": "N", "newtons": "N", "mn": "mN",
-    "kn": "kN", "nm": "N m", "mnm": "mN m", "ncm": "N cm", "mps": "m/s", "cms": "cm/s", "mms": "mm/s", "mv": "mV",
-    "cv": "cV", "v": "V", "volt": "V", "volts": "V", "ma": "mA", "ca": "cA", "a": "A", "amp": "A", "amps": "A",
-    "ampere": "A", "s": "s", "sec": "s", "seconds": "s", "degc": "degC", "celsius": "degC", "degf": "degF",
-    "mah": "mAh",
-}  # fmt: skip
-"""Words of names that are units."""
-_PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", ("r", "min"): "rpm", ("u", "min"): "rpm",
-          ("rev", "s"): "rps", ("m", "s"): "m/s", ("cm", "s"): "cm/s", ("mm", "s"): "mm/s", ("n", "m"): "N m",
-          ("lbf", "in"): "lbf in", ("lbf", "ft"): "lbf ft",
-          ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC",
-          ("mps", "2"): "m/s^2", ("ms", "2"): "m/s^2"}  # fmt: skip
-
-
 _NOT_TIMES = ("pwm",)
 """Words for µs that say what is timed."""
 
@@ -137,7 +119,7 @@ def _contradicted(unit: str, ours: str, name: str, values: Array | None, largest
     """Tell whether values deny a name's unit: no pulses, or a unit alone, which may name the quantity (VOLT)."""
     if unit == "us" and values is not None:
         return not pulses(values)
-    alone = len(_tokens(name)) == 1 and unit not in COMMANDS
+    alone = len(words_of(name)) == 1 and unit not in COMMANDS
     return alone and known_quantity(ours) and not exists(unit, ours, largest)
 
 
@@ -149,7 +131,7 @@ def guessed_time_unit(name: str, stated: str, values: Array | None) -> Guessed:
     if stated and conversion(stated, "s") is not None:
         return Guessed(spelled(stated))
     if not stated:
-        words = [word for word in _tokens(name) if not word.isdigit()]
+        words = [word.lower() for word in words_of(name) if not word.isdigit()]
         named = named_units(f"t_{words[-1]}") if words and words[-1] not in _NOT_TIMES else []
         if named and conversion(named[-1], "s") is not None and (len(words) > 1 or len(words[0]) > 1):
             return Guessed(named[-1], "unit by its name")
@@ -179,28 +161,6 @@ def is_amplified(unit: str, ours: str) -> bool:
 def fits(unit: str, ours: str, *, command: bool) -> bool:
     """Tell whether a unit is one of a channel in `ours`; command: of a throttle, which need not be a voltage."""
     return conversion(unit, ours) is not None or (command and unit in COMMANDS)
-
-
-def _tokens(name: str) -> list[str]:
-    """Return the words of a name: motorRPM_1 is motor, rpm, 1; thrust_mN is thrust, mn."""
-    words: list[str] = []
-    for piece in re.findall(r"[^\W\d_]+|\d+|%", name):
-        apart = [piece] if piece.lower() in _WORDS else re.split(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])", piece)
-        words += [word.lower() for word in apart]
-    return words
-
-
-def named_units(name: str) -> list[str]:
-    """Return the units that words of a name are, the last one last; a name of one letter is no unit."""
-    words = _tokens(name)
-    found = []
-    for k, word in enumerate(words):
-        pair = _PAIRS.get((words[k - 1], word)) if k else None
-        if k > 1 and pair:
-            found.append(pair)
-        elif len(word) > 1 or k > 0:
-            found += [word if word.isalpha() and is_unit(word) else "", _WORDS.get(word, "")]
-    return [unit for unit in found if unit]
 
 
 _LEAST_PERCENT, _LEAST_MILLIVOLTS = 20.0, 1000.0

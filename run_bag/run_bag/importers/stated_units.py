@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from .bag_source import BagSource
+from .column_names import bare_name
 from .conversions import COMMANDS, conversion, spelled
 from .csv_source import CsvSource
 from .recording_map import Mapped
 from .sources import Source
+from .unit_words import named_units
 
 __all__ = ["against_stated", "time_against_stated"]
 
@@ -15,23 +17,24 @@ _CLOCK_GAIN = 0.1
 
 
 def against_stated(entry: Mapped, source: Source) -> list[str]:
-    """Return what is odd where a table or log states another unit than the map does.
+    """Return what is odd where a table or log states another unit than the map does, or a column's name ends in one.
 
     A bag's message types have units by convention, which a driver may not keep; scaled cells are in none of ours.
     """
-    if isinstance(source, BagSource) or abs(entry.scale) != 1.0 or entry.offset:
+    if isinstance(source, BagSource) or abs(entry.scale) != 1.0 or entry.offset or entry.given_unit in COMMANDS:
         return []
-    name = entry.column
+    name, whence = str(entry.column), "as the recording states"
     if isinstance(source, CsvSource):
-        name = source.names()[source.index(name, entry.channel)]
-    stated = source.unit(str(name))
+        name = source.names()[source.index(entry.column, entry.channel)]
+    stated = source.unit(name)
+    if isinstance(source, CsvSource) and not stated:
+        named = [unit for unit in named_units(bare_name(name)) if conversion(unit, entry.unit) is not None]
+        stated, whence = named[-1] if named else "", "by its name"
     into = conversion(stated, entry.unit) if stated else None
-    if into is None or into == entry.convert or entry.given_unit in COMMANDS:
+    if into is None or into == entry.convert:
         return []
     whose = f"{'field' if entry.is_field else 'column'} {name!r}"
-    return [
-        f"{entry.channel}: {whose} is in {spelled(stated)}, as the recording states; the map says {entry.given_unit}"
-    ]
+    return [f"{entry.channel}: {whose} is in {spelled(stated)}, {whence}; the map says {entry.given_unit}"]
 
 
 def time_against_stated(entry: Mapped, source: Source) -> list[str]:
