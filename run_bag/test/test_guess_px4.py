@@ -41,3 +41,22 @@ def test_what_is_not_recognised_tells_its_file_where_several_have_a_column_of_it
     first = wide(tmp_path / "log_debug_vect_0.csv", {"timestamp": TIME, "x": 10 * SWEEP})
     _, text = proposed(capsys, first, wide(tmp_path / "log_debug_vect_1.csv", {"timestamp": TIME, "x": SWEEP}))
     assert "# x of log_debug_vect_0.csv: -10 to 10," in text
+
+
+def test_controls_of_motors_are_commands_where_no_output_is(tmp_path, capsys):
+    motors = wide(tmp_path / "a.csv", {"timestamp": TIME, "control[0]": 0.6 * SWEEP, "control[1]": NOUGHT})
+    found, text = proposed(capsys, motors)
+    told = "{column: 'control[0]', unit: '1', stop: 0, per_volt: 0.2, hold: previous}"
+    assert found["thruster_0/throttle.commanded"].startswith(told) and "actuator_controls it is roll" in text
+    assert "# 'control[1]' always 0" in text and "thruster_1" not in text
+    outputs = wide(tmp_path / "b.csv", {"timestamp": TIME, "output[0]": np.round(1500 + 263 * SWEEP)})
+    for files in ((motors, outputs), (outputs, motors)):
+        found, text = proposed(capsys, *files)
+        assert "column: 'output[0]'" in found["thruster_0/throttle.commanded"] and "# 'control[0]' -0.6 to 0.6" in text
+
+
+def test_the_names_of_senders_are_listed_with_the_key_that_takes_their_rows(tmp_path, capsys):
+    rows = [f"{20 * k},{('cell', 'flow')[k % 2]},{k % 7}" for k in range(40)]
+    (tmp_path / "x.csv").write_text("\n".join(["timestamp,sender,x", *rows]))
+    _, text = proposed(capsys, tmp_path / "x.csv")
+    assert "# sender no numbers: cell, flow; `where: {sender: ...}` of an entry takes the rows of one" in text

@@ -107,6 +107,14 @@ def test_a_time_in_another_unit_than_the_recording_states_is_warned_of_once(tmp_
     assert found.count("time column") == bool(told) and told in found
 
 
+def test_single_blanks_separate_and_several_are_told(tmp_path, capsys):
+    told = "time: {column: t}\nthruster_0/state.n: {column: n, unit: rad/s}\n"
+    run = imported(tmp_path, told, written(tmp_path / "x.txt", "t n T\n0 1 5\n1 2 6\n"))
+    assert run["thruster_0/state.n"].values.tolist() == [1, 2]
+    assert attempted(tmp_path, told, written(tmp_path / "y.txt", "t  n\n0   1\n10  2\n"), out="other") == 1
+    assert "expected column 'n', found t  n in one column; what separates them? `;`, tabs" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("name", "entry", "told"),
     [

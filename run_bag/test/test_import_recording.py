@@ -14,7 +14,7 @@ from foreign_recordings import (
     telemetry_log,
     throttle_us,
 )
-from map_import import SWEEP, attempted, entries, imported, proposal
+from map_import import SWEEP, attempted, entries, imported, proposal, wide
 from rosbags.rosbag2 import CompressionMode, StoragePlugin
 
 from run_bag import read_run
@@ -196,6 +196,23 @@ def test_two_files_of_one_clock_become_one_run(tmp_path, capsys):
     assert attempted(tmp_path, text, *files, out="other") == 1
     where = "thruster_0/throttle.commanded: expected column 'u' in one file (say which by `file: NAME`)"
     assert f"{where}, found it in a.csv, b.csv\n" in capsys.readouterr().err
+
+
+def test_two_recordings_in_one_call_are_told_as_that(tmp_path, capsys):
+    columns = {"t": np.arange(SWEEP.size) * 0.02, "pwm": 1500 + 400 * SWEEP, "rpm": 900 * SWEEP}
+    files = [wide(tmp_path / f"log_{k}.csv", columns) for k in (1, 2)]
+    assert attempted(tmp_path, "time: {column: t}\n" + entries("column: pwm", "column: rpm"), *files) == 1
+    told = "log_1.csv, log_2.csv: expected all files of one recording, found all that the map names in each"
+    assert told in capsys.readouterr().err
+
+
+def test_a_name_that_no_row_has_is_told_of_the_file_that_has_its_column(tmp_path, capsys):
+    time = {"t": np.arange(SWEEP.size) * 0.02}
+    pulses = wide(tmp_path / "a.csv", time | {"pwm": 1500 + 400 * SWEEP, "i": 0 * SWEEP})
+    speeds = wide(tmp_path / "b.csv", time | {"rpm": 900 * SWEEP, "i": 0 * SWEEP})
+    text = "time: {column: t}\n" + entries("column: pwm", "column: rpm, where: {i: 3}")
+    assert attempted(tmp_path, text, pulses, speeds) == 1
+    assert "b.csv: thruster_0/state.n: expected column 'rpm' where i is '3', found i: 0" in capsys.readouterr().err
 
 
 def test_of_several_times_of_a_map_a_file_has_the_first_that_it_has_and_an_entry_may_have_its_own(tmp_path, capsys):

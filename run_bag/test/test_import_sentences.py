@@ -45,6 +45,28 @@ def test_what_a_diagnosis_would_refuse_is_said_at_once(tmp_path, capsys, text, s
     assert all(s in told for s in sentences)
 
 
+@pytest.mark.parametrize(("stop", "told"), [(0, True), (50, False)])
+def test_a_command_of_one_sign_beside_a_speed_of_both_is_asked_for_its_stop(tmp_path, capsys, stop, told):
+    columns = {"t": 0.02 * np.arange(SWEEP.size), "duty": 50 + 40 * SWEEP, "n": 90 * SWEEP}
+    text = "time: {column: t}\nthruster_0/state.n: {column: n, unit: rad/s}\nthruster_0/throttle.commanded: "
+    text += f"{{column: duty, unit: '%', stop: {stop}, per_volt: 20, hold: previous}}\n"
+    imported(tmp_path, text, wide(tmp_path / "x.csv", columns))
+    sentence = (
+        "n: goes to both sides while the throttle has one sign, 0.5 to 4.5 V: expected 0 V at rest; is `stop` the"
+    )
+    assert (sentence in capsys.readouterr().err) is told
+
+
+def test_samples_of_one_stamp_are_told_with_what_becomes_of_them(tmp_path, capsys):
+    columns = {"t": 0.02 * np.floor(np.arange(SWEEP.size) / 2), "u": 4 * SWEEP, "n": 90 * SWEEP}
+    text = "time: {column: t}\nthruster_0/state.n: {column: n, unit: rad/s}\n"
+    text += "thruster_0/throttle.commanded: {column: u, unit: V, hold: previous}\n"
+    run = imported(tmp_path, text, wide(tmp_path / "x.csv", columns))
+    assert run["thruster_0/state.n"].values.size == SWEEP.size
+    told = f"{SWEEP.size // 2} samples have the stamp of the one before and are kept: of such readings a fit and a"
+    assert told in capsys.readouterr().err
+
+
 @pytest.mark.parametrize(
     ("flow", "told"),
     [

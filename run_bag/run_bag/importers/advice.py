@@ -28,6 +28,8 @@ LARGE = {"commanded": 1.01 * FULL, "n": 800.0, "axial": 20.0, "ambient": 20.0, "
 UNITS = {"commanded": "V", "n": "rad/s", "axial": "m/s", "ambient": "m/s", "wrench.force.x": "N",
          "wrench.torque.x": "N m"}  # fmt: skip
 OPPOSITE = -0.5
+BOTH = 0.2
+"""Share of the largest speed that a rotor reaches to the other side, too, where it is driven both ways."""
 STREAM, LOWEST = 0.2, 0.1
 """Shares of its largest reading above which a flow is a stream's: at rest before the first command, and in all but a
 fiftieth of its readings. One without a sign passes 0 as it turns."""
@@ -177,6 +179,12 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
         mark = "; a tachometer without sign has sign_source 0" if what == "speed" else ""
         mark = mark or ("; in a stream that the thruster does not turn it is right" if "/flow." in name else "")
         return [f"{name}: no negative {what} while the throttle is negative: expected the sign of forward thrust{mark}"]
+    both = min(np.max(y), -np.min(y)) > BOTH * np.max(np.abs(y))
+    if name.endswith("/state.n") and both and (np.min(u) >= 0.0 or np.max(u) <= 0.0):
+        return [
+            f"{name}: goes to both sides while the throttle has one sign, {np.min(u):.3g} to {np.max(u):.3g} V: "
+            "expected 0 V at rest; is `stop` the command at which the thruster stands still?"
+        ]
     u, y = u / np.max(np.abs(u)), y / np.max(np.abs(y))  # squares of what is spoiled may be beyond all numbers
     likeness = float(u @ y) / np.sqrt(float(u @ u) * float(y @ y))
     if likeness < OPPOSITE:
@@ -206,5 +214,8 @@ def _common(name: str, time: Array, *, held: bool = False) -> list[str]:
             more = f" and {holes.size - 3} more" if holes.size > 3 else ""
             told.append(f"{name}: gaps without samples: {places}{more}")
         if np.any(steps == 0.0):
-            told.append(f"{name}: samples with the stamp of the one before: {int(np.sum(steps == 0.0))}")
+            told.append(
+                f"{name}: {int(np.sum(steps == 0.0))} samples have the stamp of the one before and are kept: of such "
+                "readings a fit and a diagnosis take the mean, of such commands the last; expected finer stamps"
+            )
     return told

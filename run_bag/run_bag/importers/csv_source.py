@@ -28,13 +28,13 @@ from .foreign import told_of_others
 from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
+from .table_form import SEPARATORS, decimal_of, separator_of, without_comments
 
 MAX_BYTES = 2 << 30
 MAX_SPAN_S = float((1 << 31) - 2)
 LOOK = 100  # lines
 MOST_MARKS = 3  # of "not measured" in one column
 NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
-_DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 _BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
 
 
@@ -53,7 +53,7 @@ class CsvSource:
             content = path.read_bytes()
             if other := told_of_others(path, content):
                 raise RecordingError(f"{path}: cannot be read as csv: {other}", path=path, expected="text")
-            self.data = _without_comments(content.removeprefix(b"\xef\xbb\xbf"))
+            self.data = without_comments(content.removeprefix(b"\xef\xbb\xbf"))
             first = [line.decode("utf-8") for line in self.data[: 1 << 20].splitlines()[:LOOK]]
         except UnicodeDecodeError as error:
             text = f"{path}: cannot be read as csv: expected UTF-8: {error}"
@@ -61,8 +61,8 @@ class CsvSource:
         except OSError as error:
             raise RecordingError(f"{path}: cannot be read as csv: {error.strerror or error}", path=path) from error
         lines = [line for line in first if line.strip()]
-        self.separator = (told.separator if told else "") or _separator(lines)
-        self.decimal = (told.decimal if told else "") or self._decimal(lines)
+        self.separator = (told.separator if told else "") or separator_of(lines)
+        self.decimal = (told.decimal if told else "") or decimal_of(lines, self.separator)
         self.data, dated = in_seconds(self.data, self.separator, self.decimal)
         wide = made_wide(self.data, self.separator, self.number)
         self.is_long = wide is not None
@@ -118,6 +118,7 @@ class CsvSource:
         else:
             found = ", ".join(self.heading) or "no header line"
             found += f" ({column!r} more than once)" if called else self._as_a_cell(column)
+            found += f" in one column; what separates them? {SEPARATORS}" if self.width == 1 else ""
         raise NotThereError(channel, f"column {column!r}", found, path=self.path)
 
     def refuse_missing(self, entry: Mapped) -> None:
@@ -129,7 +130,7 @@ class CsvSource:
         for column in (entry.column, *(column for column, _ in entry.where)):
             self.index(column, entry.channel)
         if entry.where and not self._counted(entry).any():
-            there = [(column, self._cells(self.index(column, entry.channel))) for column, _ in entry.where]
+            there = [(column, self.cells(self.index(column, entry.channel))) for column, _ in entry.where]
             raise NotThereError(entry.channel, entry.place, listed(there), path=self.path)
 
     def prepare(self, entries: Sequence[Mapped]) -> None:
@@ -252,7 +253,7 @@ class CsvSource:
     def _has_column(self, column: str | int) -> bool:
         return column <= self.width if isinstance(column, int) else bool(self._called(column))
 
-    def _cells(self, index: int) -> list[str]:
+    def cells(self, index: int) -> list[str]:
         """Return the cells of a column as they are written."""
         if index not in self._texts:
             self._texts[index] = [row[index].strip() for _, row in self.rows()]
@@ -262,7 +263,7 @@ class CsvSource:
         """Tell of each row whether an entry takes it; one value for all of them where it does not say which."""
         counted = np.ones(1, dtype=np.bool_)
         for column, told in entry.where:
-            counted = counted & rows_with(self._cells(self.index(column, entry.channel)), told, self.number)
+            counted = counted & rows_with(self.cells(self.index(column, entry.channel)), told, self.number)
         return counted
 
     def _called(self, name: str) -> list[int]:
@@ -299,12 +300,6 @@ class CsvSource:
         words = [_BRACKETS.sub(r"\1", cell.strip()) for cell in cells]
         known = sum(is_unit(word) for word in words if word)
         return known > 1 and not any(_nan(word) or self.number(word) is not None for word in words)
-
-    def _decimal(self, lines: list[str]) -> str:
-        if self.separator == ",":
-            return "."
-        cells = [cell.strip() for line in lines for cell in line.split(self.separator)]
-        return "," if any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells) else "."
 
     def _body(self) -> bytes:
         """Return the rows of numbers as they are in the file."""
@@ -372,33 +367,6 @@ class CsvSource:
 
 def _nan(cell: str) -> bool:
     return cell.strip().lower().lstrip("+-") == "nan"
-
-
-def _without_comments(data: bytes) -> bytes:
-    """Return a table whose first lines are empty where they are comments (#), so that lines keep their numbers.
-
-    The last of them names the columns where numbers follow it: so numpy writes a header.
-    """
-    count = 0
-    lines = data[: 1 << 20].splitlines(keepends=True)
-    while count < len(lines) and lines[count].lstrip().startswith(b"#"):
-        count += 1
-    if count == 0:
-        return data
-    rest = data[sum(map(len, lines[:count])) :]
-    follows = lines[count].strip()[:1] if count < len(lines) else b""
-    last = lines[count - 1].lstrip().lstrip(b"#").lstrip() if follows in b"0123456789-+." and follows else b"\n"
-    return b"\n" * (count - 1) + last + rest
-
-
-def _separator(lines: list[str]) -> str:
-    """Return the separator of which all the first lines have equally many, the likeliest first."""
-    for separator in (";", "\t", ",", "|"):
-        counts = {len(next(csv.reader([line], delimiter=separator), [])) for line in lines}
-        if len(counts) == 1 and counts != {1}:
-            return separator
-    present = [s for s in (";", "\t", ",") if any(s in line for line in lines[:1])]
-    return present[0] if present else ","
 
 
 def indices(values: Array) -> NDArray[np.intp]:

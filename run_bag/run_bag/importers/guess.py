@@ -29,6 +29,8 @@ from .vehicle_advice import is_charging
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
+MOST_WORDS = 10
+"""Of a column that a proposal lists."""
 HOLD = " hold is a guess: previous or linear?"
 """Asked once, of the first command."""
 RESTS = " never changes: is it the command?"
@@ -227,9 +229,18 @@ def _own_clock(source: CsvSource, name: str, clock: str) -> str:
 def _seen(source: Source, name: str) -> str:
     span = span_of(source, name)
     if span is None:
-        return " no numbers"
+        return f" no numbers{_words(source, name)}"
     unit, told = (
         source.unit(name),
         f"{span.low:.4g} to {span.high:.4g}" if span.low < span.high else f"always {span.low:.4g}",
     )
     return f" {told}{' ' + unit if unit not in ('', '1') else ''}, {span.numbers} samples"
+
+
+def _words(source: Source, name: str) -> str:
+    """Return which few words a column of a table has, as those of which `where` takes the rows; "" where many."""
+    if not isinstance(source, CsvSource):
+        return ""
+    there = dict.fromkeys(filter(None, source.cells(source.names().index(name))))
+    few = 1 < len(there) <= MOST_WORDS
+    return f": {', '.join(there)}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one" if few else ""

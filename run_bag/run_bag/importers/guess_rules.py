@@ -60,6 +60,9 @@ _OUTPUT = r"(servo|ch(annel)?|motor|thruster|esc)_?(?P<one>\d+)_(out(put)?|pwm|c
 _CURRENT = rf"({_BATTERY}_?|supply_?)?(current|curr|amp(s|ere)?|strom)(_a)?|({_BATTERY}|supply)_(a|i)|i_?bat\w*"
 _ESC = r"ESC(\[(?P<zero>\d+)\]|(?P<one>\d+))"
 
+WHOSE_CONTROL = " of actuator_motors? of actuator_controls it is roll, pitch, yaw or thrust"
+"""Asked about a PX4's control[0], which two of its topics have."""
+
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
     Rule("thruster_{i}/state.n", rf"{_ESC}\.RPM", "rpm"),
@@ -89,11 +92,12 @@ of the IMU's topic. An ArduSub's second barometer is the one outside."""
 
 PX4 = (
     Rule("thruster_{i}/throttle.commanded", r"output\[(?P<zero>\d+)\]"),
+    Rule("thruster_{i}/throttle.commanded", r"control\[(?P<zero>\d+)\]", why=WHOSE_CONTROL),
     Rule("thruster_{i}/state.n", r"esc\[(?P<zero>\d+)\]\.esc_rpm", "rpm"),
     Rule("thruster_{i}/state.supply_voltage", r"esc\[(?P<zero>\d+)\]\.esc_voltage", "V"),
     Rule("thruster_{i}/state.current", r"esc\[(?P<zero>\d+)\]\.esc_current", "A"),
 )
-"""Columns of `actuator_outputs` and `esc_status`, as ulog2csv writes them."""
+"""Columns of `actuator_outputs`, `actuator_motors` and `esc_status`, as ulog2csv writes them."""
 
 THRUSTER = (
     Rule("thruster_{i}/state.n", r"(esc|motor|thr(uster)?|prop)_?(k?rpm|rps|revs?)"),

@@ -66,9 +66,10 @@ class Found(NamedTuple):
 
     @property
     def is_doubtful(self) -> bool:
-        """Tell whether another column goes before it: a word alone says what it is, or it is a command that rests."""
+        """Tell whether another column goes before it: a word alone says what it is, or it is asked about, or it is a
+        command that rests."""
         rests = self.is_command and isinstance(self.source, CsvSource) and not moves(self.source, self.name)
-        return self.by_word or rests
+        return self.by_word or bool(self.why) or rests
 
     @property
     def group(self) -> str:

@@ -155,6 +155,10 @@ def _places(sources: Sequence[Source], told: RecordingMap) -> list[tuple[Mapped,
             refused.append(error)
         else:
             places.append((_timed(e, at, told), at))
+    if refused and len(sources) > 1 and all(s.has(e) for s in sources for e in told.mapped):
+        files = ", ".join(s.path.name for s in sources)
+        text = f"{files}: expected all files of one recording, found all that the map names in each: import each alone"
+        raise RecordingError(text, path=sources[0].path, found=files)
     if len(refused) > 1:
         lines: dict[object, list[str]] = {}
         for each in refused:
@@ -180,7 +184,7 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
         raise NotThereError(entry.channel, f"{what} in one file (say which by `file: NAME`)", f"it in {files}")
     if not named:
         raise NotThereError(entry.channel, f"file {entry.file!r}", ", ".join(s.path.name for s in sources))
-    source = named[0]
+    source = max(named, key=lambda s: sum(s.has(each) for each in _columns(entry)))
     if entry.is_field == isinstance(source, CsvSource):
         other = "column" if isinstance(source, CsvSource) else "field"
         kind = "a table, whose entries have a `column`" if other == "column" else "a bag or log, whose have a `field`"
@@ -190,6 +194,11 @@ def _place(sources: Sequence[Source], entry: Mapped) -> Source:
     names = source.names()
     listed = ", ".join(names[:40]) + (f" and {len(names) - 40} more" if len(names) > 40 else "")
     raise NotThereError(entry.channel, what, listed, path=source.path)
+
+
+def _columns(entry: Mapped) -> list[Mapped]:
+    """Return an entry for each column that an entry reads."""
+    return [replace(entry, column=column, where=()) for column in (entry.column, *(told for told, _ in entry.where))]
 
 
 def _later(series: Series, offset: float) -> Series:
