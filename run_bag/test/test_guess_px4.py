@@ -60,3 +60,6 @@ def test_the_names_of_senders_are_listed_with_the_key_that_takes_their_rows(tmp_
     (tmp_path / "x.csv").write_text("\n".join(["timestamp,sender,x", *rows]))
     _, text = proposed(capsys, tmp_path / "x.csv")
     assert "# sender no numbers: cell, flow; `where: {sender: ...}` of an entry takes the rows of one" in text
+    (tmp_path / "y.csv").write_text("\n".join(["timestamp,sender,x", '0,"a\nb: 1",0', *rows]))
+    _, text = proposed(capsys, tmp_path / "y.csv")
+    assert "# sender no numbers: 'a b: 1', cell, flow; " in text, "a cell never ends the comment"

@@ -209,6 +209,12 @@ class CsvSource:
             self._marks[index] = frozenset(texts if told else ())
         return self._marks[index]
 
+    def cells(self, index: int) -> list[str]:
+        """Return the cells of a column as they are written."""
+        if index not in self._texts:
+            self._texts[index] = [row[index].strip() for _, row in self.rows()]
+        return self._texts[index]
+
     def refusal(self, entry: Mapped, row: int, expected: str) -> RecordingError:
         """Return the error about the cell of an entry in a 0-based row."""
         return self.cell(row, self.index(entry.column, entry.channel), expected)
@@ -252,12 +258,6 @@ class CsvSource:
 
     def _has_column(self, column: str | int) -> bool:
         return column <= self.width if isinstance(column, int) else bool(self._called(column))
-
-    def cells(self, index: int) -> list[str]:
-        """Return the cells of a column as they are written."""
-        if index not in self._texts:
-            self._texts[index] = [row[index].strip() for _, row in self.rows()]
-        return self._texts[index]
 
     def _counted(self, entry: Mapped) -> NDArray[np.bool_]:
         """Tell of each row whether an entry takes it; one value for all of them where it does not say which."""

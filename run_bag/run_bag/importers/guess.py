@@ -29,8 +29,8 @@ from .vehicle_advice import is_charging
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
 SHOWN = 60
-MOST_WORDS = 10
-"""Of a column that a proposal lists."""
+MOST_WORDS, LONGEST_WORD = 10, 40
+"""Of a column that a proposal lists: how many, and how long [letters]."""
 HOLD = " hold is a guess: previous or linear?"
 """Asked once, of the first command."""
 RESTS = " never changes: is it the command?"
@@ -242,5 +242,9 @@ def _words(source: Source, name: str) -> str:
     if not isinstance(source, CsvSource):
         return ""
     there = dict.fromkeys(filter(None, source.cells(source.names().index(name))))
-    few = 1 < len(there) <= MOST_WORDS
-    return f": {', '.join(there)}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one" if few else ""
+    few = 1 < len(there) <= MOST_WORDS and max(map(len, there)) <= LONGEST_WORD
+    return (
+        f": {', '.join(map(quoted, there))}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one"
+        if few
+        else ""
+    )
