@@ -26,8 +26,9 @@ A column may be in any of these; the import brings it to the channel's own unit.
 FOOT = f"""
 - A throttle, in V, may also be in {", ".join(f"`{unit}`" for unit in COMMANDS)}, with both `stop`
   and `per_volt`. `'1'` is −1 to 1, `counts` any numbers of a device.
-- Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for %, 0.2 for −1 to 1. Of a converter of 12 bits
-  with rest at 2048 and full command 2000 counts from it, it is 400, `stop` 2048.
+- Full command is 5 V: `per_volt` is 80 for 1100 to 1900 µs, 20 for −100 to 100 %, 10 for 0 to 100 % with
+  `stop: 50`, 0.2 for −1 to 1. Of a converter of 12 bits with rest at 2048 and full command 2000 counts from it,
+  it is 400, `stop` 2048.
 - Which model reads which flow: [models.md](models.md).
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
 - Usual spellings are taken: `µs`, `°C`, `N·m`, `U/min`, `sec`, and `m/s²`, `m/s2`, `m/s^2`, `m s^-2` or `m/s/s` alike.
@@ -35,13 +36,14 @@ FOOT = f"""
 """
 
 COLUMNS = {
-    "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, setpoint, U_soll, Sollwert, Stellgroesse",
+    "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, stick, dac, setpoint, U_soll, Sollwert, "
+    "Stellgroesse",
     "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, revs, Drehzahl, Drehgeber",
     "state.supply_voltage": "supply, battery, vdc, Akku, Versorgungsspannung",
     "state.current": "current, amps, i, Strom",
     "load.wrench.force.x": "thrust, force, load_cell, Fx, Schub, Kraft, Kraftmessdose",
     "load.wrench.torque.x": "torque, moment, Mx, q, Drehmoment",
-    "flow.ambient": "flow, ambient, water_speed, inflow, adv, tank, outside, v_aussen, Strömung",
+    "flow.ambient": "flow, ambient, water_speed, inflow, stream, adv, tank, outside, v_aussen, Strömung",
     "flow.axial": "axial, duct, axial_flow, inside, v_innen, v_Duese",
 }
 """Words that a proposal knows in columns of a thruster."""
@@ -68,6 +70,8 @@ Of topics of a bench's bag. What has `cmd`, `command`, `setpoint`, `target`, `go
 MORE = """
 - Of two flows of one type, `inside` or `axial` is at the propeller. A topic without such a word is known by its type,
   where it alone has that: `by its type alone: is it?`
+- A name may end in any unit above, in its letters alone, or in words for it: `shaft_rpm`, `F_kN`, `M_mNm`, `rev_per_s`,
+  `duty_pct`, `pull_grams`, `t_usec`. `kn` of a force is kN.
 - All words, those of a vehicle too, are in `run_bag/importers/guess_rules.py`.
 """
 

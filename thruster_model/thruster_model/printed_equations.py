@@ -72,5 +72,6 @@ CURVES = (
     "the table's dead zone: the commands that move nothing at any of its supplies; what moves nothing at some of them "
     "alone are points of the table",
     "delta_u1, delta_u2: the zone's edges on this thruster; where they are not the table's, commands are shifted",
-    "supply: the recorded voltage, on straight lines between its readings; nominal_supply in a run without any",
+    "supply: the recorded voltage, on straight lines between its readings; nominal_supply in a run without any, "
+    "and in no other run",
 )

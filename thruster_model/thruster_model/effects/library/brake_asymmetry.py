@@ -52,7 +52,7 @@ EFFECT = Effect(
         ),
     ),
     note="the deceleration a is that of the whole rotor equation without this effect, k_n n included; "
-    "while a < w k_n |n|, what it adds is s a / w",
+    "while a < w k_n |n|, what it adds is s a / w; w counts as 0.01 at least, which is at once",
     hooks={"rotor": rotor, "step": step},
     order=1,
     suspected=tuple(

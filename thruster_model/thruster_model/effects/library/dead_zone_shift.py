@@ -27,6 +27,7 @@ EFFECT = Effect(
             name="voltage", unit="V", meaning="by which each edge moves outwards", lower=0.0, upper=0.4, both_signs=True
         ),
     ),
+    note="no edge passes 0 V; a model without delta_u1 and delta_u2 has both at 0, and gets a dead zone by s > 0",
     hooks={"edges": edges},
     suspected=(Suspected(sizes={"voltage": (0.2, 0.05)}),),
 )

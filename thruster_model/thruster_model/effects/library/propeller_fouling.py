@@ -31,6 +31,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="share", unit="1", meaning="of thrust lost and of torque gained", lower=0.0, upper=0.6),
     ),
+    note="where the rotor's equation has k_2 n|n| in place of k_Q Q, it has k_2 (1 + s) n|n|",
     hooks={"loads": loads, "rotor": rotor},
     suspected=(Suspected(sizes={"share": (0.3, 0.1)}),),
 )

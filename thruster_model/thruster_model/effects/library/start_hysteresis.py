@@ -30,7 +30,8 @@ EFFECT = Effect(
             name="voltage", unit="V", meaning="by which the dead zone's edges are nearer", lower=0.0, upper=0.5
         ),
     ),
-    note="the edges are those that `dead_zone_shift` leaves; none passes 0 V",
+    note="the edges are those that `dead_zone_shift` leaves, none passes 0 V; in `force_table` it is x = command_scale "
+    "(u - delta_u2 + s) above delta_u2 - s, and likewise below",
     hooks={"edges": edges},
     order=1,
     suspected=(Suspected(sizes={"voltage": (0.25, 0.2)}),),

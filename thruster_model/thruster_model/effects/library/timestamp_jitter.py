@@ -18,7 +18,7 @@ EFFECT = Effect(
     parameters=(
         EffectParameter(name="deviation", unit="s", meaning="standard deviation of the stamps", lower=0.0, upper=0.03),
     ),
-    note="of commands and of each sensor by itself; stamps are then put in order, readings keep theirs",
+    note="of commands and of each sensor by itself; the stamps are then sorted, while readings keep their order",
     logged=logged,
     order=3,
     search="log",
