@@ -114,12 +114,12 @@ class Problem:
     @cached_property
     def situations(self) -> list[Slot]:
         """Nuisances of the recordings."""
-        topics = dict.fromkeys(LOG_CHANNELS[each.signal] for each in self.series)
-        slots = [Slot(None, "convention", of, CONVENTION) for of in ("throttle", *topics)]
+        clocks = dict.fromkeys(clock for each in self.clocks for clock in each)
+        slots = [Slot(None, "convention", of, CONVENTION) for of in ("throttle", *clocks)]
         for index, recording in enumerate(self.recordings):
             if len(self.recordings) > 1:
-                slots += [Slot(index, "convention", of, CONVENTION) for of in ("throttle", *topics)]
-            slots += [Slot(index, "rate", topic, QUARTZ) for topic in topics]
+                slots += [Slot(index, "convention", of, CONVENTION) for of in ("throttle", *self.clocks[index])]
+            slots += [Slot(index, "rate", of, QUARTZ) for of in self.clocks[index]]
             slots += [Slot(index, "start", of, std) for of, std in recording.start_std.items()]
             if recording.experiment.throttle_shift_std > 0.0:
                 slots.append(Slot(index, "clock", "throttle", recording.experiment.throttle_shift_std))
@@ -166,6 +166,21 @@ class Problem:
         """Return the signals of a recording that the model predicts."""
         predicted = self.parameter_set.model.signals
         return [name for name in self.recordings[index].experiment.measurements if name in predicted]
+
+    @cached_property
+    def clocks(self) -> list[dict[str, list[str]]]:
+        """The signals of each recording by what stamps them: their topic, where they are read together, else each by
+        itself."""
+        found: list[dict[str, list[str]]] = []
+        for index, recording in enumerate(self.recordings):
+            own: dict[str, list[str]] = {}
+            read = recording.experiment.measurements
+            for name in self.signals(index):
+                first = own.get(LOG_CHANNELS[name], [name])[0]
+                together = np.array_equal(read[name].time, read[first].time)
+                own.setdefault(LOG_CHANNELS[name] if together else name, []).append(name)
+            found.append(own)
+        return found
 
     @cached_property
     def series(self) -> list[Series]:
@@ -316,8 +331,8 @@ class Problem:
         return Situation(start=start, shifts=shifts, gates=gates)
 
     def _stamped(self, slot: Slot, index: int) -> list[str]:
-        """Return the signals of a recording whose stamps are late by a slot: one clock's, or those of a topic."""
-        return [slot.of] if slot.kind == "clock" else [s for s in self.signals(index) if LOG_CHANNELS[s] == slot.of]
+        """Return the signals of a recording whose stamps are late by a slot."""
+        return [slot.of] if slot.kind == "clock" else self.clocks[index].get(slot.of, [])
 
     def happened(self, x: Array) -> list[Happened]:
         """Return what happens in the plant in each recording."""
