@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
+from scipy.stats import chi2
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import Columns, descended, normal
@@ -46,8 +47,10 @@ one that begins where the last one ended, ask for them again. Columns of all unk
 class Refined:
     """A hypothesis with its most likely sizes and their deviations, one for each of its parameters.
 
-    A time is known no better than stamps are, however sharply the recordings tell it. `pressed`: by how many deviations
-    the first size would be farther out if its range did not end there.
+    A time is known no better than stamps are, however sharply the recordings tell it. A size that blocks of recordings
+    tell more differently than their noise allows, as where an equation has another form, is known less well by as much
+    (the sandwich of White 1982). `pressed`: by how many deviations of noise alone the first size would be farther out
+    if its range did not end there.
     """
 
     hypothesis: Hypothesis
@@ -132,8 +135,11 @@ class Problem:
             H, slope = normal(J, r, x, self.weight, product)
         H += np.eye(len(x))
         _, log_det = np.linalg.slogdet(H)
-        spread = np.sqrt(np.diag(np.linalg.inv(H)))[len(moved) :]
-        pressed = np.abs(np.linalg.solve(H, slope)[len(moved) :]) / spread  # nothing where no end is in the way
+        inverse = np.linalg.inv(H)[:, len(moved) :]
+        spread = np.sqrt(np.diag(inverse[len(moved) :]))
+        pressed = np.abs(slope @ inverse) / spread  # nothing where no end is in the way
+        unsteady, by_chance = self._unsteady(r, [each @ inverse for each in J])
+        spread = spread * np.sqrt(np.maximum(unsteady / by_chance, 1.0))
         return Fit(
             effects=self._refined(x, spread, pressed), values=self._values(x), moved=x[: len(moved)].copy(),
             log_evidence=score - 0.5 * float(log_det), scatter=self._scatter(x, r, J, H), columns=tuple(J),
@@ -329,20 +335,22 @@ class Problem:
             own = [(a - b)[:, None].astype(np.float32) for a, b in zip(r, off, strict=True)]
             B = np.asarray(sum(a.T @ b for a, b in zip(J, own, strict=True)))
         shadow = np.linalg.solve(H[:rest, :rest], B).astype(np.float32)
+        found, _ = self._unsteady(r, [b - a[:, :rest] @ shadow for a, b in zip(J, own, strict=True)])
+        return max(float(np.mean(found)), 1.0)
+
+    def _unsteady(self, r: Sequence[Array], freed: Sequence[Array]) -> tuple[Array, float]:
+        """Return the variance of block scores of columns freed of all others over the expected one, (n,), and what that
+        is once in twenty by chance."""
         width = round(rules.BLOCK / self.screen.runs[0].log.period) * self.screen.residual(0).shape[1]
         scores, squares = [], []
-        for a, b, residual in zip(J, own, r, strict=True):
-            v = b - a[:, :rest] @ shadow
+        for v, residual in zip(freed, r, strict=True):
             edges = np.arange(0, len(v), width)
             scores.append(np.add.reduceat(v * residual[:, None], edges))
             squares.append(np.add.reduceat(v * v, edges))
         s, q = np.concatenate(scores), np.concatenate(squares)
         total = q.sum(axis=0)
-        seen = total > 1e-6
-        if not seen.any():
-            return 1.0
-        around = ((s - s.sum(axis=0) / np.maximum(total, 1e-9) * q) ** 2).sum(axis=0)
-        return max(float(np.mean(around[seen] / total[seen])), 1.0)
+        around = ((s - s.sum(axis=0) / np.maximum(total, 1e-30) * q) ** 2).sum(axis=0)
+        return around / np.maximum(total, 1e-30), float(chi2.ppf(0.95, len(s)) / len(s))
 
 
 def _keep(kept: dict[bytes, Any], at: bytes, value: Any, most: int) -> None:
