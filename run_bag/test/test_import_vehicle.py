@@ -92,15 +92,17 @@ def test_an_attitude_in_parts_or_twice_is_not_proposed(tmp_path, capsys):
 
 
 def dive(imu, log, **more):
-    """Return 40 s of a vehicle that pitches, surges and heaves; imu, log: 1 in our axes, -1 in REP 103's."""
+    """Return 40 s of a vehicle that rolls, pitches, surges and heaves; imu, log: 1 in our axes, -1 in REP 103's."""
     time, draw = 0.04 * np.arange(1000), np.random.default_rng(3)
     pitch, surge, heave = 0.3 * np.sin(0.9 * time), 0.5 * np.cos(0.5 * time), 0.2 * np.sin(0.7 * time)
-    falling = -np.sin(pitch) * surge + np.cos(pitch) * heave
+    roll = 0.2 * np.sin(0.6 * time)
+    down = np.stack((-np.sin(pitch), np.sin(roll) * np.cos(pitch), np.cos(roll) * np.cos(pitch)))
+    falling = down[0] * surge + down[2] * heave
     noise = draw.normal(0.0, 0.01, (3, time.size))
     return {
         "t": time, "pwm_1": 1500.0 + 0 * time, "pwm_2": 1500.0 + 0 * time,
-        "acc_x": 9.81 * np.sin(pitch), "acc_y": 0 * time, "acc_z": -imu * 9.81 * np.cos(pitch),
-        "roll": 0 * time, "pitch": imu * np.degrees(pitch), "yaw": 0 * time,
+        "acc_x": -9.81 * down[0], "acc_y": -imu * 9.81 * down[1], "acc_z": -imu * 9.81 * down[2],
+        "roll": np.degrees(roll), "pitch": imu * np.degrees(pitch), "yaw": 0 * time,
         "depth": 3.0 + np.cumsum(0.04 * falling) + 0.3 * noise[0],
         "vel_x": surge + noise[1], "vel_y": 0 * time, "vel_z": log * (heave + noise[2]), **more,
     }  # fmt: skip

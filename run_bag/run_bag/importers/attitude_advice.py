@@ -14,7 +14,7 @@ from .sources import Array
 from .turning import heading_ratio, turning_ratio
 from .vectors import attitude_moves, vector_of
 
-__all__ = ["advice_on_attitude"]
+__all__ = ["advice_on_attitude", "tilts_as_felt"]
 
 GRAVITY = 9.81
 """[m/s^2]"""
@@ -77,9 +77,8 @@ def _still(whose: str) -> str:
 
 
 def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] | None, whose: str) -> list[str]:
-    time, values = force
-    length = np.linalg.norm(values, axis=1)
-    size = float(np.median(length))
+    values = force[1]
+    size = float(np.median(np.linalg.norm(values, axis=1)))
     if not _GRAVITY_WITHIN[0] * GRAVITY < size < _GRAVITY_WITHIN[1] * GRAVITY:
         return [
             f"rov/imu.linear_acceleration: {size:.3g} m/s^2 as a rule: expected the specific force, about "
@@ -88,13 +87,10 @@ def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] |
     up = float(np.median(values[:, 2])) / size > 0.5
     if attitude is None:
         return [_UPSIDE_DOWN] if up else []
-    time, values = time[length > 0.0], values[length > 0.0]
-    felt = -values / np.linalg.norm(values, axis=1, keepdims=True)
-    down, near = _at(time, attitude[0], down_in_body(attitude[1]))
-    if not near.any():
+    time, felt, down = _downs(force, attitude)
+    if not time.size:
         return []
-    time, felt, down = time[near], felt[near], down[near]
-    angle = float(np.median(np.arccos(np.clip(np.sum(felt * down, axis=1), -1.0, 1.0))))
+    angle = _apart(felt, down)
     if angle < _TILTED:
         return _tilts(whose, time, felt, down)
     if up and whose == "rov/imu":
@@ -107,6 +103,37 @@ def _against_gravity(force: tuple[Array, Array], attitude: tuple[Array, Array] |
     ]
 
 
+def tilts_as_felt(imu: Topic | None, odometry: Topic | None) -> bool:
+    """Tell whether an attitude has down where the accelerometer feels it, while the vehicle rolls and pitches.
+
+    Whoever turns one of them over turns one of both tilts the other way, however it is turned about z.
+    """
+    force = vector_of(imu, "linear_acceleration", "xyz")
+    attitudes = [_told(imu, "orientation"), _told(odometry, "pose.pose.orientation")]
+    attitude = next((each for each in attitudes if each is not None), None)
+    if force is None or attitude is None:
+        return False
+    time, felt, down = _downs(force, attitude)
+    if not time.size or _apart(felt, down) >= _TILTED:
+        return False
+    both = _both_tilts(time, felt, down).values()
+    return len(both) == 2 and all(alike > _ALIKE for alike, _ in both)
+
+
+def _downs(force: tuple[Array, Array], attitude: tuple[Array, Array]) -> tuple[Array, Array, Array]:
+    """Return times at which both are told, and where down is by the accelerometer and by the attitude, as (N, 3)."""
+    time, values = force
+    length = np.linalg.norm(values, axis=1)
+    time, felt = time[length > 0.0], -values[length > 0.0] / length[length > 0.0, None]
+    down, near = _at(time, attitude[0], down_in_body(attitude[1]))
+    return time[near], felt[near], down[near]
+
+
+def _apart(felt: Array, down: Array) -> float:
+    """Return by which angle both downs differ as a rule [rad]."""
+    return float(np.median(np.arccos(np.clip(np.sum(felt * down, axis=1), -1.0, 1.0))))
+
+
 def _at(time: Array, at: Array, vectors: Array) -> tuple[Array, Array]:
     """Return unit vectors at other times, and where these are close to theirs."""
     found = np.column_stack([np.interp(time, at, column) for column in vectors.T])
@@ -116,20 +143,25 @@ def _at(time: Array, at: Array, vectors: Array) -> tuple[Array, Array]:
     return found / np.maximum(size, 1e-9), np.asarray((off < _APART) & (size[:, 0] > 0.5))
 
 
-def _tilts(whose: str, time: Array, felt: Array, down: Array) -> list[str]:
-    """Return what is wrong with how an attitude tilts that is level when the vehicle is."""
+def _both_tilts(time: Array, felt: Array, down: Array) -> dict[str, tuple[float, tuple[float, float]]]:
+    """Return how alike (correlation), and how far (deviations), down moves in the attitude and in what is felt; nothing
+    of an axis along which it never moves, or of a short recording."""
     windows = np.unique(np.floor((time - time[0]) / _WINDOW), return_inverse=True)[1]
     count = np.bincount(windows)
-    if count.size < _FEWEST:
-        return []
-    told = []
-    for axis, name in ((1, "roll"), (0, "pitch")):
+    found = {}
+    for axis, name in ((1, "roll"), (0, "pitch")) if count.size >= _FEWEST else ():
         read, true = (np.bincount(windows, each[:, axis]) / count for each in (down, felt))
-        read, true = read - read.mean(), true - true.mean()
         sizes = float(np.std(read)), float(np.std(true))
-        if min(sizes) == 0.0:
-            continue
-        alike = float(np.mean(read * true)) / (sizes[0] * sizes[1])
+        if min(sizes) > 0.0:
+            alike = float(np.mean((read - read.mean()) * (true - true.mean()))) / (sizes[0] * sizes[1])
+            found[name] = alike, sizes
+    return found
+
+
+def _tilts(whose: str, time: Array, felt: Array, down: Array) -> list[str]:
+    """Return what is wrong with how an attitude tilts that is level when the vehicle is."""
+    told = []
+    for name, (alike, sizes) in _both_tilts(time, felt, down).items():
         where = f"{whose}: {name} and specific force"
         if alike < _OPPOSITE and min(sizes) > _MOVED:
             told.append(f"{where} tilt opposite ways (correlation {alike:.2f}): expected one way; is its `sign` right?")
@@ -179,5 +211,6 @@ def _taken(ratio: float, units: Mapping[str, float]) -> str:
 
 _UPSIDE_DOWN = (
     "rov/imu: its z axis points up: expected axes forward, starboard, down; say `axes: {rov/imu: rep103}` where they "
-    "are forward, port, up"
+    "are forward, port, up; of an IMU that is mounted upside down the sensors' file states the `rotation`, and this is "
+    "as it should be"
 )

@@ -2,11 +2,12 @@
 
 import re
 
-__all__ = ["bare_name", "called_time", "unit_behind", "without_unit"]
+__all__ = ["bare_name", "called_time", "is_stamp", "unit_behind", "without_unit"]
 
 _UNIT = re.compile(r"(?<=\S)(?!(?<=\w)\[\d+\]\s*$)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
 """In brackets behind the name; data[0] is an element of an array."""
-_TIME = re.compile(r"(t|time|timestamp|stamp|elapsed)(_?(s|ms|us|ns|sec|usec|msec))?|seconds", re.IGNORECASE)
+_STAMP = re.compile(r"(.*_)?header_stamp", re.IGNORECASE)
+_TIME = re.compile(r"%?(t|time|timestamp|stamp|elapsed)(_?(s|ms|us|ns|sec|usec|msec))?|seconds", re.IGNORECASE)
 
 
 def without_unit(name: str) -> str:
@@ -27,4 +28,9 @@ def bare_name(name: str) -> str:
 
 def called_time(name: str) -> bool:
     """Tell whether a column is called a time."""
-    return bool(_TIME.fullmatch(bare_name(name)))
+    return bool(_TIME.fullmatch(bare_name(name))) or is_stamp(name)
+
+
+def is_stamp(name: str) -> bool:
+    """Tell whether a column is a message's own stamp: when it was measured, not when it was written."""
+    return bool(_STAMP.fullmatch(bare_name(name)))

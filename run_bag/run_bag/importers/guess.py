@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 import numpy as np
 
@@ -12,14 +12,14 @@ from .bag_source import BagSource
 from .column_names import bare_name
 from .conversions import COMMANDS
 from .csv_source import CsvSource
-from .guess_rules import SURROUNDING, UNTOLD, WHICH_FLOW, quoted
+from .guess_rules import SURROUNDING, UNTOLD, WAYS, WHICH_FLOW, quoted
 from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
 from .guessed_depth import is_height
 from .guessed_turning import gyro_by_attitude
-from .guessed_units import guessed_unit
-from .guessed_values import is_0, moves, span_of, values_of
+from .guessed_units import guessed_unit, pulses
+from .guessed_values import is_0, is_unknown, moves, span_of, values_of
 from .log_source import LogSource
 from .recording_map import ASKED
 from .sign_source import SIGN_UNKNOWN
@@ -28,6 +28,8 @@ from .vehicle_advice import is_charging
 
 _FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
+_BOTH_WAYS = 0.2
+"""Of the way that a command goes to one side: what it goes to the other one at least."""
 SHOWN = 60
 MOST_WORDS, LONGEST_WORD = 10, 40
 """Of a column that a proposal lists: how many, and how long [letters]."""
@@ -49,6 +51,7 @@ def guess(sources: Sequence[Source]) -> str:
         groups.setdefault(each.group, []).append(each)
     force = _rows(groups.get("rov/imu.linear_acceleration", []))
     asked = next((each for each in found if each.is_command), None)
+    both_ways = {_thruster(each) for each in found if each.is_command and _goes_both_ways(each)}
     arrays: dict[tuple[Source, str], list[Found]] = {}
     for each in found:
         arrays.setdefault(_array(each), []).append(each)
@@ -60,7 +63,7 @@ def guess(sources: Sequence[Source]) -> str:
                 each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
                 force=list(force.values()), asked=each != asked,
             ),
-            *_sign_source(each),
+            *_sign_source(each, both_ways),
         )
     ]  # fmt: skip
     entries = gyro_by_attitude(sources, told, entries)
@@ -70,7 +73,8 @@ def guess(sources: Sequence[Source]) -> str:
     lines = [*head, *_axes(found, sources, [*told, *entries]), *entries]
     left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
     empty = {each for each in left if not isinstance(each[0], CsvSource) and is_0(*each)}
-    left = [each for each in left if each not in empty]
+    unknown = {each for each in left if is_unknown(*each)}
+    left = [each for each in left if each not in empty | unknown]
     left.sort(key=lambda each: not moves(*each))
     lines += ["# Not recognised:"] if left else []
     where = {each: f" of {each[0].path.name}:" if names[each[1]] > 1 else "" for each in left}
@@ -79,6 +83,7 @@ def guess(sources: Sequence[Source]) -> str:
     beside = [name for source in sources if isinstance(source, CsvSource) for name in source.left_out]
     lines += [f"# Beside the readings, left out: {', '.join(map(quoted, beside))}"] if beside else []
     lines += [f"# 0 in all messages: {len(empty)} fields more"] if empty else []
+    lines += [f"# A mark that nothing is known in all messages: {len(unknown)} fields more"] if unknown else []
     return "\n".join(lines) + "\n"
 
 
@@ -103,15 +108,23 @@ def _axes(found: Iterable[Found], sources: Sequence[Source], lines: Sequence[str
     vectors = [each for each in found if each.topic in ("rov/imu", "rov/odometry", "rov/velocity")]
     topics = {each.topic for each in vectors if each.topic != "rov/odometry" or not each.usual}
     force = {e.channel[-1]: values_of(e.source, e.name) for e in vectors if "linear_acceleration" in e.channel}
-    ours = {each.topic for each in vectors if _says_our_axes(each)}
-    return axes_lines(topics, force, sources, lines, ours=ours)
+    return axes_lines(topics, force, sources, lines, named=_named_axes(vectors))
 
 
-def _says_our_axes(each: Found) -> bool:
-    """Tell whether the frame of a message, or the name of a velocity downwards, says our axes."""
-    if isinstance(each.source, BagSource):
-        return each.source.channels[each.name].frame.endswith(("ned", "frd"))
-    return each.channel.endswith("linear.z") and re.search(r"(?i)down|unten", each.name) is not None
+def _named_axes(vectors: Iterable[Found]) -> dict[str, int]:
+    """Return topics whose messages, or names of velocities to the side and down, say their axes: 1 ours, -1 REP 103's.
+
+    A message of an IMU is in REP 103's by convention, in which its frame may say otherwise.
+    """
+    told: dict[str, set[int]] = {}
+    for each in vectors:
+        ways = told.setdefault(each.topic, set())
+        if isinstance(each.source, BagSource):
+            ours = each.source.channels[each.name].frame.endswith(("ned", "frd"))
+            ways |= {1} if ours else {-1} if each.topic == "rov/imu" else set()
+        elif each.channel.endswith(("linear.y", "linear.z")):
+            ways |= {way for way, words in WAYS.items() if re.search(words, each.name)}
+    return {topic: min(ways) for topic, ways in told.items() if len(ways) == 1}
 
 
 def _array(each: Found) -> tuple[Source, str]:
@@ -194,10 +207,25 @@ def _sign(each: Found, unit: str) -> tuple[bool, str]:
     return minus and not (path == "current" and np.nanmedian(own) < 0.0), ""  # negative while it is drawn, as ours
 
 
-def _sign_source(each: Found) -> list[str]:
-    """Return the entry that a speed in a vehicle's log has no sign, as those of ESCs have none."""
+def _thruster(each: Found) -> str:
+    return each.channel.partition("/")[0]
+
+
+def _goes_both_ways(each: Found) -> bool:
+    """Tell whether a command goes about as far below as above the middle of its pulses, or of what is not pulses 0."""
+    values = values_of(each.source, each.name)
+    if values is None:
+        return False
+    off = values - (_FULL["us"][0] if pulses(values) else 0.0)
+    low, high = float(np.nanmin(off)), float(np.nanmax(off))
+    return min(-low, high) > _BOTH_WAYS * max(-low, high)
+
+
+def _sign_source(each: Found, both_ways: Collection[str]) -> list[str]:
+    """Return the entry that a speed has no sign, of a vehicle's log or of a thruster whose command goes both ways."""
     span = span_of(each.source, each.name)
-    if not (isinstance(each.source, LogSource) and each.channel.endswith("state.n") and span and span.low >= 0.0):
+    likely = isinstance(each.source, LogSource) or _thruster(each) in both_ways
+    if not (likely and each.channel.endswith("state.n") and span and span.low >= 0.0):
         return []
     return [
         f"{each.channel.removesuffix('n')}sign_source: {{value: {SIGN_UNKNOWN}}}   # never negative, as of most ESCs"

@@ -36,7 +36,7 @@ class Rule(NamedTuple):
 _AXIS = r"(?P<axis>[xyz])"
 _ANGLE = (
     r"((?P<roll>roll(en|winkel)?|phi)|(?P<pitch>pitch|nick(en|winkel)|theta)|"
-    r"(?P<yaw>yaw|heading|kurs(winkel)?|gier(en|winkel)|psi))"
+    r"(?P<yaw>yaw|heading|hdg|kurs(winkel)?|gier(en|winkel)|psi))"
 )
 _TURN = r"((?P<x>roll)|(?P<y>pitch|nick)|(?P<z>yaw|heading|gier))"
 _RATE = r"(rates?|speed|velocity|vel|gyro?)"
@@ -44,8 +44,11 @@ _GYRO = (
     r"(imu_?)?(g(yro?)?|omega|w|angular_?(rate|speed|velocity|vel)|rates?|drehrate|(dreh|winkel)geschwindigkeit)_?"
     rf"{_AXIS}"
 )
-_FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschleunigung|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
-_AHEAD = r"(?P<x>forward|fwd|vorn|voraus)|(?P<y>starboard|stbd|stb|steuerbord)|(?P<z>down|unten)"
+_FORCE = rf"(imu_?)?(acc(el(eration)?)?|a|beschl(eunigung)?|(linear|specific)_?(acc\w*|force))_?{_AXIS}"
+_RIGHT, _LEFT, _DOWN, _UP = r"starboard|stbd|stb|steuerbord", r"port|left|backbord", r"down|unten", r"up|oben"
+_AHEAD = rf"(?P<x>forward|fwd|vorn|voraus)|(?P<y>{_RIGHT}|{_LEFT})|(?P<z>{_DOWN}|{_UP})"
+WAYS = {1: rf"(?i)({_RIGHT}|{_DOWN})", -1: rf"(?i)(^|[\W_])({_LEFT}|{_UP})([\W_]|$)"}
+"""Words of the name of a velocity to the side or down that say its axes: 1 ours, -1 REP 103's."""
 _LOG_VELOCITY = (
     rf"(dvl|vel(ocity)?|v|geschwindigkeit)(_?vel(ocity)?)?_?"
     rf"({_AXIS}|(?P<x2>u)|(?P<y2>v)|(?P<z2>w)|{_AHEAD})"
@@ -62,6 +65,10 @@ _ESC = r"ESC(\[(?P<zero>\d+)\]|(?P<one>\d+))"
 
 WHOSE_CONTROL = " of actuator_motors? of actuator_controls it is roll, pitch, yaw or thrust"
 """Asked about a PX4's control[0], which two of its topics have."""
+IN_PASCALS = f"{WHICH_WATER}; in mbar before PX4 1.14: then {depth_of_pressure(100.0)}; outside the hull?"
+"""Asked about a PX4's barometer."""
+WHOSE_CELL = " the whole battery? of more cells than one it is the first alone"
+"""Asked about a MAVLink battery's voltages[0]."""
 
 LOGS = (
     Rule("thruster_{i}/throttle.commanded", r"RCOU\.C(?P<one>\d+)|SERVO_OUTPUT_RAW\.servo(?P<one2>\d+)_raw", "us"),
@@ -72,7 +79,9 @@ LOGS = (
       for path, field, unit in (("n", "rpm", "rpm"), ("supply_voltage", "voltage", "cV"), ("current", "current", "cA"))
       for k in (1, 5, 9, 13)),
     Rule("rov/battery.voltage", r"BAT(\[0\])?\.Volt|SYS_STATUS\.voltage_battery", "V"),
+    Rule("rov/battery.voltage", r"BATTERY_STATUS\.voltages\[0\]", "mV", why=WHOSE_CELL),
     Rule("rov/battery.current", r"BAT(\[0\])?\.Curr|SYS_STATUS\.current_battery", "A", -1),
+    Rule("rov/battery.current", r"BATTERY_STATUS\.current_battery", "cA", -1),
     Rule("rov/imu.angular_velocity.{axis}", r"IMU(\[0\])?\.Gyr(?P<axis>[XYZ])", "rad/s"),
     Rule("rov/imu.angular_velocity.{axis}", r"(SCALED_IMU2?|RAW_IMU)\.(?P<axis>[xyz])gyro", "mrad/s"),
     Rule("rov/imu.linear_acceleration.{axis}", r"IMU(\[0\])?\.Acc(?P<axis>[XYZ])", "m/s^2"),
@@ -90,20 +99,39 @@ LOGS = (
 positive up, currents positive while they are drawn. An autopilot's attitude comes at times of its own, so it is no part
 of the IMU's topic. An ArduSub's second barometer is the one outside."""
 
+
+def _of_px4(topics: str, field: str) -> str:
+    """Return the names of a field of topics of a PX4, in a bag or in files of ulog2csv: log_vehicle_attitude_0.csv."""
+    return rf"(.*[_/])?({topics})(_\d+)?\.{field}"
+
+
+_ELEMENT = r"\[((?P<x>0)|(?P<y>1)|(?P<z>2))\]"
 PX4 = (
+    Rule("rov/imu.angular_velocity.{axis}", _of_px4("sensor_combined", f"gyro_rad{_ELEMENT}"), "rad/s"),
+    Rule("rov/imu.linear_acceleration.{axis}", _of_px4("sensor_combined", f"accelerometer_m_s2{_ELEMENT}"), "m/s^2"),
+    Rule("rov/imu.angular_velocity.{axis}", _of_px4("vehicle_angular_velocity", f"xyz{_ELEMENT}"), "rad/s"),
+    Rule("rov/imu.linear_acceleration.{axis}", _of_px4("vehicle_acceleration", f"xyz{_ELEMENT}"), "m/s^2"),
+    Rule(
+        "rov/odometry.pose.pose.orientation.{part}",
+        _of_px4("vehicle_attitude", r"q\[((?P<w>0)|(?P<x>1)|(?P<y>2)|(?P<z>3))\]"),
+        "1",
+    ),
+    Rule("rov/depth.depth", _of_px4("sensor_baro", "pressure"), entry=depth_of_pressure(1.0), why=IN_PASCALS),
+    Rule("thruster_{i}/throttle.commanded", _of_px4("actuator_motors", r"control\[(?P<zero>\d+)\]"), "1"),
     Rule("thruster_{i}/throttle.commanded", r"output\[(?P<zero>\d+)\]"),
     Rule("thruster_{i}/throttle.commanded", r"control\[(?P<zero>\d+)\]", why=WHOSE_CONTROL),
     Rule("thruster_{i}/state.n", r"esc\[(?P<zero>\d+)\]\.esc_rpm", "rpm"),
     Rule("thruster_{i}/state.supply_voltage", r"esc\[(?P<zero>\d+)\]\.esc_voltage", "V"),
     Rule("thruster_{i}/state.current", r"esc\[(?P<zero>\d+)\]\.esc_current", "A"),
 )
-"""Columns of `actuator_outputs`, `actuator_motors` and `esc_status`, as ulog2csv writes them."""
+"""Fields of a PX4's topics. Its attitude is the vehicle's; outputs and ESCs are known without their topic's name."""
 
 THRUSTER = (
     Rule("thruster_{i}/state.n", r"(esc|motor|thr(uster)?|prop)_?(k?rpm|rps|revs?)"),
     Rule("thruster_{i}/throttle.commanded", _OUTPUT),
     Rule("thruster_{i}/throttle.commanded", r"(servo|out(put)?)_?(?P<one>\d+)"),
     Rule("thruster_{i}/throttle.commanded", r"(throttle|command|cmd|pwm|u)(_?(in|out|signal|v|us|cmd))?"),
+    Rule("thruster_{i}/throttle.commanded", r"dac(_?(out|counts?))?"),
     Rule("thruster_{i}/throttle.commanded", r"esc(_?(in|out|signal|v|us|cmd))?", alone=True),
     Rule("thruster_{i}/throttle.commanded", r"setpoint|drive|soll|(soll|stell)wert|stellgr(ö|oe)(ß|ss)e", alone=True),
     Rule("thruster_{i}/state.n", r"(n|k?rpm|rps|omega|tach\w*|(rotor|motor|prop\w*|rotational)_?(speed|rpm)|speed)"),
@@ -131,7 +159,7 @@ _INSIDE, _OUTSIDE, _OF_WATER = (
 )
 BENCH = (
     Rule("thruster_{i}/throttle.commanded", rf"(u|duty|spannung|voltage|volts?)_?({_ASKED})|soll_?(u|spannung)"),
-    Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?|dac(_?(out|counts?))?|(joy_?)?stick"),
+    Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?|(joy_?)?stick"),
     Rule("thruster_{i}/state.n", r"enc(oder)?", alone=True, why=" a speed? an encoder's angle is none"),
     Rule("thruster_{i}/state.n", r"revs", alone=True, why=" a speed? a count of turns is none"),
     Rule("thruster_{i}/flow.axial", rf"{_OF_WATER}_?{_INSIDE}|{_INSIDE}_?{_OF_WATER}", alone=True),
@@ -165,13 +193,16 @@ WHOSE_ATTITUDE = " of this IMU? the vehicle's own, as an autopilot tells it, is 
 """Asked where an attitude comes at other times than the gyro."""
 
 VEHICLE = (
+    Rule("rov/odometry.pose.pose.orientation.{part}", r"(pose_){1,2}orientation_(?P<part>[wxyz])", "1"),
     Rule("rov/imu.orientation.{part}", r"(att(itude)?_?)?(q|quat(ernion)?|orientation)_?(?P<part>[wxyz])", "1"),
     Rule("rov/imu.orientation.{angle}", rf"(att(itude)?_?|euler_?)?{_ANGLE}(_angle)?"),
     Rule("rov/imu.angular_velocity.{axis}", _GYRO),
+    Rule("rov/imu.angular_velocity.{axis}", rf"{_AXIS}_?gyro"),
     Rule("rov/imu.angular_velocity.{axis}", rf"{_TURN}_?{_RATE}"),
     Rule("rov/imu.angular_velocity.{axis}", rf"{_RATE}_?{_TURN}"),
     Rule("rov/imu.angular_velocity.{axis}", r"(?P<x>p)|(?P<y>q)|(?P<z>r)", together=("p", "q", "r")),
     Rule("rov/imu.linear_acceleration.{axis}", _FORCE),
+    Rule("rov/imu.linear_acceleration.{axis}", rf"{_AXIS}_?acc(el)?"),
     Rule("rov/imu.linear_acceleration.{axis}", r"f(?P<axis>[xyz])", together=("fx", "fy", "fz")),
     Rule("rov/velocity.twist.twist.linear.{axis}", _LOG_VELOCITY),
     Rule("rov/velocity.twist.twist.linear.{axis}", rf"log_?({_AHEAD})"),
@@ -180,6 +211,7 @@ VEHICLE = (
     Rule("rov/velocity.twist.twist.linear.{axis}", r"(?P<x>u)|(?P<y>v)|(?P<z>w)", together=("u", "v", "w")),
     Rule("rov/depth.depth", r"(depth|dpth)(_sensor)?|(tauch)?tiefe|z_?(ned|down)"),
     Rule("rov/depth.depth", r"z_?(enu|up)", "", -1),
+    Rule("rov/depth.depth", r"fluid_pressure", entry=depth_of_pressure(1.0), why=WHICH_WATER),
     Rule("rov/battery.current", _CURRENT, "", -1),
     Rule("rov/battery.voltage", _SUPPLY),
 )  # fmt: skip

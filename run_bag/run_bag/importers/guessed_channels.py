@@ -34,12 +34,16 @@ from .guessed_commands import Alike, alike_commands, alike_speeds
 from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
 from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
 from .guessed_units import fits, is_amplified
-from .guessed_values import is_0, moves, span_of, values_of
+from .guessed_values import is_0, is_of_quaternion, is_unknown, moves, span_of, values_of
 from .log_source import LogSource
 from .sources import Source
 from .unit_words import named_units
 
 __all__ = ["Found", "channels_in", "ours_of"]
+
+
+_AT_OTHERS = 0.1
+"""Share by which an attitude has more or fewer readings than the gyro where it is told at other times; a few fail."""
 
 
 class Found(NamedTuple):
@@ -151,13 +155,20 @@ def _parted(found: Iterable[Found]) -> list[Found]:
 
 
 def _attitude_apart(found: Iterable[Found], clock: str) -> list[Found]:
-    """Return the parts of an attitude in tables that has another time than the gyro: it may not be the IMU's."""
-    places: dict[str, list[tuple[Any, Found]]] = {"rov/imu.orientation": [], "rov/imu.angular_velocity": []}
+    """Return the parts of an attitude in tables that has another time than the gyro, or is told at other rows: it may
+    not be the IMU's."""
+    places: dict[str, list[tuple[Any, int, Found]]] = {"rov/imu.orientation": [], "rov/imu.angular_velocity": []}
     for each in found:
-        if each.group in places and isinstance(each.source, CsvSource):
-            places[each.group].append(((each.source.path, time_of(each.source, each.name, clock)), each))
+        span = span_of(each.source, each.name)
+        if each.group in places and isinstance(each.source, CsvSource) and span:
+            place = each.source.path, time_of(each.source, each.name, clock)
+            places[each.group].append((place, span.numbers, each))
     attitude, gyro = places.values()
-    return [each for place, each in attitude if gyro and place not in [other for other, _ in gyro]]
+    return [
+        each
+        for place, size, each in attitude
+        if gyro and not any(place == own and abs(size - rows) < _AT_OTHERS * rows for own, rows, _ in gyro)
+    ]
 
 
 def _behind_the_last(found: Iterable[Found]) -> list[Found]:
@@ -169,8 +180,9 @@ def _behind_the_last(found: Iterable[Found]) -> list[Found]:
 
 
 def _nobody_fills(proposed: Sequence[Found]) -> set[str]:
-    """Return the fields of a bag or log that are 0 in all messages, as where nothing is measured, and attitudes that
-    never change, or whose first covariance is -1 (REP 145). Commands may be 0, and a part of a vector."""
+    """Return the fields of a bag or log that are 0 or unknown in all messages, as where nothing is measured, and
+    attitudes that never change, or whose first covariance is -1 (REP 145). Commands may be 0, so may parts of vectors.
+    """
     parts: dict[tuple[str, str], list[Found]] = {}
     for each in proposed:
         if not (each.is_command or each.entry or isinstance(each.source, CsvSource)):
@@ -178,7 +190,7 @@ def _nobody_fills(proposed: Sequence[Found]) -> set[str]:
     return {
         each.name
         for (_, group), own in parts.items()
-        if all(is_0(e.source, e.name) for e in own)
+        if all(is_0(e.source, e.name) or is_unknown(e.source, e.name) for e in own)
         or (group.endswith("orientation") and (not any(moves(e.source, e.name) for e in own) or _disowned(own[0])))
         for each in own
     }
@@ -244,7 +256,7 @@ def _rules(source: Source, *, vehicle: bool) -> tuple[tuple[Rule, ...], tuple[Of
     """Return the rules of names and those of types for a source."""
     if isinstance(source, LogSource):
         return LOGS, ()
-    named = (*LOGS, *PX4) if isinstance(source, CsvSource) else LOGS
+    named = (*LOGS, *PX4)
     return ((*named, *VEHICLE, *THRUSTER), OF_TYPE) if vehicle else ((*named, *BENCH, *THRUSTER), (*OF_BENCH, *OF_TYPE))
 
 
@@ -257,14 +269,15 @@ def _in_order(source: Source) -> list[str]:
 
 
 def _of_vehicle(source: Source) -> bool:
-    """Tell whether a table has several thrusters, or a gyro, and a bag messages of an IMU."""
+    """Tell whether a table or log has several thrusters, a table a gyro, and a bag messages of an IMU."""
     if isinstance(source, BagSource):
         return bool({"sensor_msgs/msg/Imu", "nav_msgs/msg/Odometry"} & set(source.types.values()))
-    if not isinstance(source, CsvSource):
-        return False
+    if isinstance(source, LogSource):
+        driven = {e.channel for name in source.names() if moves(source, name) and (e := _propose(source, name, LOGS))}
+        return sum(channel.endswith(".commanded") for channel in driven) > 1
     found = {name: _propose(source, name, THRUSTER) for name in source.names()}
     commands = {each.channel for each in found.values() if each and each.is_command}
-    gyro = [rule for rule in VEHICLE if "angular_velocity" in rule.channel]
+    gyro = [rule for rule in (*PX4, *VEHICLE) if "angular_velocity" in rule.channel]
     unnamed = [] if commands else _commands([(source, name) for name, each in found.items() if each is None])
     return len(commands) > 1 or bool(unnamed) or any(_propose(source, name, gyro) for name in source.names())
 
@@ -288,9 +301,15 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
     whole = (without_unit(name) if table else name.strip()).replace(" ", "_")
     bare = bare_name(name) if table else whole
     tail = re.split("[./]", whole)[-1]
-    # a number alone has its name from its topic
-    of_topic = [whole.removesuffix(".data").rsplit("/", 1)[-1]] if tail == "data" else []
+    # fields have their message's name from a file that is called so; a number alone from its topic, or its file
+    formats = (*LOGS, *PX4)
+    of_file = (f"{source.path.stem}.{whole}",) if table else ()
+    topic = source.path.stem if table else whole.removesuffix(".data").rsplit("/", 1)[-1]
+    of_topic = [topic] if tail == "data" else []
     words, wanted = told_words(tail) if table else ([], False)
+    parts = re.split("[./]", whole)
+    measured = table and not told_words("_".join(parts))[1]
+    behind = [("_".join(parts[k:]),) for k in range(1, len(parts) - 1)] if measured else []
     stem, number = numbered(bare, source.names()) if table else (tail, 0)
     units = told_units(source, name, (bare, stem)) if isinstance(source, CsvSource) else []
     last = tail if stem.endswith(tail) else stem[len(bare) - len(tail) :]
@@ -301,10 +320,12 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
         and (not wanted or rule.channel.endswith(".commanded"))
         and not (rule.channel.endswith("{angle}") and says_rate(tail))
     ]
-    # the whole name first, then what is behind its last dot or slash; single words only where no rule knows these
+    # the whole name first, then what is behind each dot or slash; single words only where no rule knows these
     for candidates, known in (
+        (of_file, formats),
         ((whole, bare, without_suffix(bare)), rules),
         ((stem, without_suffix(stem)), rules),
+        *((each, rules) for each in behind),
         ((tail, without_suffix(tail), *of_topic), rules),
         ((last, without_suffix(last)), rules),
         (words, of_words),
@@ -314,9 +335,13 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
             for candidate in candidates:
                 match = re.fullmatch(rule.names, candidate, spelling)
                 channel = _channel(rule, match, number) if match else ""
-                known_units = not units or any(
-                    _may_be_in(channel, unit) or (known is not of_words and is_amplified(unit, ours_of(channel)))
-                    for unit in units
+                known_units = (
+                    not units
+                    or known is formats
+                    or any(
+                        _may_be_in(channel, unit) or (known is not of_words and is_amplified(unit, ours_of(channel)))
+                        for unit in units
+                    )
                 )
                 if (
                     match
@@ -343,7 +368,10 @@ def _in_other_units(channel: str, source: Source, name: str) -> bool:
 
 
 def _denied(channel: str, source: Source, name: str) -> bool:
-    """Tell whether readings deny a channel: no supply is negative, but for an offset of its sensor."""
+    """Tell whether readings deny a channel: no supply is negative, but for an offset of its sensor, and four columns
+    whose squares add up to 1 are no torques."""
+    if channel.endswith("torque.x"):
+        return is_of_quaternion(source, name)
     if not channel.endswith(("supply_voltage", "battery.voltage")):
         return False
     span = span_of(source, name)

@@ -7,11 +7,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .column_names import bare_name, called_time
+from .column_names import bare_name, called_time, is_stamp
 from .conversions import conversion
 from .csv_source import CsvSource
 from .guessed_units import Guessed, guessed_time_unit
-from .guessed_values import span_of, values_of
+from .guessed_values import moves, span_of, values_of
 from .recording_map import ASKED
 from .sources import Array, Source
 
@@ -30,13 +30,13 @@ def clock_of(sources: Sequence[Source]) -> tuple[CsvSource, str] | None:
     found = [(table, _likely_time(table)) for table in tables]
     if not found or not found[0][1]:
         return found[0] if found else None
-    return max(found, key=lambda each: sum(each[1] in table.names() for table in tables))
+    return max(found, key=lambda each: sum(clock_in(table, each[1]) == each[1] for table in tables))
 
 
 def _likely_time(table: CsvSource) -> str:
     """Return the column that is likeliest the time of a table, "" where none is seen."""
     names = table.names()
-    named = [name for name in names if is_time(table, name)]
+    named = [*_stamp(table), *(name for name in names if is_time(table, name))]
     first = [name for name in names[:1] if table.heading and _never_falls(table, name)]
     return next(iter((*named, *own_times(table), *(name for name in names if _rises(table, name)), *first)), "")
 
@@ -54,8 +54,15 @@ def own_times(table: CsvSource) -> list[str]:
 
 
 def clock_in(table: CsvSource, clock: str) -> str:
-    """Return the column of time of a table: that of most tables, or its own; "" where none is seen."""
-    return clock if not clock or clock in table.names() else (clock_of([table]) or (table, ""))[1]
+    """Return the column of time of a table: its messages' stamps, that of most tables, or its own; "" where none is
+    seen."""
+    first = [*_stamp(table), *(name for name in table.names() if name == clock)] if clock else [clock]
+    return first[0] if first else _likely_time(table)
+
+
+def _stamp(table: CsvSource) -> list[str]:
+    """Return the messages' own stamps of a table, where they are any."""
+    return [name for name in table.names() if is_stamp(name) and is_time(table, name) and moves(table, name)][:1]
 
 
 def time_of(table: CsvSource, name: str, clock: str) -> str:

@@ -62,10 +62,12 @@ def alike_commands(fields: Sequence[tuple[Source, str]]) -> list[Alike]:
     """
     groups: dict[tuple[str, str], list[Alike]] = {}
     for source, name in fields:
-        bare = bare_name(name) if isinstance(source, CsvSource) else name
+        table = isinstance(source, CsvSource)
+        bare = bare_name(name) if table else name
         stem, thruster = numbered(bare, source.names())
         if stem != bare:
-            each = Alike(source, name, thruster, _tells_a_command(source, name, stem))
+            words = f"{source.path.stem}_{stem}" if table and stem.split("_")[-1] == "data" else stem
+            each = Alike(source, name, thruster, _tells_a_command(source, name, words))
             groups.setdefault((str(source.path), stem.lower()), []).append(each)
     likely = [own for group in groups.values() if (own := _used(group)) and all(each.told for each in own)]
     several = [own for own in likely if len(own) > 1 and _type_of(own[0]) not in _STICKS]

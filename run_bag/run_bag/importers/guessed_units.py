@@ -181,4 +181,5 @@ def _command(values: Array | None, largest: float) -> Guessed:
         return Guessed("1", "unit by its values: -1 to 1")
     if largest < _LEAST_PERCENT:
         return Guessed("V", "unit by its values")
-    return _asked(("us", "%", "counts", "V", *(["mV"] if largest > _LEAST_MILLIVOLTS else [])), "nothing says which")
+    units = ("us", "%", "counts", "V", *(["mV"] if largest > _LEAST_MILLIVOLTS else []))
+    return _asked(units, "nothing says which; with all but volts write stop and per_volt, too")
