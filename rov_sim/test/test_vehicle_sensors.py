@@ -250,6 +250,8 @@ def test_an_instant_left_out_is_named() -> None:
         ("signed: {value: true", "signed: {value: 3", "key 'tachometer.signed.value': expected true or false; found 3"),
         ("velocity_noise: {value: 0.008", "velocity_noise: {value: [1, 2]", r"a number or 3; found \[1, 2\]"),
         ("  depth_noise:", "  deep_noise:", "key 'depth.deep_noise': unknown; known are rate, .*depth_noise"),
+        ("  depth_noise:", "  deep_noise:", "depth_noise.*; a diagnosis reads position alone"),
+        ("signed: {value: true", "sined: {value: true", "known are rate, .*signed.*; a diagnosis reads none of it"),
         ("depth:\n", "dept:\n", "key 'dept': expected one of imu, velocity, depth, tachometer, battery"),
         ("lost_share: {value: 0.02", "lost_share: {value: 0.9", "velocity: lost_share: expected 0 to 0.75"),
         ("rate: {value: 5.0", "rate: {value: -5.0", "velocity: rate: expected 0 to 10000 Hz; found -5.0"),

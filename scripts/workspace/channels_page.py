@@ -1,20 +1,21 @@
 """Print docs/channels.md: channels that a map can name, and units that it takes, from the tables of the code."""
 
+import re
 import sys
 from collections.abc import Sequence
 
 from run_bag.importers.axes import unit_in_map
 from run_bag.importers.conversions import COMMANDS, CONVERSIONS
 from run_bag.known_topics import topic_type
-from run_bag.topics_table import KnownChannel, channels
+from run_bag.topics_table import KnownChannel, channels, topics, units
 
 HEAD = """\
 # Channels and units of a map
 
 Made by `scripts/workspace/channels_page.py` from the tables of the code. How a map is written:
-[any_recording.md](any_recording.md). `<i>` is a thruster's number, from 0. Any other field of a
-[topic](../thruster_msgs/README.md) can be named, too, such as set points, gauges and estimates: `show`
-draws it, and no fit or diagnosis reads it. A controller has no place in a map; what counts is what it sends.
+[any_recording.md](any_recording.md). `<i>` is a thruster's number, from 0. Any [other field](#other-fields)
+can be named, too, such as set points, gauges and estimates: `show` draws it, and no fit or diagnosis reads it.
+A controller has no place in a map; what counts is what it sends.
 
 ## Channels
 """
@@ -74,6 +75,11 @@ MORE = """
   `duty_pct`, `pull_grams`, `t_usec`. `kn` of a force is kN.
 - All words, those of a vehicle too, are in `run_bag/importers/guess_rules.py`.
 """
+OTHERS = """
+## Other fields
+[What each topic is](../thruster_msgs/README.md). `.x` stands for all parts of a vector or quaternion.
+
+"""
 
 
 def page() -> str:
@@ -82,10 +88,39 @@ def page() -> str:
     taken = [_row("unit of the channel", "others"), _row("---", "---")]
     taken += [_row(ours, ", ".join(f"`{unit}`" for unit in others)) for ours, others in CONVERSIONS.items()]
     columns = [_row("channel", "words"), _row("---", "---"), *(_row(f"`{c}`", words) for c, words in COLUMNS.items())]
-    topics = [_row("channel", "type, field", "words"), _row("---", "---", "---")]
-    topics += [_row(f"`{c}`", f"`{kind}`, `{field}`", words) for c, (kind, field, words) in TOPICS.items()]
-    known = KNOWN + "\n".join(columns) + "\n" + OF_TOPICS + "\n".join(topics) + "\n" + MORE
-    return HEAD + "\n".join(named) + "\n" + UNITS + "\n".join(taken) + "\n" + FOOT + known
+    of_topics = [_row("channel", "type, field", "words"), _row("---", "---", "---")]
+    of_topics += [_row(f"`{c}`", f"`{kind}`, `{field}`", words) for c, (kind, field, words) in TOPICS.items()]
+    known = KNOWN + "\n".join(columns) + "\n" + OF_TOPICS + "\n".join(of_topics) + "\n" + MORE
+    return (
+        HEAD
+        + "\n".join(named)
+        + "\n"
+        + UNITS
+        + "\n".join(taken)
+        + "\n"
+        + FOOT
+        + known
+        + OTHERS
+        + "\n".join(_others())
+        + "\n"
+    )
+
+
+def _others() -> list[str]:
+    """Return a row for each topic of a thruster or a vehicle with the fields that are no channels, vectors as one."""
+    named = {each.name for each in channels()}
+    rows = [_row("topic", "fields"), _row("---", "---")]
+    for topic in topics():
+        fields = {re.sub(r"\.[wxyz]$", ".x", path): unit for path, unit in units().get(topic.type, {}).items()}
+        shown = [
+            f"`{path}` {unit}".removesuffix(" 1")
+            for path, unit in fields.items()
+            if not re.search(r"\[|covariance", path)
+            and named.isdisjoint({f"{topic.name}.{path}", f"{topic.name}.{path}".removesuffix(".x")})
+        ]
+        if shown and not re.search("^/|^daq/|_enu$|/truth$", topic.name):
+            rows.append(_row(f"`{topic.name}`", ", ".join(shown)))
+    return rows
 
 
 def unit_of_channel(channel: KnownChannel) -> str:

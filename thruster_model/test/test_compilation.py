@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from thruster_model import compilation
-from thruster_model.compilation import borrowed
+from thruster_model.compilation import borrowed, told_of_compiling
 from thruster_model.equations.thruster import input_map
 
 
@@ -168,3 +168,14 @@ def test_an_old_cache_that_another_process_removes_meanwhile_is_no_trouble(own_c
 
     monkeypatch.setattr(Path, "glob", listed_then_removed)
     assert compilation._private_parent() == gone.parent
+
+
+def test_the_first_kernel_that_compiles_is_told_of_once_and_compiled_ones_are_not():
+    told = []
+    half, twice = numba.njit(lambda x: 0.5 * x), numba.njit(lambda x: 2.0 * x)
+    with told_of_compiling(told.append):
+        assert twice(half(1.0)) == 1.0
+    assert len(told) == 1 and told[0].startswith("compiling the model")
+    with told_of_compiling(told.append):
+        assert half(3.0) == 1.5
+    assert len(told) == 1

@@ -192,7 +192,8 @@ def reference() -> str:
         "\n"
         "On a vehicle k_U, k_UU and k_TU have no part, as its motion makes U (4.20), nor has c_Q of `first_order`, "
         "`bessa` and `yoerger`: a propeller's torque on it is `reaction_torque` of [its set](vehicles.md). A "
-        "thrusters' set still states them, as it may be used on a bench: write any number above 0.\n"
+        "thrusters' set still states them, as it may be used on a bench: write any number above 0, or name a "
+        "[`base`](check_and_sets.md#write-a-set) and leave them out.\n"
     )
     sets = {name: load_parameter_set(name) for name in available_sets()}
     return head + "".join(_model(model, sets) for model in MODELS.values())

@@ -13,18 +13,18 @@ import os
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FunctionType
 from typing import Any, TypeVar
 
 import numba
-from numba.core import cgutils, types
+from numba.core import cgutils, event, types
 from numba.extending import intrinsic, overload, register_jitable
 
-__all__ = ["BARE", "borrowed", "cache_folder", "compiled", "equation", "inlined"]
+__all__ = ["BARE", "borrowed", "cache_folder", "compiled", "equation", "inlined", "told_of_compiling"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 BARE = {"no_cfunc_wrapper": True, "no_cpython_wrapper": True}
@@ -60,6 +60,28 @@ def compiled(function: Function) -> Function:
         return numba.njit(cache=True, error_model="numpy", nogil=True)(function)  # type: ignore[no-any-return]
     finally:
         numba.config.CACHE_DIR = previous
+
+
+@contextmanager
+def told_of_compiling(told: Callable[[str], None]) -> Iterator[None]:
+    """Tell once, within this context, that a kernel begins to compile; those of the cache do not."""
+    with event.install_listener("numba:compile", _First(told)):
+        yield
+
+
+class _First(event.Listener):  # type: ignore[misc, unused-ignore]
+    """Tells of the first event of its kind."""
+
+    def __init__(self, told: Callable[[str], None]) -> None:
+        self._told, self._said = told, False
+
+    def on_start(self, event: Any) -> None:
+        if not self._said:
+            self._said = True
+            self._told("compiling the model, once for as many thrusters: a minute or two, or more beside other work")
+
+    def on_end(self, event: Any) -> None:
+        return
 
 
 def borrowed(values: Any) -> Any:

@@ -10,6 +10,7 @@ from gap_diagnosis.vehicle.arguments_io import add_sets
 from gap_diagnosis.vehicle.check_io import check_vehicle
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from run_bag.command_line import described, user_arguments
+from thruster_model.compilation import told_of_compiling
 
 __all__ = ["main"]
 EXAMPLES = """
@@ -23,7 +24,8 @@ def main(arguments: Sequence[str] | None = None, program: str = "check_vehicle")
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     add_sets(parser)
     given = parser.parse_args(user_arguments(arguments))
-    return printed(lambda: check_vehicle(given.runs, load_model(given.vehicle, given.set, given.sensors)))
+    with told_of_compiling(lambda text: print(text, file=sys.stderr, flush=True)):
+        return printed(lambda: check_vehicle(given.runs, load_model(given.vehicle, given.set, given.sensors)))
 
 
 if __name__ == "__main__":

@@ -12,6 +12,7 @@ from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
 from safe_files.whole_files_io import refuse_full_folder
+from thruster_model.compilation import told_of_compiling
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
@@ -40,15 +41,16 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.runs, model, given.period)
         provenance = provenance_of(given.runs, model)
-        found = diagnosed(
-            model,
-            logs,
-            provenance,
-            lambda text: print(text, file=sys.stderr, flush=True),
-            lambda h: h.effect not in given.without,
-            experiment=limits_of(given) if given.experiment else None,
-            longest=given.longest,
-        )
+        with told_of_compiling(_told):
+            found = diagnosed(
+                model,
+                logs,
+                provenance,
+                _told,
+                lambda h: h.effect not in given.without,
+                experiment=limits_of(given) if given.experiment else None,
+                longest=given.longest,
+            )
         paths = written(found, given.out)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
@@ -65,6 +67,10 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
         why = "no programme within the limits tells more" if shared else "nothing is left that a programme would settle"
         print(f"note: no next experiment: {why}", file=sys.stderr)
     return 0
+
+
+def _told(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

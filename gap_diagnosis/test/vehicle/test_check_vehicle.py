@@ -4,10 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import numba
 import numpy as np
 import pytest
 
 from gap_diagnosis.findings import Finding, lines_of
+from gap_diagnosis.vehicle import cli_check_vehicle
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.check_io import _grouped, check_vehicle
@@ -273,3 +275,12 @@ def test_a_set_that_lacks_what_its_effect_needs_is_one_sentence_with_file_and_ke
     assert sentence.startswith(f"{own}: key 'thrusters.2.hand': missing; the effect reaction_torque needs the hand")
     with pytest.raises(VehicleError, match=r"key 'thrusters\.2\.hand': missing"):
         load_vehicle_settings(own)
+
+
+def test_a_check_says_that_it_compiles_before_it_does(monkeypatch: Any, capsys: Any) -> None:
+    kernel = numba.njit(lambda x: 2.0 * x)
+    monkeypatch.setattr(cli_check_vehicle, "load_model", lambda *given: None)
+    monkeypatch.setattr(cli_check_vehicle, "check_vehicle", lambda runs, model: [None] * int(kernel(0.0)))
+    for told in (1, 0):
+        cli_check_vehicle.main(["runs/dive", "--vehicle", "own.yaml"])
+        assert capsys.readouterr().err.count("compiling the model, once for as many thrusters") == told

@@ -86,6 +86,12 @@ def _units(name: str) -> dict[str, tuple[str, int]]:
     return units | {f"{q.name}_{part}": (q.unit, q.axes) for q in QUANTITIES[name] for part in _PARTS}
 
 
+def _read(name: str) -> str:
+    """Return the keys of a sensor that a diagnosis reads; all others are a simulation's."""
+    own = [*MOUNTED.get(name, ()), *(_OWN["battery"] if name == "battery" else ())]
+    return f"{', '.join(own)} alone" if own else "none of it"
+
+
 def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any], list[str]]:
     """Return values by key and what is wrong with them."""
     units, values = _units(name), {}
@@ -93,7 +99,7 @@ def _parse_sensor(name: str, entries: Mapping[Any, Any]) -> tuple[dict[str, Any]
     for key, entry in entries.items():
         where = f"key '{name}.{key}"
         if key not in units:
-            problems.append(f"{where}': unknown; known are {', '.join(units)}")
+            problems.append(f"{where}': unknown; known are {', '.join(units)}; a diagnosis reads {_read(name)}")
             continue
         if not isinstance(entry, Mapping) or set(entry) != _ENTRY:
             problems.append(f"{where}': expected value, unit and source; found {entry!r}")

@@ -13,7 +13,7 @@ EFFECT = VehicleEffect(
     id="magnetic_disturbance",
     title="heading disturbed by the thrusters' current",
     block="sensor",
-    equation="psi + s sum i / (sum i with all thrusters at full)",
+    equation="psi + s sum i_k / (sum i_k with all thrusters at full), i_k as of the supply",
     parameters=(
         EffectParameter(name="angle", unit="rad", meaning="of yaw, all thrusters at full", lower=-0.5, upper=0.5),
     ),
