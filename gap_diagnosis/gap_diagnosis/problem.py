@@ -308,7 +308,10 @@ class Problem:
 
     def situation(self, x: Array, index: int) -> Situation:
         """Return what is particular to a recording."""
-        start, shifts = self.recordings[index].start, Shifts()
+        start, throttle = self.recordings[index].start, 0.0
+        late: dict[str, float] = {}
+        gained: dict[str, float] = {}
+        offsets: dict[str, float] = {}
         for slot, unit in zip(self.situations, x[len(self.names) : self.nuisances], strict=True):
             if slot.recording not in (None, index):
                 continue
@@ -316,15 +319,14 @@ class Problem:
             if slot.kind == "start":
                 start = start._replace(**{slot.of: getattr(start, slot.of) + size})
             elif slot.kind == "offset":
-                shifts = replace(shifts, offsets={**shifts.offsets, slot.of: size})
+                offsets[slot.of] = size
             elif slot.of == "throttle":
-                shifts = replace(shifts, throttle=shifts.throttle + size)
+                throttle += size
             else:
-                late, gained = dict(shifts.signals), dict(shifts.rates)
-                changed = gained if slot.kind == "rate" else late
+                moved = gained if slot.kind == "rate" else late
                 for name in self._stamped(slot, index):
-                    changed[name] = changed.get(name, 0.0) + size
-                shifts = replace(shifts, signals=late, rates=gained)
+                    moved[name] = moved.get(name, 0.0) + size
+        shifts = Shifts(throttle=throttle, signals=late, rates=gained, offsets=offsets)
         gates = self.gates[index] if self.gates else NO_GATES
         return Situation(start=start, shifts=shifts, gates=gates)
 
