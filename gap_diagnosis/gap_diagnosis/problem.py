@@ -31,7 +31,7 @@ from system_identification.suspects import Suspect
 from system_identification.system import Linear, Series, SizeSlot
 from thruster_model.effects.effect import WITH
 from thruster_model.effects.stages import LIBRARY
-from thruster_model.identification.prediction import QUARTZ, Shifts
+from thruster_model.identification.prediction import Shifts
 from thruster_model.parameter_set import ParameterSet
 
 __all__ = ["CONVENTION", "DEFAULT_DEVIATION", "FARTHEST", "Problem", "Slot", "deviations_of"]
@@ -42,6 +42,8 @@ DEFAULT_DEVIATION = 0.05
 CONVENTION = 1.5e-3
 """Standard deviation [s] of what simulators and loggers disagree about within a step: whether a command holds from its
 stamp on or from the step after it, whether a reading belongs to the step's start or to its end."""
+QUARTZ = 5e-5
+"""Standard deviation [s/s] of a clock's rate in a run: two quartzes part by 2 ms in 40 s."""
 FARTHEST = 16.0
 """Deviations within which nuisances are held."""
 _LATEST, _LATEST_OF_RUN = RULES.conventional / CONVENTION, 8.0

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.log import VehicleLog
-from gap_diagnosis.vehicle.unknowns import GAINED, Key
+from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.innovations import CHANNELS, LATE, PARTS
 
@@ -31,7 +31,7 @@ def shifted(
     """Return a log whose commands act, and whose sensors read, as late as values and effects of the log say."""
     own = tuple(values.get(("late", sensor), 0.0) for sensor in CLOCKS)
     log = _older(log, own) if any(own) else log
-    late, rate = values.get(("late", "commands"), 0.0), values.get(GAINED, 0.0)
+    late, rate = values.get(("late", "commands"), 0.0), 0.0
     for effect in effects:
         if effect.id == "log_alignment":
             late -= effect.sizes["throttle"]

@@ -25,9 +25,8 @@ from gap_diagnosis.vehicle.rules import (
     TRIMMED,
     VOLTMETER,
 )
-from gap_diagnosis.vehicle.unknowns import GAINED, PLACING, PRODUCTS, Key
+from gap_diagnosis.vehicle.unknowns import PLACING, PRODUCTS, Key
 from rov_sim.vehicle.effects.body_axes import axis_pair
-from thruster_model.identification.prediction import QUARTZ
 
 __all__ = ["nuisances"]
 
@@ -85,7 +84,6 @@ def nuisances(model: Model, logs: Sequence[VehicleLog]) -> dict[Key, float]:
     tried = hypotheses(model, there)
     found |= {("sensor", h.effect, h.sensor, h.axis): h.tolerance for h in tried if h.tolerance}
     found |= {("late", what): TIMING for what in ("commands", "imu", *(clock for clock in CLOCKS if there[clock]))}
-    found[GAINED] = QUARTZ
     if there["battery"]:
         found |= {("power", name): share for name, share in _POWER.items()}
         if model.volts_of_table:

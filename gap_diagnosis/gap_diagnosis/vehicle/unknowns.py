@@ -12,7 +12,6 @@ Unknowns are named by keys:
     ("tilt", run, axis)          turn of the attitude about an axis of the IMU in one run [rad]
     ("trim", name, run)          by which a parameter is larger in one run than in the mean of the runs before it
     ("late", what)               by which commands act later than their stamps say, or a sensor has read before them [s]
-    ("gained", "commands")       by which the sensors' clock gains on that of the commands [s/s]
     ("sensor", id, sensor, axis) size of an effect of the library that sensors have to a degree, see `Suspected`
     ("charge", run, what)        share of the nominal voltage by which an unread battery's is higher at rest as a run
                                  begins, or the rate at which it grows, see `CHARGE`
@@ -30,7 +29,7 @@ from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from thruster_model.vehicle_parameters import definition_of
 
 __all__ = [
-    "CHARGE", "GAINED", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "in_deviations", "in_units",
+    "CHARGE", "OF_RUN", "PLACING", "PRODUCTS", "Key", "acts_in", "in_brackets", "in_deviations", "in_units",
     "share_of_trim", "sum_of", "unit_of", "words_of",
 ]  # fmt: skip
 
@@ -38,8 +37,6 @@ Key = tuple[Any, ...]
 OF_RUN = ("gyro", "force", "tilt", "trim", "charge")
 """First parts of keys of unknowns that tell of single runs."""
 
-GAINED: Key = ("gained", "commands")
-"""Of all recordings alike: clocks are devices."""
 CHARGE = {"level": "1", "rate": "1/s"}
 """What is unknown of the charge of a battery whose voltage no sensor reads, with units."""
 
@@ -112,8 +109,6 @@ def words_of(key: Key) -> str:
         return f"product of inertia {key[1]}"
     if kind == "sensor":
         return VEHICLE_LIBRARY[key[1]].title + in_brackets(key[3], key[2])
-    if key == GAINED:
-        return "the sensors' clock gains on that of the commands"
     if kind == "late":
         return "commands act late" if key[1] == "commands" else f"the {_NAMED.get(key[1], key[1])} is late"
     return " ".join(map(str, key[1:]))
@@ -139,5 +134,5 @@ def unit_of(key: Key) -> str:
     return (
         definition.unit
         if definition is not None
-        else {"late": "s", "gained": "s/s", "product": "kg m^2", "tilt": "rad"}.get(key[0], "1")
+        else {"late": "s", "product": "kg m^2", "tilt": "rad"}.get(key[0], "1")
     )

@@ -20,7 +20,7 @@ from gap_diagnosis.vehicle.log import held
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.model import Model
 from gap_diagnosis.vehicle.nuisances import nuisances
-from gap_diagnosis.vehicle.unknowns import GAINED, PRODUCTS, sum_of
+from gap_diagnosis.vehicle.unknowns import PRODUCTS, sum_of
 from gap_diagnosis.vehicle.whitening import log_determinant, log_likelihood, whitened
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from rov_sim.vehicle.effects.library.thruster_misalignment import normals
@@ -40,16 +40,6 @@ def test_commands_act_later_by_parts_of_a_period_and_readings_tell_of_earlier_st
         assert moved.commands.ravel().tolist() == acting
         assert moved.lateness == pytest.approx(rest, abs=1e-9)
     assert shifted(log, {}) is log
-
-
-def test_a_clock_that_gains_is_a_small_drift_of_clocks() -> None:
-    commands = np.arange(250 * PARTS, dtype=np.float64).reshape(250, PARTS, 1)
-    log: Any = VehicleLogStub(period=0.04, commands=commands, lateness=np.zeros((250, 6)), count=250)
-    gained = shifted(log, {GAINED: 2e-3})
-    drift = shifted(log, {}, [ActiveVehicleEffect(id="clock_drift", sizes={"rate": 2e-3})])
-    np.testing.assert_array_equal(gained.commands, drift.commands)
-    np.testing.assert_array_equal(gained.lateness, drift.lateness)
-    assert (commands - gained.commands).max() == 2.0, "parts of 10 ms in 10 s"
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -18,15 +18,11 @@ from thruster_model.identification.experiment import PARTS, Experiment
 from thruster_model.stepper import AT_REST, NO_GATES, NOMINAL_SUPPLY, PlantState, substeps_of
 from thruster_model.whole_run import readings, simulated_rows
 
-__all__ = ["NO_SHIFTS", "QUARTZ", "Happened", "Shifts", "happened", "predict", "relative_supply", "seen", "taken"]
+__all__ = ["NO_SHIFTS", "Happened", "Shifts", "happened", "predict", "relative_supply", "seen", "taken"]
 
 Array = NDArray[np.float64]
 LARGEST_STEP = 3.5e-3
 """Of what is read between the steps [s]: speed bends within longer ones by more than its noise."""
-
-
-QUARTZ = 5e-5
-"""Standard deviation [s/s] by which one clock gains on another: two quartzes part by 2 ms in 40 s."""
 
 
 @dataclass(frozen=True, kw_only=True)
