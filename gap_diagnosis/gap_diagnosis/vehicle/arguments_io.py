@@ -1,6 +1,7 @@
 """Which vehicle a command is about: the same arguments for all of them."""
 
 import argparse
+import sys
 from collections.abc import Callable
 from math import nan
 from pathlib import Path
@@ -8,7 +9,13 @@ from pathlib import Path
 from gap_diagnosis.vehicle import rules
 from thruster_model.vehicle_set_io import available_vehicles
 
-__all__ = ["add_longest", "add_sets", "between"]
+__all__ = ["add_longest", "add_sets", "between", "told"]
+
+
+def told(text: str) -> None:
+    """Tell how far a command has come, beside what it prints."""
+    sys.stderr.write(f"{text}\n")
+    sys.stderr.flush()
 
 
 def add_sets(parser: argparse.ArgumentParser) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from gap_diagnosis.cli_check import printed
-from gap_diagnosis.vehicle.arguments_io import add_sets
+from gap_diagnosis.vehicle.arguments_io import add_sets, told
 from gap_diagnosis.vehicle.check_io import check_vehicle
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from run_bag.command_line import described, user_arguments
@@ -24,7 +24,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "check_vehicle")
     parser.add_argument("runs", nargs="+", type=Path, metavar="RUN", help="recorded runs of one vehicle")
     add_sets(parser)
     given = parser.parse_args(user_arguments(arguments))
-    with told_of_compiling(lambda text: print(text, file=sys.stderr, flush=True)):
+    with told_of_compiling(told):
         return printed(lambda: check_vehicle(given.runs, load_model(given.vehicle, given.set, given.sensors)))
 
 

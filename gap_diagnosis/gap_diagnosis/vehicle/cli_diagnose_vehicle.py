@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.vehicle.arguments_io import add_longest, add_sets
+from gap_diagnosis.vehicle.arguments_io import add_longest, add_sets, told
 from gap_diagnosis.vehicle.diagnosis_io import diagnosed, load_model, provenance_of, written
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
@@ -41,12 +41,12 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.runs, model, given.period)
         provenance = provenance_of(given.runs, model)
-        with told_of_compiling(_told):
+        with told_of_compiling(told):
             found = diagnosed(
                 model,
                 logs,
                 provenance,
-                _told,
+                told,
                 lambda h: h.effect not in given.without,
                 experiment=limits_of(given) if given.experiment else None,
                 longest=given.longest,
@@ -67,10 +67,6 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
         why = "no programme within the limits tells more" if shared else "nothing is left that a programme would settle"
         print(f"note: no next experiment: {why}", file=sys.stderr)
     return 0
-
-
-def _told(text: str) -> None:
-    print(text, file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

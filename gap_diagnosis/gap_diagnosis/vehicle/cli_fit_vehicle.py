@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from gap_diagnosis.vehicle.arguments_io import add_longest, add_sets
+from gap_diagnosis.vehicle.arguments_io import add_longest, add_sets, told
 from gap_diagnosis.vehicle.diagnosis_io import load_model, provenance_of
 from gap_diagnosis.vehicle.fit import fitted_vehicle
 from gap_diagnosis.vehicle.fit_io import summary_of, written
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
         refuse_full_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.runs, model, given.period)
-        fit = fitted_vehicle(model, logs, lambda text: print(text, file=sys.stderr, flush=True), given.longest)
+        fit = fitted_vehicle(model, logs, told, given.longest)
         provenance = provenance_of(given.runs, model)
         paths = written(model, fit, provenance, given.out)
     except (RunError, ThrusterModelError, OSError, ValueError) as error:

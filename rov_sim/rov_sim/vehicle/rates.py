@@ -143,10 +143,23 @@ def _gather_wrench(sheet, at, nu_1, nu_2, wrench, body, layout):  # type: ignore
         for i in range(N):
             _turn_flow(i, sheet, sheet[thrusts, i], nu_1, nu_2, body.ram, layout)
     if body.tethered:
-        force, moment = _tether(nu_1, nu_2, body.tether)
-        for j in range(3):
-            sheet[TAU, j] += force[j]
-            sheet[TAU, 3 + j] += moment[j]
+        _tow(sheet, nu_1, nu_2, body.tether)
+
+
+@inlined
+def _velocity_at(r, nu_1, nu_2):  # type: ignore[no-untyped-def]
+    """Return the velocity [m/s] of a point of the body."""
+    turning = cross(nu_2, r)
+    return nu_1[0] + turning[0], nu_1[1] + turning[1], nu_1[2] + turning[2]
+
+
+@inlined
+def _pull_at(sheet, r, force):  # type: ignore[no-untyped-def]
+    """Add a force [N] at a point of the body to row TAU."""
+    moment = cross(r, force)
+    for j in range(3):
+        sheet[TAU, j] += force[j]
+        sheet[TAU, 3 + j] += moment[j]
 
 
 @inlined
@@ -156,26 +169,19 @@ def _turn_flow(i, sheet, T, nu_1, nu_2, ram, layout):  # type: ignore[no-untyped
     e = (layout[i, c], layout[i, c + 1], layout[i, c + 2])
     c = PLACE
     r = (layout[i, c], layout[i, c + 1], layout[i, c + 2])
-    turning = cross(nu_2, r)
-    v = (nu_1[0] + turning[0], nu_1[1] + turning[1], nu_1[2] + turning[2])
+    v = _velocity_at(r, nu_1, nu_2)
     along = e[0] * v[0] + e[1] * v[1] + e[2] * v[2]
     taken = -ram * np.sqrt(abs(T))
-    force = (taken * (v[0] - along * e[0]), taken * (v[1] - along * e[1]), taken * (v[2] - along * e[2]))
-    moment = cross(r, force)
-    for j in range(3):
-        sheet[TAU, j] += force[j]
-        sheet[TAU, 3 + j] += moment[j]
+    _pull_at(sheet, r, (taken * (v[0] - along * e[0]), taken * (v[1] - along * e[1]), taken * (v[2] - along * e[2])))
 
 
 @inlined
-def _tether(nu_1, nu_2, tether):  # type: ignore[no-untyped-def]
-    """Return (force [N], moment [N m]) of a cable that is drawn along at its anchor."""
+def _tow(sheet, nu_1, nu_2, tether):  # type: ignore[no-untyped-def]
+    """Add to row TAU what a cable pulls that is drawn along at its anchor."""
     r = (tether[1], tether[2], tether[3])
-    turning = cross(nu_2, r)
-    v = (nu_1[0] + turning[0], nu_1[1] + turning[1], nu_1[2] + turning[2])
+    v = _velocity_at(r, nu_1, nu_2)
     pull = -tether[0] * np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-    force = (pull * v[0], pull * v[1], pull * v[2])
-    return force, cross(r, force)
+    _pull_at(sheet, r, (pull * v[0], pull * v[1], pull * v[2]))
 
 
 @inlined

@@ -44,13 +44,8 @@ def parser(program: str = "import_recording") -> argparse.ArgumentParser:
         "Warnings leave the exit status at 0."
     )
     p = argparse.ArgumentParser(prog=program, **described(purpose, EXAMPLES))
-    p.add_argument(
-        "files",
-        nargs="+",
-        type=Path,
-        metavar="FILE",
-        help="all files of one recording, on one clock, or brought to it by the map",
-    )
+    files = "all files of one recording, on one clock, or brought to it by the map"
+    p.add_argument("files", nargs="+", type=Path, metavar="FILE", help=files)
     p.add_argument(
         "--map", type=Path, metavar="MAP.yaml", help="channel: {column or field, unit, scale, sign, hold, ...}"
     )

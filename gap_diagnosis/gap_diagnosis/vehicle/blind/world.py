@@ -45,24 +45,25 @@ def _times(A, x, out):  # type: ignore[no-untyped-def]
 
 
 @compiled
+def _velocity_at(place, nu):  # type: ignore[no-untyped-def]
+    """Return the velocity of a place on the body."""
+    round_it = _crossed(nu[3:], place)
+    return nu[0] + round_it[0], nu[1] + round_it[1], nu[2] + round_it[2]
+
+
+@compiled
+def _pull_at(place, pull, out):  # type: ignore[no-untyped-def]
+    """Add a force at a place to force and moment on the body."""
+    moment = _crossed(place, pull)
+    for i in range(3):
+        out[i] += pull[i]
+        out[3 + i] += moment[i]
+
+
+@compiled
 def _forces(  # type: ignore[no-untyped-def]
-    R,
-    nu,
-    T,
-    n,
-    thrusters,
-    D_L,
-    D_Q,
-    weight,
-    buoyancy,
-    r_G,
-    r_B,
-    tether,
-    ram,
-    interaction,
-    wrench,
-    out,
-):
+    R, nu, T, n, thrusters, D_L, D_Q, weight, buoyancy, r_G, r_B, tether, ram, interaction, wrench, out
+):  # fmt: skip
     """Fill out with force and moment on the body."""
     down = R[2]
     for i in range(6):
@@ -90,25 +91,15 @@ def _forces(  # type: ignore[no-untyped-def]
             out[3 + j] += turned * (1.0 - row[HULL_SHARE]) if 3 + j == axis else turned
             out[3 + j] -= e[j] * torque
         if ram > 0.0:
-            round_it = _crossed(nu[3:], row[RX : RX + 3])
-            met = (nu[0] + round_it[0], nu[1] + round_it[1], nu[2] + round_it[2])
-            lost = _crossed(_crossed(e, met), e)  # across the axis
+            place = row[RX : RX + 3]
+            lost = _crossed(_crossed(e, _velocity_at(place, nu)), e)  # across the axis
             size = -ram * np.sqrt(abs(push))
-            pull = (size * lost[0], size * lost[1], size * lost[2])
-            moment = _crossed(row[RX : RX + 3], pull)
-            for j in range(3):
-                out[j] += pull[j]
-                out[3 + j] += moment[j]
+            _pull_at(place, (size * lost[0], size * lost[1], size * lost[2]), out)
     if tether[0] != 0.0:
         at = tether[1:4]
-        round_it = _crossed(nu[3:], at)
-        here = (nu[0] + round_it[0], nu[1] + round_it[1], nu[2] + round_it[2])
+        here = _velocity_at(at, nu)
         size = -tether[0] * np.sqrt(here[0] ** 2 + here[1] ** 2 + here[2] ** 2)
-        pull = (size * here[0], size * here[1], size * here[2])
-        moment = _crossed(at, pull)
-        for i in range(3):
-            out[i] += pull[i]
-            out[3 + i] += moment[i]
+        _pull_at(at, (size * here[0], size * here[1], size * here[2]), out)
 
 
 @compiled
