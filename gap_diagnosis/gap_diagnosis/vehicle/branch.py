@@ -1,26 +1,22 @@
 """One filter of a bank that goes through the same pieces of a log side by side."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gap_diagnosis.vehicle.filtering import followed, initial_state
+from gap_diagnosis.vehicle.filtering import initial_state
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.running import Running, State, followed
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import innovations, past_width, states_of, states_width
-from rov_sim.vehicle.kernel import FINE
-from rov_sim.vehicle.plant import sheet_of
-from rov_sim.vehicle.tables import STATE
 from thruster_model.compilation import compiled
 
-__all__ = ["FARTHEST", "Branch", "State", "Steered", "accumulated", "outputs", "shifted", "whitened"]
+__all__ = ["FARTHEST", "Branch", "Steered", "accumulated", "shifted", "whitened"]
 
 Array = NDArray[np.float64]
-State = tuple[Array, ...]
 FARTHEST = 1e3  # deviations: farther out a filter is lost, not more or less so
 
 
@@ -45,8 +41,8 @@ class Steered(NamedTuple):
         )  # fmt: skip
 
 
-class Branch:
-    """One filter of the bank with its state."""
+class Branch(Running):
+    """One filter of the bank."""
 
     def __init__(
         self, model: Model, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect], log: VehicleLog,
@@ -54,45 +50,16 @@ class Branch:
     ) -> None:  # fmt: skip
         """Begin as sensors tell of a recording's begin; run: its number."""
         built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-        self.settings = built.settings
-        self._sheet, self._tables = sheet_of(built.settings), built.settings.tables
-        self._sensing = built.sensors, built.tach / [1.0, log.period]
-        self._steps = built.steps(log.period)
-        self._wrench, self._charge = np.zeros(6), followed(log, built)
-        self._past = np.full(past_width(log.thrusters), np.nan)
+        super().__init__(built, log.period, followed(log, built))
 
-    @property
-    def state(self) -> State:
-        """Of the filter, to be given back to it or to another one of this bank."""
-        return self._sheet[STATE].copy(), self._wrench, self._charge.copy(), self._past.copy()
-
-    @state.setter
-    def state(self, given: State) -> None:
-        self._sheet[STATE], self._wrench = given[:2]
-        self._charge, self._past = given[2].copy(), given[3].copy()
-
-    def step(self, by: Steered, out: tuple[Array, ...]) -> bool:
+    def step(self, by: Steered, out: Sequence[Array]) -> bool:
         """Fill out as `innovations` does and return whether the state stayed finite."""
-        log, keep = by.log, by.keep
-        carried = self._wrench * keep[:-1, None]
-        kernel: Any = innovations
-        done = kernel(
-            self._sheet, np.ascontiguousarray(log.commands), *self._steps, FINE, carried,
-            float(keep[1]), *self._tables, *self._sensing, log.attitude, log.told, log.speeds, log.battery,
-            log.lateness, by.gains, by.speed_gains, self._charge, self._past, *out,
-        )  # fmt: skip
-        self._wrench = self._wrench * keep[-1] + states_of(out[3][-1]).wrench * keep[1]
-        return bool(done == log.count)
+        return self.run(by.log, by.gains, by.speed_gains, by.keep, out)
 
 
 def shifted(state: State, by: State) -> State:
     """Return the state of a filter moved by so much."""
     return tuple(part + more for part, more in zip(state, by, strict=True))
-
-
-def outputs(count: int, thrusters: int, *branches: int) -> list[Array]:
-    """Return what `innovations` fills in so many instants, for so many branches, if any, as the first axis."""
-    return [np.full((*branches, count, width), np.nan) for width in (13, thrusters, 2, states_width(thrusters))]
 
 
 @compiled

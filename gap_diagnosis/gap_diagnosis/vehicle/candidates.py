@@ -10,6 +10,7 @@ from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.descent import product_of
 from gap_diagnosis.vehicle.gram import solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
+from gap_diagnosis.vehicle.onset_search import begun_nearby
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.stage import Stage, log_prior
 from gap_diagnosis.vehicle.unknowns import Key
@@ -68,6 +69,9 @@ def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, 
     if h.carrier:
         again = problem.fit(*_mirrored(problem, found), stage.fit.columns, product)
         found = max(found, again, key=lambda fit: fit.log_evidence)
+    if h.since is not None:
+        problem = begun_nearby(problem, found)
+        found = problem.fit(found.moved, [e.sizes for e in found.effects], stage.fit.columns, product)
     return found, problem
 
 

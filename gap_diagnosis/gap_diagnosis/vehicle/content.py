@@ -26,9 +26,13 @@ PROGRAMME = "next_experiment"
 
 def place_of(h: Hypothesis) -> dict[str, Any]:
     """Return identifier and place of a hypothesis, and its name in words."""
+    since = h.since and {
+        "recording": h.since.name, "time_s": round(h.since.time, 3),
+        "interval_s": [round(end, 3) for end in h.since.interval], "lasts": h.since.lasts,
+    }  # fmt: skip
     return {
         "id": h.effect, "thruster": h.thruster, "other": h.other, "axis": h.axis,
-        "sensor": h.sensor or h.read_by or None, "kind": h.kind, "words": h.words,
+        "sensor": h.sensor or h.read_by or None, "kind": h.kind, "since": since, "words": h.words,
     }  # fmt: skip
 
 
@@ -61,7 +65,7 @@ def _effect(claim: Claim, shrink: Share | None, told: Errors | None) -> dict[str
 def _logged(found: Logged) -> dict[str, Any]:
     return {
         "id": found.effect, "thruster": found.thruster, "other": None, "axis": None, "sensor": found.sensor,
-        "kind": None,
+        "kind": None, "since": None,
         "channel": None, "class": "structural",
         "words": found.words,
         "probability": round(found.probability, 4),

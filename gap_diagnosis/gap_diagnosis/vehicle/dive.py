@@ -21,9 +21,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.branch import FARTHEST, Branch, State, shifted
+from gap_diagnosis.vehicle.branch import FARTHEST, Branch, shifted
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.running import State
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from thruster_model.compilation import compiled

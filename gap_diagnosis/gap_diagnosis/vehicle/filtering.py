@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,24 +14,19 @@ from gap_diagnosis.vehicle.inflow import Inflow, inflow
 from gap_diagnosis.vehicle.instants import as_read, counted, instant_at, read_later, shifted
 from gap_diagnosis.vehicle.log import VehicleLog, held
 from gap_diagnosis.vehicle.model import Built, Model
+from gap_diagnosis.vehicle.onset import pieces
+from gap_diagnosis.vehicle.running import Running, State, followed, outputs
 from gap_diagnosis.vehicle.unknowns import Key
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
-from rov_sim.vehicle.innovations import (
-    PARTS,
-    followed_charge,
-    innovations,
-    past_width,
-    states_of,
-    states_width,
-)
+from rov_sim.vehicle.innovations import PARTS, followed_charge, states_of, states_width
 from rov_sim.vehicle.kernel import COARSE, FINE
-from rov_sim.vehicle.plant import VehicleSettings, sheet_of
+from rov_sim.vehicle.plant import VehicleSettings
 from rov_sim.vehicle.truth import VehicleState
 from thruster_model.equations.rotation_vector import rotation
 from thruster_model.vehicle_coefficients import VehicleCoefficients
 
 __all__ = [
-    "Filtered", "Ground", "Prepared", "at_rest", "filtered", "followed", "foreseen", "foreseen_deviations", "grounded",
+    "Filtered", "Ground", "Prepared", "at_rest", "filtered", "foreseen", "foreseen_deviations", "grounded",
     "initial_state", "prepared_on", "prepared_with", "rotor_decay", "slopes_along", "starting", "wrench_of",
 ]  # fmt: skip
 
@@ -77,13 +72,14 @@ class Prepared:
 
 class Ground(NamedTuple):
     """One log at a point of the model: as given and with its commands shifted, its number, by how many parts of a
-    period its instants are early, what the model is there, and how the vehicle moves along states of a filter."""
+    period its instants are early, what the model is there from which instant on, and how the vehicle moves along states
+    of a filter."""
 
     given: VehicleLog
     log: VehicleLog
     run: int
     late: int
-    built: Built
+    parts: list[tuple[int, Built]]
     motion: Motion
 
 
@@ -127,49 +123,51 @@ def filtered(
         coarse: with steps of half the cost, whose errors cancel in a difference of two coarse runs: for slopes.
     """
     log = prepared.log
-    built = model.built(values, effects, run=prepared.run, signed=log.signed, initial=initial_state(log))
+    parts = _built(model, log, prepared.run, values, effects)
+    _, built = parts[0]
     later = built.sensors.imu_late / log.period - prepared.late / PARTS
     if abs(later) >= rules.REACH:  # gains were made for readings that are near their instants
         log = read_later(log, round(later))
     log = shifted(log, values, effects)
     return _run(
-        log,
-        built,
-        prepared.gains.gains,
-        prepared.speed_gains,
-        prepared.noises.time,
-        extra,
-        followed(log, built),
+        log, parts, prepared.gains.gains, prepared.speed_gains, prepared.noises.time, extra, followed(log, built),
         coarse=coarse,
-    )
-
-
-def followed(log: VehicleLog, built: Built) -> Array:
-    """Return how a battery's charge is followed from a log's first instant on, see `innovations`."""
-    charge: Array = followed_charge(rules.CHARGE_TIME / log.period)
-    level, rate = built.charge
-    charge[0] += level + rate * log.period * log.cut
-    charge[2] += rate * log.period
-    return charge
-
-
-def _run(log, built, gains, speed_gains, time, extra, charge, *, coarse=False):  # type: ignore[no-untyped-def]
-    K, N = log.count, log.thrusters
-    out = (
-        np.full((K, 13), np.nan),
-        np.full((K, N), np.nan),
-        np.full((K, 2), np.nan),
-        np.full((K, states_width(N)), np.nan),
-    )
-    kernel: Any = innovations
-    done = kernel(
-        sheet_of(built.settings), np.ascontiguousarray(log.commands), *built.steps(log.period),
-        COARSE if coarse else FINE, np.zeros((K, 6)) if extra is None else extra, float(np.exp(-log.period / time)),
-        *built.settings.tables,
-        built.sensors, built.tach / [1.0, log.period], log.attitude, log.told, log.speeds, log.battery, log.lateness,
-        gains, speed_gains, charge, np.full(past_width(N), np.nan), *out,
     )  # fmt: skip
-    return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done == K)
+
+
+def _run(
+    log: VehicleLog, parts: Sequence[tuple[int, Built]], gains: Array, speed_gains: Array, time: float,
+    extra: Array | None, charge: Array, *, coarse: bool = False,
+) -> Filtered:  # fmt: skip
+    """Return what the filter gives; parts: the model from which instant on, the first of them 0."""
+    out = outputs(log.count, log.thrusters)
+    keep = np.exp(-log.period / time) ** np.arange(log.count + 1)
+    ends = [*(first for first, _ in parts[1:]), log.count]
+    state: State | None = None
+    for (first, built), last in zip(parts, ends, strict=True):
+        filter_ = Running(built, log.period, charge)
+        if state is not None:
+            filter_.state = state
+        at = slice(first, last)
+        done = filter_.run(
+            log if len(parts) == 1 else log.part(first, last), gains[at], speed_gains[at], keep[: last - first + 1],
+            [each[at] for each in out], None if extra is None else extra[at], COARSE if coarse else FINE,
+        )  # fmt: skip
+        if not done:
+            break
+        state = filter_.state
+    return Filtered(body=out[0], rotor=out[1], battery=out[2], states=out[3], done=done)
+
+
+def _built(
+    model: Model, log: VehicleLog, run: int, values: Mapping[Key, float], effects: Sequence[ActiveVehicleEffect]
+) -> list[tuple[int, Built]]:  # fmt: skip
+    """Return the model for each part of a log in which the same effects are on, with the instant where it begins."""
+    initial = initial_state(log)
+    return [
+        (first, model.built(values, on, run=run, signed=log.signed, initial=initial))
+        for first, on in pieces(effects, run, log.cut, log.count)
+    ]
 
 
 def foreseen(
@@ -194,7 +192,7 @@ def foreseen(
     # without gains the innovations are what is expected, with the other sign
     ran = _run(
         shifted(blank, values, effects),
-        built,
+        [(0, built)],
         np.zeros((K, 16, 13)),
         np.zeros((K, N)),
         1.0,
@@ -281,28 +279,29 @@ def grounded(
     effects: Sequence[ActiveVehicleEffect] = (), states: Array | None = None,
 ) -> Ground:  # fmt: skip
     """Return a log with the slopes of this point of the model, along these states of a filter; None: at rest."""
-    built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(log))
-    late = max(round(PARTS * built.sensors.imu_late / log.period), 0)
+    parts = _built(model, log, run, values, effects)
+    late = max(round(PARTS * parts[-1][1].sensors.imu_late / log.period), 0)
     given = log
     if late:
         given = as_read(log, late)
-        built = model.built(values, effects, run=run, signed=log.signed, initial=initial_state(given))
-    log = shifted(given, values, effects)
+        parts = _built(model, given, run, values, effects)
+    log, (_, built) = shifted(given, values, effects), parts[-1]
     A, H, water = slopes_along(model, log, states, built.settings)
     untold = log.count if states is None else instant_at(log, rules.START)
     slopes_there = starting(A, H, log, untold)
     doubts = wrench_of(built.settings.coefficients, water.doubts)
-    return Ground(given, log, run, late, built, motion_of(*slopes_there, log.period, doubts))
+    return Ground(given, log, run, late, parts, motion_of(*slopes_there, log.period, doubts))
 
 
 def prepared_on(model: Model, ground: Ground, noises: Noises) -> Prepared:
     """Return a log with gains for these noises, made at this point of the model."""
-    log, built = ground.log, ground.built
+    log, (_, built) = ground.log, ground.parts[-1]
     gains = filter_gains(ground.motion, noises, first=counted(log, ground.late))
-    turning = built.settings.coefficients.turning != 0.0  # a rotor that has stopped is not stirred either
-    driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises) & turning
+    driven = np.isfinite(log.speeds) & ~at_rest(model, log, noises)
+    for first, there in ground.parts:  # a rotor that has stopped is not stirred either
+        driven[first:] &= there.settings.coefficients.turning != 0.0
     speed_gains, spread, _ = rotor_gains(driven, rotor_decay(model, log.period), noises)
-    base = _run(log, built, gains.gains, speed_gains, noises.time, None, followed(log, built))
+    base = _run(log, ground.parts, gains.gains, speed_gains, noises.time, None, followed(log, built))
     return Prepared(
         log=ground.given, run=ground.run, gains=gains, noises=noises, speed_gains=speed_gains, spread=spread, base=base,
         late=ground.late,

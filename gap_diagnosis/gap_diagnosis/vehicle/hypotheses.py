@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.onset import Begun, Onset
 from gap_diagnosis.vehicle.unknowns import in_brackets
 from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY, ActiveVehicleEffect
 from rov_sim.vehicle.effects.effect import VehicleEffect
@@ -51,6 +52,8 @@ class Hypothesis:
         watched: sizes of its first parameter that a watch follows.
         sudden: size from half of which on a watch looks for it as a jump within one reading of `read_by`, or 0.
         tolerance: deviation of its only parameter where nothing is wrong, or 0.
+        begins: whether it is a failure of a single part, which may begin in mid-dive.
+        since: when it begins; None: it is there all along.
     """
 
     effect: str
@@ -73,6 +76,8 @@ class Hypothesis:
     watched: tuple[float, ...] = ()
     sudden: float = 0.0
     tolerance: float = 0.0
+    begins: bool = False
+    since: Onset | None = None
 
     @property
     def place(self) -> tuple[Any, ...]:
@@ -116,7 +121,8 @@ class Hypothesis:
         """Name of it in a sentence."""
         thruster = "" if self.thruster is None else f" of thruster {self.thruster}"
         pair = "" if self.other is None else f" and {self.other}"
-        return f"{described(self.effect).title}{thruster}{pair}{in_brackets(self.kind, self.axis, self.sensor)}"
+        since = "" if self.since is None else f", {self.since.words}"
+        return f"{described(self.effect).title}{thruster}{pair}{in_brackets(self.kind, self.axis, self.sensor)}{since}"
 
     def told(self, sizes: Sequence[float] | Array) -> tuple[float, ...]:
         """Return the values of its parameters, in their units."""
@@ -125,10 +131,11 @@ class Hypothesis:
     def active(self, sizes: tuple[float, ...]) -> ActiveVehicleEffect:
         """Return it switched on, sizes held within their range."""
         held = zip(self.parameters, self.told(np.clip(sizes, self.lower, self.upper)), strict=True)
-        return ActiveVehicleEffect(
+        on = ActiveVehicleEffect(
             id=self.effect, sizes={**self.fixed, **dict(held)}, thruster=self.thruster, other=self.other,
             axis=self.axis, sensor=self.sensor, kind=self.kind,
         )  # fmt: skip
+        return on if self.since is None else Begun(**vars(on), onset=self.since)
 
 
 WIRING = ("thruster_swap", "thruster_polarity")
@@ -184,7 +191,7 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
     own = [known[name] for name in suspected.sizes]
     least = {p.name: -p.upper if p.both_signs else min(p.lower, p.neutral) for p in own} | dict(suspected.lower)
     about = {p.name: suspected.about.get(p.name, 0.0) for p in own}
-    sensor = place.get("sensor")
+    sensor, single = place.get("sensor"), isinstance(effect, VehicleEffect) or place.get("thruster") is not None
     return Hypothesis(
         effect=effect.id,
         parameters=tuple(suspected.sizes),
@@ -201,5 +208,6 @@ def _made(effect: Any, suspected: Suspected, place: Mapping[str, Any]) -> Hypoth
         watched=suspected.watched,
         sudden=suspected.sudden,
         tolerance=suspected.tolerance,
+        begins=single and (bool(suspected.watched) or suspected.begins),
         **place,
     )

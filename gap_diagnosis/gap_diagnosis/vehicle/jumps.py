@@ -23,10 +23,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
-from gap_diagnosis.vehicle.branch import Branch, State, Steered, accumulated, outputs, shifted, whitened
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, shifted, whitened
 from gap_diagnosis.vehicle.gains import down_of
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.log import CHANNELS_OF, VehicleLog
+from gap_diagnosis.vehicle.running import State, outputs
 from rov_sim.vehicle.innovations import CHANNELS
 from thruster_model.equations.attitude import quaternion_product
 

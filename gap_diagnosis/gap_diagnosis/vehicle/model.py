@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gap_diagnosis.vehicle.onset import on_in
 from gap_diagnosis.vehicle.rules import PERIOD, SIZED, STEP
 from gap_diagnosis.vehicle.turns import Stated
 from gap_diagnosis.vehicle.unknowns import CHARGE, PLACING, PRODUCTS, Key, acts_in, share_of_trim
@@ -228,7 +229,7 @@ class Model:
                 elif share:
                     changed |= {f: getattr(p, f) * max(1.0 + share, _LEAST_SHARE) for f in fields}
             thrusters.append(p._replace(**changed) if changed else p)
-        active = (*self._switched_on, *effects)
+        active = (*self._switched_on, *on_in(effects, run))
         tach = np.tile([1.0, 0.0], (N, 1))
         for effect in active:
             for i in range(N) if effect.thruster is None else (effect.thruster,):

@@ -96,6 +96,12 @@ class Fit:
     scatter: float
     columns: tuple[NDArray[np.float32], ...]
 
+    @property
+    def unknowns(self) -> Array:
+        """All of them in their deviations, (n,), as columns have them."""
+        sizes = [s / d for a in self.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
+        return np.concatenate((self.moved, sizes))
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Problem:

@@ -7,7 +7,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from gap_diagnosis.vehicle.how_far import FORESEEN, Errors
-from gap_diagnosis.vehicle.hypotheses import sized
+from gap_diagnosis.vehicle.hypotheses import described, sized
 from gap_diagnosis.vehicle.rules import TOLD_APART
 from run_bag.report import Axis, Bars, Column, Plot, Report, bars
 from thruster_model.vehicle_set import VehicleSet
@@ -15,6 +15,8 @@ from thruster_model.vehicle_set import VehicleSet
 __all__ = ["report_of"]
 
 _CALM, _SUSPECT = "#7a8794", "#c2410c"
+_OF_THRUSTERS = ("thrusters", "thrust", "rotor", "flow", "command")
+"""Blocks of effects that are of all thrusters where none is named."""
 
 
 def report_of(
@@ -168,6 +170,8 @@ def _closes(effect: dict[str, Any]) -> str:
 def picture(vehicle: VehicleSet, content: dict[str, Any]) -> Plot:
     """Return the thrusters of a vehicle from above and from its side, suspected ones marked."""
     suspects = {e[k] for e in content["effects"] for k in ("thruster", "other") if e[k] is not None}
+    if any(e["thruster"] is None and described(e["id"]).block in _OF_THRUSTERS for e in content["effects"]):
+        suspects = set(range(len(vehicle.layout)))
     figure = go.Figure()
     reach = max(float(np.abs([t.position for t in vehicle.layout]).max()), 0.1)
     offset = 3.2 * reach

@@ -77,6 +77,11 @@ NAMELESS_SIZES = (1.0, 5.0, 25.0)
 would cost 200 nats, and what it resembles would be named in its place."""
 MOST_EFFECTS = 3
 """At a time: more have never been told apart from one recording session."""
+ONSET = 1.0
+"""[s] between the instants at which a failure may begin, to first order; a fit finds the instant. Set by reason."""
+ABOUT_AS_LIKELY = 2.0
+"""Log likelihood by which an onset may be behind the likeliest one and still be said to be possible: a deviation of two
+where it goes with the square. A thruster that is idle for seconds tells nothing of them. Set by reason."""
 REFINED = 8
 """Candidates that are fitted without linearisation: the right one was among the first four wherever it was found."""
 REFINED_LATE = 2

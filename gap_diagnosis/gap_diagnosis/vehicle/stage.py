@@ -11,6 +11,7 @@ from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.gram import Column, Gram, evidence, gathered, solution
 from gap_diagnosis.vehicle.hypotheses import Hypothesis
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.onset_search import likeliest_onsets
 from gap_diagnosis.vehicle.refining import Fit, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.settling import log_evidence
@@ -57,10 +58,11 @@ class Stage:
 
 
 def log_prior(h: Hypothesis, tried: Sequence[Hypothesis]) -> float:
-    """Return that of a hypothesis: shared evenly by effects, then by the places where each can be."""
+    """Return that of a hypothesis: shared evenly by effects, then by the places where each can be, and by onsets."""
     effects = {each.effect for each in tried}
     places = sum(each.effect == h.effect for each in tried)
-    return float(np.log(_ODDS * (1.0 - rules.P_NAMELESS) / len(effects) / places))
+    onsets = 1 if h.since is None else h.since.among
+    return float(np.log(_ODDS * (1.0 - rules.P_NAMELESS) / len(effects) / places / onsets))
 
 
 def stage_at(
@@ -77,9 +79,8 @@ def stage_at(
     columns = [Column(name, 1.0, _known(screen, fit, j)) for j, name in enumerate(names)]
     places: dict[Hypothesis, list[int]] = {}
     used = {a.hypothesis.place for a in fit.effects}
-    for h in tried:
-        if h.place in used:
-            continue
+    new_ones = [h for h in tried if h.place not in used]
+    for h in (*new_ones, *likeliest_onsets([h for h in new_ones if h.begins], screen, fit)):
         new = screen.of_hypothesis(h)
         places[h] = list(range(len(columns), len(columns) + len(new)))
         columns += new
@@ -87,8 +88,7 @@ def stage_at(
     columns += [screen.of_nameless(name) for name in nameless_of]
     width = round(rules.BLOCK / runs[0].log.period) * screen.residual(0).shape[1]
     gram = gathered(screen.residuals(), columns, base=known, block=width)
-    sizes = [s / d for a in fit.effects for s, d in zip(a.sizes, a.hypothesis.scale, strict=True)]
-    gram = _centred(gram, np.concatenate((fit.moved, sizes)))
+    gram = _centred(gram, fit.unknowns)
     base = list(range(known))
     nothing = evidence(gram, base)
     offered = []

@@ -22,7 +22,6 @@ Sensors that jump have filters of their own kind (`jumps`); those that tell noth
 was accumulated while a reading stood still is taken back; what a silent sensor left to the others stays.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -31,7 +30,7 @@ from numpy.typing import NDArray
 
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.baseline import Baseline
-from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, outputs, shifted, whitened
+from gap_diagnosis.vehicle.branch import Branch, Steered, accumulated, shifted, whitened
 from gap_diagnosis.vehicle.dive import Dive
 from gap_diagnosis.vehicle.false_alarms import excess, probabilities
 from gap_diagnosis.vehicle.filtering import at_rest, rotor_decay, slopes_along, starting, wrench_of
@@ -41,8 +40,8 @@ from gap_diagnosis.vehicle.inflow import thrusts_at
 from gap_diagnosis.vehicle.jumps import Jump
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.running import outputs
 from gap_diagnosis.vehicle.stuck import Stuck
-from rov_sim.vehicle.effects.active import VEHICLE_LIBRARY
 from rov_sim.vehicle.innovations import states_of
 
 __all__ = ["Alarm", "Watch"]
@@ -131,7 +130,7 @@ class Watch:
         self.threshold = threshold
         self._model, self._noises = model, healthy.noises
         self._conventions, self._stuck = healthy.conventions, Stuck(healthy.unchanged)
-        lasting = [(h, size) for h in _of_single_parts(model, healthy.there) for size in h.watched]
+        lasting = [(h, size) for h in hypotheses(model, healthy.there) if h.begins for size in h.watched]
         self._sudden = hypotheses(model, healthy.there, sudden=True)
         self._lasting = len(lasting)
         self.followed = lasting + [(h, h.sudden) for h in self._sudden]
@@ -329,11 +328,6 @@ class Watch:
             failure=failure, size=size, deviation=deviation, log_ratio=ratio, probability=probability,
             since=since, found=float(self._found[j]),
         )  # fmt: skip
-
-
-def _of_single_parts(model: Model, there: Mapping[str, bool]) -> list[Hypothesis]:
-    """Return the hypotheses that these sensors can show and that are not of all thrusters at once."""
-    return [h for h in hypotheses(model, there) if h.thruster is not None or h.effect in VEHICLE_LIBRARY]
 
 
 def _fitted(along: float, fitted: float, changed: float) -> tuple[float, float]:

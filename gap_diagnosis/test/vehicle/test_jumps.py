@@ -11,9 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind import watch_hours_io
 from gap_diagnosis.vehicle.blind.watch_hours_io import Watched, watched_draw
-from gap_diagnosis.vehicle.branch import Steered, outputs
+from gap_diagnosis.vehicle.branch import Steered
 from gap_diagnosis.vehicle.diagnosis_io import load_model
 from gap_diagnosis.vehicle.log import VehicleLog
+from gap_diagnosis.vehicle.running import outputs
 from gap_diagnosis.vehicle.watching import Alarm, Watch
 
 BEGUN = 20.5

@@ -129,13 +129,18 @@ def sheet_of(settings: VehicleSettings) -> Array:
     row = sheet[STATE]
     row[:3], row[3:7], row[7:BODY] = state.position, state.attitude, state.velocity
     row[BODY : BODY + 4 * N] = np.asarray(state.thrusters, dtype=np.float64).T.ravel()
-    stuck = settings.coefficients.turning == 0.0
-    row[BODY : BODY + N][stuck] = 0.0
-    row[BODY + 2 * N : BODY + 3 * N][stuck] = 0.0
+    stand_still(sheet, settings)
     if not plain:
         for i, e in enumerate(settings.effects):
             command_begin(sheet[MEMORY + i], float(state.thrusters[i, 2]), settings.largest_step, e)
     return sheet
+
+
+def stand_still(sheet: Array, settings: VehicleSettings) -> None:
+    """Make rotors that have stopped stand still."""
+    N, row, stuck = settings.count, sheet[STATE], settings.coefficients.turning == 0.0
+    row[BODY : BODY + N][stuck] = 0.0
+    row[BODY + 2 * N : BODY + 3 * N][stuck] = 0.0
 
 
 def _state(sheet: Array, N: int) -> VehicleState:

@@ -125,6 +125,7 @@ class Suspected:
         read_by: sensor without which it cannot be shown.
         told_by: by parameter, sensors of which one must be there for it to be fitted; any, where not named.
         watched: sizes of its first parameter that a watch follows on line: a failure that may begin in mid-dive.
+        begins: whether it may begin in mid-dive although no watch follows it.
         sudden: size from half of which on a watch looks for it as a jump within one reading of `read_by`; a diagnosis
             does not look for it then. 0: no jump.
         tolerance: deviation of its only parameter where nothing is wrong, as things are calibrated and mounted by hand;
@@ -144,6 +145,7 @@ class Suspected:
     read_by: str = ""
     told_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     watched: tuple[float, ...] = ()
+    begins: bool = False
     sudden: float = 0.0
     tolerance: float = 0.0
 

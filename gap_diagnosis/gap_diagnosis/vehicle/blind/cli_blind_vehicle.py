@@ -39,7 +39,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("cases", type=Path, metavar="CASES.jsonl", help="opened cases; made or gone on with")
     parser.add_argument("--first", type=int, default=TUNING, help="seed (default %(default)s; below: for tuning)")
     parser.add_argument("--count", type=int, default=0, help="cases in all (default: only print the table)")
-    parser.add_argument("--kind", choices=("none", "one", "pair", "outside"), help="only this kind")
+    parser.add_argument("--kind", choices=("none", "one", "pair", "outside", "failing"), help="only this kind")
     parser.add_argument("--frozen", action="store_true", help=f"the {len(FROZEN)} cases that each change is tried on")
     parser.add_argument("--compare", type=Path, metavar="BEFORE.jsonl", help="what other cases were answered otherwise")
     given = parser.parse_args(user_arguments(arguments))
@@ -83,7 +83,11 @@ def _case(seed: int, kind: str | None) -> dict[str, Any]:
         logs, model = read_logs(runs, model)
     found = diagnosed(model, logs, {}, how_far=False)
     content, least = found.content, {(h.effect, h.thruster, h.other, h.axis): s for h, s in found.verdict.hidden}
-    hidden = [{"id": e, **place, "sizes": dict(sizes)} for e, place, sizes in draw.effects]
+    since = None
+    if draw.begins is not None:
+        run, at, last = draw.begins
+        since = {"recording": f"run_{run}", "time_s": at, "lasts": last > run}
+    hidden = [{"id": e, **place, "sizes": dict(sizes), "since": since} for e, place, sizes in draw.effects]
     shown = []
     for e, place, sizes in draw.effects:
         size = abs(next(iter(sizes.values()), np.inf))

@@ -85,6 +85,8 @@ class Draw:
         wrench: deviation of the force [N]; the moment's is a fifth of it in N m; time: its correlation time [s].
         noise: factor of the sensors' noises.
         kinds: of the runs; duration [s] of each.
+        begins: run and time [s] in it from which on its only effect, a loss of thrust, is there, and the last run with
+            it; None: it is there all along.
         missing: sensors that are not there.
         period: between commands [s]; every: between readings, by sensor [s]; whole: tachometers tell whole rpm.
     """
@@ -99,6 +101,7 @@ class Draw:
     noise: float = 1.0
     kinds: tuple[str, ...] = ("steps", "sines")
     duration: float = 45.0
+    begins: tuple[int, float, int] | None = None
     missing: tuple[str, ...] = field(default=())
     period: float = 0.04
     every: Mapping[str, float] = field(default_factory=lambda: EVERY)
@@ -125,18 +128,26 @@ def _place(rng: np.random.Generator, effect: str, thrusters: int) -> dict[str, A
 
 
 def drawn(seed: int, *, only: str | None = None) -> Draw:
-    """Return the case of a seed; `only`: its kind (none, one, pair, outside) instead of a drawn one."""
+    """Return the case of a seed; `only`: its kind instead of a drawn one: none, one, pair, outside, or
+    failing, a loss of thrust that begins in mid-run."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(77,)))
     vehicle = str(rng.choice(SETS))
     thrusters = {"bluerov2_heavy": 8, "ngs": 6}[vehicle]
     kind = only or str(rng.choice(("none", "one", "pair", "outside"), p=(0.2, 0.55, 0.1, 0.15)))
     names = [n for n in EFFECTS if n not in LATER and (n != "reaction_torque" or vehicle == "ngs")]
-    count = {"none": 0, "one": 1, "pair": 2, "outside": 0}[kind]
+    count = {"none": 0, "one": 1, "pair": 2, "outside": 0, "failing": 1}[kind]
     missing: tuple[str, ...] = ()
     if rng.random() < 0.35:
         missing = ("velocity", "tachometer", "battery") if rng.random() < 0.5 else ("velocity",)
     if "velocity" in missing:
         names = [n for n in names if not n.startswith("velocity")]
+    begins: tuple[int, float, int] | None = None
+    kinds: tuple[str, ...] = KINDS
+    if kind == "failing":  # pulses would not tell when
+        kinds = KINDS[:2]
+        names, onset = ["thrust_loss"], np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(91,)))
+        run = int(onset.integers(2))
+        begins = run, float(onset.uniform(8.0, 37.0)), int(onset.integers(run, 2))
     effects = []
     later = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(90,)))
     for effect in map(str, rng.choice(names, count, replace=False)):
@@ -151,7 +162,7 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
             sizes |= {"x": float(anchor.uniform(-0.3, 0.0)), "y": float(anchor.uniform(-0.1, 0.1))}
             sizes |= {"z": float(rng.uniform(-0.2, 0.2))}
         effects.append((effect, _place(rng, effect, thrusters), sizes))
-        if later.random() < len(LATER) / len(EFFECTS):
+        if begins is None and later.random() < len(LATER) / len(EFFECTS):
             effect = str(later.choice(LATER))
             effects[-1] = (effect, {}, {name: float(later.uniform(low, high)) for name, low, high in EFFECTS[effect]})
     outside = str(rng.choice(OUTSIDE)) if kind == "outside" else ""
@@ -162,7 +173,7 @@ def drawn(seed: int, *, only: str | None = None) -> Draw:
         seed=seed, vehicle=vehicle, effects=tuple(effects), outside=outside,
         deviations=float(rng.uniform(0.4, 1.2)), wrench=float(rng.uniform(0.02, 0.4)),
         time=float(np.exp(rng.uniform(np.log(0.5), np.log(10.0)))), noise=float(np.exp(rng.uniform(-1.1, 1.1))),
-        kinds=tuple(str(k) for k in rng.choice(KINDS, 2, replace=False)), missing=missing,
+        kinds=tuple(str(k) for k in rng.choice(kinds, 2, replace=False)), begins=begins, missing=missing,
         period=float(rng.choice(PERIODS)),
         every={
             "imu": float(rng.choice((0.01, 0.02, 0.024, 0.04))), "depth": float(rng.choice((0.1, 0.2))),

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from gap_diagnosis.vehicle.blind.draws import Draw
 from gap_diagnosis.vehicle.blind.truth import Truth, biased, installed, levelled, metered, rested, truth_of, unnamed
-from gap_diagnosis.vehicle.blind.world import STEP, run_world
+from gap_diagnosis.vehicle.blind.world import COLUMNS, STEP, run_world
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from run_bag import Topic
 from run_bag.known_topics import KNOWN_VEHICLE
@@ -28,7 +28,19 @@ def recorded(
 ) -> list[list[Topic]]:
     """Return the topics of each run of a case."""
     truth = truth_of(draw, vehicle, sets)
-    return [recorded_run(draw, truth, vehicle, sensors, k, kind) for k, kind in enumerate(draw.kinds)]
+    return [recorded_run(draw, _in_run(k, draw, truth), vehicle, sensors, k, kind) for k, kind in enumerate(draw.kinds)]
+
+
+def _in_run(k: int, draw: Draw, truth: Truth) -> Truth:
+    """Return the world of a run: without what has not begun yet or is over."""
+    if draw.begins is None:
+        return truth
+    (first, time, last), table = draw.begins, truth.thrusters.copy()
+    if first <= k <= last:
+        table[:, COLUMNS.index("since")] = time if k == first else 0.0
+    else:
+        table[:, COLUMNS.index("share")] = 1.0
+    return truth._replace(thrusters=table)
 
 
 def _wander(rng: np.random.Generator, K: int, size: float, periods: float) -> Array:

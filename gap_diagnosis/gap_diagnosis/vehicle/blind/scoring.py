@@ -23,17 +23,28 @@ BLOCKS = {
     "moving_arm": ("body",), "vibration": ("sensor",),
 }  # fmt: skip
 """Where what is hidden from outside the library acts."""
+_NEAR = 1.0
+"""[s] Beyond its interval within which an onset is right."""
 ALWAYS = ("thruster_swap", "thruster_polarity", "thruster_failure")
 
 
 def _same(hidden: Mapping[str, Any], said: Mapping[str, Any]) -> bool:
     place = all(said.get(k) == hidden.get(k) for k in ("thruster", "other", "axis") if hidden.get(k) is not None)
     name = said["id"] == hidden["id"] or any({said["id"], hidden["id"]} <= twins for twins in TWINS)
-    return name and place
+    return name and place and _same_onset(hidden.get("since"), said.get("since"))
+
+
+def _same_onset(hidden: Mapping[str, Any] | None, said: Mapping[str, Any] | None) -> bool:
+    """Return whether what was there all along is said to be so, or what began to be so within its interval, `_NEAR`."""
+    if hidden is None or said is None:
+        return hidden is said
+    where, (first, last) = all(said[k] == hidden[k] for k in ("recording", "lasts")), said["interval_s"]
+    return where and first - _NEAR <= hidden["time_s"] <= last + _NEAR
 
 
 def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the marks of one case; hidden: id, place and sizes of each effect."""
+    """Return the marks of one case; hidden: id, place and sizes of each effect, and
+    `since` as diagnosis.json has it where it begins in mid-run."""
     said = content["effects"] if content["verdict"] == "effect" else []
     sure = [e for e in said if e["probability"] >= 0.8]
     hits = [h for h in hidden if any(_same(h, e) for e in said)]
@@ -49,7 +60,7 @@ def scored(hidden: Sequence[Mapping[str, Any]], outside: str, content: Mapping[s
         "hits": len(hits),
         "wrong_sure": len(wrong),
         "claims": len(said),
-        "said": [{k: e[k] for k in ("id", "thruster", "other", "axis", "probability")} for e in said],
+        "said": [{k: e.get(k) for k in ("id", "thruster", "other", "axis", "since", "probability")} for e in said],
         "thruster": None,
         "sizes": [],
     }

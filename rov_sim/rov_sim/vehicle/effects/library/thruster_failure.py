@@ -33,5 +33,5 @@ EFFECT = VehicleEffect(
     choices={"kind": ("no_thrust", "stopped")},
     twins=("thrust_loss",),
     body=body,
-    suspected=(Suspected(fixed={"failed": 1.0}, only={"kind": ("stopped",)}),),
+    suspected=(Suspected(fixed={"failed": 1.0}, only={"kind": ("stopped",)}, begins=True),),
 )
