@@ -17,7 +17,7 @@ Wires do not change in mid-dive. So a wrong one is believed where both halves of
 show anything of that command: where a thruster fails, or commands follow from motions, columns are others in each half.
 
 A command that was far beyond its dead zone and moves the vehicle along no b_j, by a deviation that lies well below what
-others move it by, drives nothing: its thruster is dead, or its wire is cut.
+others move it by, drives nothing: its thruster is dead, or its wire is cut. In neither half may it move it along b_i.
 """
 
 from collections.abc import Sequence
@@ -122,14 +122,13 @@ def wiring_of(
     k = int(np.argmin(prices))
     found, gain = tried[k], prices[0] - prices[k]
     verdict, order, signs = _verdict(found, _alike(b))
-    unlike = verdict == "wrong" and not all(
-        _shows(_assigned(*_turned(c, v, ways[k]), b, used), order, signs)
-        for c, v, _ in (_columns(half, *best[2:]) for half in _halves(logs))
-    )
+    halves = [_turned(*_columns(half, *best[2:])[:2], ways[k]) for half in _halves(logs)]
+    unlike = verdict == "wrong" and not all(_shows(_assigned(*half, b, used), order, signs) for half in halves)
     if unlike:
         verdict, order, signs = "cannot_tell", tuple(range(N)), (1,) * N
     silent = tuple(i for i in range(N) if not found.seen[i])
     nothing = _moves_nothing(*_turned(columns, variances, ways[k]), b, found.seen)
+    nothing &= ~np.any([_moves_as_stated(*half, b) for half in halves], axis=0)
     dead = tuple(i for i in silent if used[i] and edges is not None and nothing[i] and _was_beyond(logs, i, edges[i]))
     return Wiring(
         order=order, signs=signs, margin=found.margin, verdict=verdict, silent=silent, dead=dead, alike=_alike(b),
@@ -218,6 +217,12 @@ def _moves_nothing(columns: Array, variances: Array, b: Array, seen: NDArray[np.
     if np.count_nonzero(seen) < 2:
         return np.zeros(N, dtype=bool)
     return np.asarray(~seen & (most < _ANSWERS * float(np.median(along[seen]))))
+
+
+def _moves_as_stated(columns: Array, variances: Array, b: Array) -> NDArray[np.bool_]:
+    """Return which commands (N,) move the vehicle along their own thruster's direction, by three deviations or more."""
+    weights = np.where(np.isfinite(columns) & (variances > 0.0), 1.0 / np.where(variances > 0.0, variances, 1.0), 0.0)
+    return np.asarray((np.nan_to_num(columns) * weights * b).sum(axis=0) > 3.0 * np.sqrt((b**2 * weights).sum(axis=0)))
 
 
 def _was_beyond(logs: Sequence[VehicleLog], i: int, edge: float) -> bool:

@@ -22,11 +22,11 @@ MASS = np.asarray(VEHICLE.coefficients.mass_matrix)
 
 def driven(
     K_t: Array, order: Sequence[int], signs: Sequence[float], *, seed: int = 1, unused: Sequence[int] = (),
-    then: Sequence[int] | None = None,
+    then: Sequence[int] | None = None, then_signs: Sequence[float] | None = None,
 ) -> VehicleLog:  # fmt: skip
     """Return the log of a level vehicle: thrust in proportion to the command of its wire, damping, noise.
 
-    `then`: the order in the second half, None: as in the first one.
+    `then`, `then_signs`: order and signs in the second half, None: as in the first one.
     """
     rng = np.random.default_rng(seed)
     K, N = 1500, K_t.shape[1]
@@ -36,7 +36,8 @@ def driven(
     wired = np.zeros((K, N))
     for i in range(N):
         wired[: K // 2, order[i]] = signs[i] * u[: K // 2, i]
-        wired[K // 2 :, (order if then is None else then)[i]] = signs[i] * u[K // 2 :, i]
+        later = (signs if then_signs is None else then_signs)[i]
+        wired[K // 2 :, (order if then is None else then)[i]] = later * u[K // 2 :, i]
     acceleration = np.zeros((K, 6))
     for k in range(K):
         now = now + 0.3 * (3.0 * wired[k] * np.abs(wired[k]) - now)
@@ -121,6 +122,13 @@ def with_dead(i: int, level: float, speeds: float) -> VehicleLog:
 def test_a_thruster_that_answers_no_command_is_called_dead(speeds: float, says: str) -> None:
     found = wiring_of([with_dead(3, 2.0, speeds)], VEHICLE.configuration, MASS, [0.5] * 6)
     assert found.dead == (3,) and found.sentences == (f"Thruster 3 was commanded up to 2 V and {says}",)
+
+
+def test_no_thruster_is_called_dead_that_moves_the_vehicle_in_one_half() -> None:
+    signs = [1.0, 1.0, 1.0, 0.5, 1.0, 1.0]
+    log = driven(VEHICLE.configuration, range(6), signs, then_signs=[-0.6 if s < 1.0 else s for s in signs])
+    found = wiring_of([log], VEHICLE.configuration, MASS, [0.5] * 6)
+    assert found.dead == () and 3 in found.silent
 
 
 def test_no_thruster_is_called_dead_that_was_commanded_within_its_dead_zone_or_among_noise() -> None:

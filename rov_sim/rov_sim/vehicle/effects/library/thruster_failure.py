@@ -23,7 +23,7 @@ def body(c, active):  # type: ignore[no-untyped-def]
 
 EFFECT = VehicleEffect(
     id="thruster_failure",
-    title="failed thruster",
+    title="failure",
     block="thrusters",
     equation="T = 0, or n = 0",
     parameters=(EffectParameter(name="failed", unit="1", meaning="1: failed, 0: well", lower=0.0, upper=1.0),),
