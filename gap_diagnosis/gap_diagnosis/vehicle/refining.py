@@ -11,7 +11,7 @@ the fit is best, and fits along them stopped 40 nats short of it.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
 
@@ -255,19 +255,23 @@ class Problem:
             return rules.TIMING / max(run.log.count * run.log.period for run in self.screen.runs)
         return rules.TIMING if unit == "s" else 0.0
 
-    def _residual(self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None) -> Array:
-        """Return whitened innovations of run k, flat; where there is no such model, those of a filter that is lost."""
-        found = self._innovations(k, x, effects)
+    def _residual(self, k: int, x: Array, on: Sequence[ActiveVehicleEffect] | None = None) -> Array:
+        """Return whitened innovations of run k, flat; where there is no such model, those of a filter that is lost; on:
+        the effects, if not those of the point."""
+        found = self._innovations(k, x, on)
         return np.full(self.screen.residual(k).size, LOST) if found is None else found
 
     def _innovations(
-        self, k: int, x: Array, effects: Sequence[Hypothesis] | None = None, *, coarse: bool = False
+        self, k: int, x: Array, on: Sequence[ActiveVehicleEffect] | None = None, *, coarse: bool = False
     ) -> Array | None:
         """Return whitened innovations of run k, flat; None: there is no such model; coarse: see `filtered`."""
-        on = self.effects if effects is None else effects
-        active = [h.active(s) for h, s in zip(on, self._sizes(x), strict=False)]
+        active = self._active(x) if on is None else on
         found = self.screen.at(k, self._values(x), active, coarse=coarse)
         return None if found is None else np.nan_to_num(found).ravel()
+
+    def _active(self, x: Array) -> list[ActiveVehicleEffect]:
+        """Return the effects of a point."""
+        return [h.active(s) for h, s in zip(self.effects, self._sizes(x), strict=True)]
 
     def scored(self, x: Array) -> tuple[list[Array], float]:
         """Return innovations (rows,) of each run and the log likelihood at a point, priors included."""
@@ -327,19 +331,22 @@ class Problem:
     def _scatter(self, x: Array, r: Sequence[Array], J: Sequence[NDArray[np.float32]], H: Array) -> float:
         """Return the variance of block scores of the last effect's columns over the expected one; see `Gram.scatter`.
 
-        The numbers r are those with the effect on: where it explains them, its scores scatter by chance alone. H: 1 and
-        the product of the columns.
+        The numbers r are those with the effect on: where it explains them, its scores scatter by chance alone. Of one
+        that begins in mid-run they are those that it would have if it were there all along: the last seconds of a
+        recording tell too little of how scores scatter. H: 1 and the product of the columns.
         """
         if not self.effects:
             return 1.0
-        count = len(self.effects[-1].scale)
-        rest = len(x) - count
-        if count:
+        h = self.effects[-1]
+        rest = len(x) - len(h.scale) if h.since is None else len(x)
+        if rest < len(x):
             own, B = [each[:, rest:] for each in J], H[:rest, rest:]
         else:
-            off = [self._residual(k, x, self.effects[:-1]) for k in range(len(r))]
-            own = [(a - b)[:, None].astype(np.float32) for a, b in zip(r, off, strict=True)]
-            B = np.asarray(sum(a.T @ b for a, b in zip(J, own, strict=True)))
+            on = self._active(x)
+            other = on[:-1] if h.since is None else [*on, replace(h, since=None).active(h.probe)]
+            moved = [self._residual(k, x, other) for k in range(len(r))]
+            own = [(a - b)[:, None].astype(np.float32) for a, b in zip(r, moved, strict=True)]
+            B = np.asarray(sum(a[:, :rest].T @ b for a, b in zip(J, own, strict=True)))
         shadow = np.linalg.solve(H[:rest, :rest], B).astype(np.float32)
         found, _ = self._unsteady(r, [b - a[:, :rest] @ shadow for a, b in zip(J, own, strict=True)])
         return max(float(np.mean(found)), 1.0)
