@@ -174,7 +174,11 @@ def _in_body(topic: Topic, R: Array | None) -> Topic:
         names = [f"{head}.{part}" for part in parts]
         if all(name in fields for name in names):
             told = np.column_stack([np.asarray(fields[name], dtype=np.float64) for name in names])
-            told = read_with(told, R) if len(parts) == 3 else attitudes_with(told, R)
+            if len(parts) == 3:
+                told = read_with(told, R)
+            else:  # a message of the gyro alone has none
+                there = np.isfinite(told).all(axis=1) & np.any(told != 0.0, axis=1)
+                told[there] = attitudes_with(told[there], R)
             fields.update(zip(names, told.T, strict=True))
     return replace(topic, fields=fields)
 

@@ -160,6 +160,17 @@ def test_an_imu_that_is_stated_to_be_upside_down_contradicts_no_attitude_of_the_
     assert any("where down is" in each.sentence for each in found) is not stated
 
 
+def test_an_attitude_at_times_of_its_own_is_read_where_it_is(tmp_path: Path) -> None:
+    def slower(topic: Topic) -> Topic:
+        there = np.arange(len(topic.stamps)) % 5 == 0
+        parts = {p: np.where(there, v, np.nan) for p, v in topic.fields.items() if p.startswith("orientation")}
+        return replace(topic, fields={**topic.fields, **parts}) if topic.name == "rov/imu" else topic
+
+    found = check_vehicle([dive(tmp_path / "dive", slower, duration=20.0)], MODEL)
+    assert not any("where down is" in each.sentence for each in found)
+    assert any(each.about == "attitude" for each in found if each.kind == "good")
+
+
 def test_readings_in_another_unit_or_sign_and_another_battery_are_asked_about(tmp_path: Path) -> None:
     def misread(topic: Topic) -> Topic:
         factors = {"n": 2.0 * np.pi / 60.0, "voltage": 0.75} | {f"twist.twist.linear.{a}": 0.1 for a in "xyz"}
