@@ -41,6 +41,7 @@ while [ $# -gt 0 ]; do
     esac
     shift
 done
+[[ $tolerance =~ ^[0-9]*\.?[0-9]+([eE][-+]?[0-9]+)?$ ]] || refuse "--tolerance: expected a number, 0 or larger; found '$tolerance'"
 [ -n "$dive" ] || refuse "expected a folder of scripts/rov_experiment.sh; found none"
 [ -d "$dive/run" ] && [ -f "$dive/nodes/allocator.yaml" ] || refuse "$dive: expected a run/ and nodes/allocator.yaml in it"
 [ -z "$out" ] || [ ! -e "$out" ] || refuse "--out: expected a folder that does not exist; $out does"

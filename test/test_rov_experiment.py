@@ -76,6 +76,10 @@ def ran(command: list[str], mark: str) -> Done:
         (["--fail", "T9 dead at 3 s"], "failures: expected T1 to T6; found T9"),
         (["--effects", "barnacles.size=1"], "barnacles"),
         (["--watch", "no/such/run"], "watch: expected a run of the healthy vehicle; "),
+        (
+            ["--hardware", "T2=/dev/no_such_port"],
+            "hardware: T2: expected a serial port; found nothing at /dev/no_such_port",
+        ),
         (["--vehicle", "submarine"], "submarine"),
     ],
 )
@@ -176,6 +180,7 @@ def test_what_makes_no_sense_is_refused_with_a_sentence(given: list[str], said: 
         (["test"], "test: expected a run/ and nodes/allocator.yaml in it"),
         (["test", "docs"], "expected one dive; found 'test' and 'docs'"),
         (["test", "--node", "allocator"], "--node: expected NAME=FILE.yaml; found 'allocator'"),
+        (["DIVE", "--tolerance", "abc"], "--tolerance: expected a number, 0 or larger; found 'abc'"),
     ],
 )
 def test_what_cannot_be_replayed_is_refused_with_a_sentence(given: list[str], said: str) -> None:

@@ -14,7 +14,7 @@ from typing import Any
 from rov_sim.graph_files_io import line_of, write_document, write_parameters
 from rov_sim.vehicle.effects.words import effects_of_words
 from rov_sim.vehicle.failure_words import parse_failures
-from rov_sim.vehicle.graph import Experiment, graph_of
+from rov_sim.vehicle.graph import EMULATED, FIRMWARE, Experiment, graph_of
 from rov_sim.vehicle.live import LiveSettings
 from rov_sim.vehicle.sensors.settings_io import load_sensors
 from rov_sim.vehicle.settings import vehicle_settings
@@ -78,7 +78,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _refuse(experiment: Experiment) -> None:
-    """Refuse failures, effects and a run to watch by that the nodes would refuse, before anything is started."""
+    """Refuse failures, effects, ports and a run to watch by that the nodes would refuse or wait for, before anything is
+    started."""
     vehicle = load_vehicle_set(experiment.vehicle)
     sets = [load_parameter_set(name) for name in experiment.truth.split() or vehicle.models]
     effects = effects_of_words(str(experiment.plant.get("effects", "")).split())
@@ -87,6 +88,9 @@ def _refuse(experiment: Experiment) -> None:
     LiveSettings(plant=plant, sensors=experiment.sensors, failures=failures, lost=lost)
     if experiment.watched and not Path(experiment.watched).exists():
         raise ValueError(f"watch: expected a run of the healthy vehicle; {experiment.watched} does not exist")
+    for i, port in experiment.hardware.items():
+        if port not in (EMULATED, FIRMWARE) and not Path(port).exists():
+            raise ValueError(f"hardware: T{i + 1}: expected a serial port; found nothing at {port}")
 
 
 def experiment_of(arguments: Sequence[str]) -> Experiment:

@@ -186,6 +186,12 @@ def made_up(rmse: dict[str, float], **others: dict[str, float]) -> Results:
     return Results(scores=scores)
 
 
+def test_a_score_that_a_study_lacks_is_refused_with_those_that_it_has() -> None:
+    study = Results(scores={("hl-ekf", "step"): {"rmse": np.ones(3)}})
+    with pytest.raises(ValueError, match="expected scores of lookup on step; found those of hl-ekf on step"):
+        study.normalised("hl-ekf", "step")
+
+
 def test_statements_are_confirmed_where_the_numbers_say_so_and_not_where_they_do_not() -> None:
     base = dict.fromkeys(THESIS, 0.9)
     good = {**base, "lookup": 1.0, "simplified": 1.0, "hl-ekf": 0.8, "hq-ekf": 0.75, "hq-nlo": 0.85, "hq-kfnlo": 0.85}

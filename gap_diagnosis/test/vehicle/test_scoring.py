@@ -65,3 +65,8 @@ def test_stored_answers_are_told_and_compared(tmp_path: Path, capsys: pytest.Cap
     files["after"].write_text(json.dumps(case(1, [LOSS], "", "no_gap")) + "\n", "utf-8")
     assert main([str(files["after"]), "--compare", str(files["before"])]) == 0
     assert "| 1 | thrust_loss 2 | effect: thrust_loss 2 | no_gap | worse |" in capsys.readouterr().out
+
+
+def test_the_folder_of_the_cases_is_made_before_any_is_diagnosed(tmp_path: Path) -> None:
+    assert main([str(tmp_path / "new" / "cases.jsonl")]) == 0
+    assert (tmp_path / "new").is_dir()

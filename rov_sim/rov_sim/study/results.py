@@ -43,7 +43,14 @@ class Results:
         return min(x.size for values in self.scores.values() for x in values.values())
 
     def of(self, strategy: str, reference: str, name: str) -> Array:
-        """Return one score over the seeds."""
+        """Return one score over the seeds.
+
+        Raises:
+            ValueError: the study has not run the strategy on it.
+        """
+        if (strategy, reference) not in self.scores:
+            ran = ", ".join(f"{s} on {r}" for s, r in self.scores)
+            raise ValueError(f"study: expected scores of {strategy} on {reference}; found those of {ran}")
         return self.scores[strategy, reference][name]
 
     def mean(self, strategy: str, reference: str, name: str) -> Interval:

@@ -45,6 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     given = parser.parse_args(user_arguments(arguments))
     wanted = FROZEN if given.frozen else dict.fromkeys(range(given.first, given.first + given.count), given.kind)
     done = _read(given.cases)
+    given.cases.parent.mkdir(parents=True, exist_ok=True)
     for seed in [each for each in wanted if each not in {c["seed"] for c in done}]:
         begun = time.monotonic(), time.process_time()
         try:
