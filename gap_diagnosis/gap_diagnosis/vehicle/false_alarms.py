@@ -78,7 +78,7 @@ def stated_rate(threshold: float) -> str:
     if not within:
         return f"not counted below a threshold of {COUNTED[0][0]:g}"
     most = most_alarms(within[-1], COUNTED_HOURS)
-    return f"{_counted_rate(threshold):.1g} (less than {most:.1g} at 95 %, {COUNTED_HOURS:g} h counted)"
+    return f"{_counted_rate(threshold):.1g} (less than {most:.2g} at 95 %, {COUNTED_HOURS:g} h counted)"
 
 
 def probabilities(log_ratios: Sequence[float]) -> Array:

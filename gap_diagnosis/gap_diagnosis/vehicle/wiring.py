@@ -279,7 +279,7 @@ def _columns(logs: Sequence[VehicleLog], lag: float, band: float) -> tuple[Array
         u = np.sign(log.throttles) * np.maximum(np.abs(log.throttles) - band, 0.0)
         keep = np.exp(-log.period / lag)
         followed = np.empty_like(u)
-        now = u[0]
+        now = u[:1].sum(axis=0)  # half a log of one instant has none
         for k in range(len(u)):
             followed[k] = now
             now = keep * now + (1.0 - keep) * u[k]

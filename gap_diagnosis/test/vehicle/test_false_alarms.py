@@ -38,7 +38,7 @@ def test_no_alarm_in_a_time_excludes_a_rate_by_poisson() -> None:
 
 def test_the_stated_rate_is_the_counted_one_and_none_where_nothing_was_counted() -> None:
     assert stated_rate(35.0) == "0.1 (less than 0.2 at 95 %, 173 h counted)"
-    assert stated_rate(45.0) == "0.09 (less than 0.1 at 95 %, 173 h counted)"
+    assert stated_rate(45.0) == "0.09 (less than 0.14 at 95 %, 173 h counted)"
     assert stated_rate(19.0) == "not counted below a threshold of 20"
 
 
