@@ -15,6 +15,8 @@ from rov_sim.vehicle.noisy_odometry import OdometryNoise
 from rov_sim.vehicle.plant import VehicleSettings, simulate
 from rov_sim.vehicle.random_wrench import RandomWrench
 from rov_sim.vehicle.sensors.settings_io import load_sensors
+from thruster_model.effects.stages import NEUTRAL, effect_values
+from thruster_model.equations.thruster import thrust
 from thruster_model.parameter_set_io import load_parameter_set
 from thruster_model.vehicle_set_io import load_vehicle_set
 
@@ -82,7 +84,34 @@ def test_failing_thrusters_fail_in_time() -> None:
     assert found[-1].truth.u[0] == 0.0
     held = LiveVehicle(settings(failures=failures))
     weak = [held.advance(THROTTLES) for _ in range(11)][-1]
-    assert weak.truth.thrust[2] == pytest.approx(0.5 * whole[10].truth.thrust[2], rel=0.01)
+    p = load_parameter_set("hq").coefficients
+    healthy = thrust(weak.truth.n[2], weak.truth.axial[2], p)
+    assert weak.truth.thrust[2] == pytest.approx(0.5 * healthy, rel=1e-12), "half of what its speed and flow give"
+    assert healthy > whole[10].truth.thrust[2], "as half the thrust makes less flow"
+
+
+def test_a_weak_thruster_is_one_that_loses_thrust_from_then_on() -> None:
+    weak = LiveVehicle(settings(failures=parse_failures("T3 weak 0.5 at 0 s")[0]))
+    found = [weak.advance(THROTTLES) for _ in range(26)][-1].truth
+    lossy = settings()
+    effects = [NEUTRAL] * 6
+    effects[2] = effect_values({"thrust_loss": {"share": 0.5}})
+    once = LiveVehicle(replace(lossy, plant=replace(lossy.plant, effects=tuple(effects))))
+    expected = [once.advance(THROTTLES) for _ in range(26)][-1].truth
+    assert found.thrust[2] == pytest.approx(expected.thrust[2], rel=1e-3), "with the flow that so much thrust makes"
+    assert found.axial[2] == pytest.approx(expected.axial[2], rel=1e-2)
+
+
+def test_a_failure_does_not_make_a_plant_forget_commands_that_are_under_way() -> None:
+    late = settings()
+    effects = (effect_values({"command_delay": {"time": 0.1}}),) * 6
+    late = replace(late, plant=replace(late.plant, effects=effects))
+    whole, failing = (
+        LiveVehicle(replace(late, failures=parse_failures(text)[0])) for text in ("", "T1 weak 0.5 at 0.4 s")
+    )
+    rising = [tuple(0.1 * k * np.ones(6)) for k in range(15)]
+    expected, found = ([vehicle.advance(u).truth for u in rising][-1] for vehicle in (whole, failing))
+    np.testing.assert_allclose(found.n[1:], expected.n[1:], rtol=1e-4)
 
 
 def test_a_thruster_that_is_elsewhere_has_the_speed_that_is_told() -> None:

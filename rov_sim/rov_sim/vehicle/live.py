@@ -20,6 +20,7 @@ from rov_sim.vehicle.sensors.coefficients import SensorCoefficients
 from rov_sim.vehicle.sensors.live import Reading, Sensors
 from rov_sim.vehicle.sensors.settings import VehicleSensors
 from rov_sim.vehicle.truth import VehicleTruth
+from thruster_model.effects.stages import NEUTRAL, NO_EFFECTS
 
 __all__ = ["LOSABLE", "Failing", "FailureKind", "Instant", "LiveSettings", "LiveVehicle", "Losing", "Odometry"]
 
@@ -143,9 +144,9 @@ class LiveVehicle:
 
     def __init__(self, settings: LiveSettings) -> None:
         """Begin."""
-        self._given = settings
+        self._healthy = _able_to_fail(settings)
         count = settings.thrusters
-        self._plant = VehiclePlant(settings.plant)
+        self._plant = VehiclePlant(self._healthy)
         self._sensors = Sensors(settings.sensors, settings.seed, count, settings.sensed)
         self._wrenches = WrenchStream(settings.wrench, settings.period, settings.seed)
         self._errors = OdometryErrors(settings.noise, settings.seed)
@@ -167,8 +168,8 @@ class LiveVehicle:
         for i, held in self._stuck.items():
             commands[i] = held
         self._held = commands
-        if told:
-            self._turn(told)
+        for i, n in (told or {}).items():
+            self._plant.turn(i, n)
         end = self.time + self._period
         wrench = self._wrenches.take(1)[0]
         readings: list[Reading] = []
@@ -189,21 +190,12 @@ class LiveVehicle:
             return reading
         return reading._replace(values=(nan,) * len(reading.values))
 
-    def _turn(self, speeds: Mapping[int, float]) -> None:
-        state = self._plant.state
-        for i, n in speeds.items():
-            state.thrusters[i, 0] = n
-        self._go_on(replace(self._plant.settings, initial=state))
-
-    def _scale(self, thruster: int, share: float) -> None:
-        settings = self._plant.settings
-        scale = settings.coefficients.thrust_scale.copy()
-        scale[thruster] = share * self._given.plant.coefficients.thrust_scale[thruster]
-        changed = settings.coefficients._replace(thrust_scale=scale)
-        self._go_on(replace(settings, coefficients=changed, initial=self._plant.state))
-
-    def _go_on(self, settings: VehicleSettings) -> None:
-        self._plant = VehiclePlant(settings, time=self._plant.time)
+    def _weaken(self, thruster: int, share: float) -> None:
+        """Leave a share of its thrust: less thrust lets less water flow, as with the effect that is diagnosed."""
+        settings, healthy = self._plant.settings, self._healthy.effects[thruster]
+        effects = list(settings.effects)
+        effects[thruster] = healthy._replace(thrust_loss_share=1.0 - share * (1.0 - healthy.thrust_loss_share))
+        self._plant.change(replace(settings, effects=tuple(effects)))
 
     def _odometry(self, truth: VehicleTruth) -> Odometry:
         attitude, velocity = np.empty(4), np.empty(6)
@@ -216,8 +208,16 @@ class LiveVehicle:
             failing = self._coming.pop(0)
             begun.append(failing)
             self._stuck.pop(failing.thruster, None)
-            share = {FailureKind.DEAD: 0.0, FailureKind.WEAK: failing.effectiveness}.get(failing.kind, 1.0)
-            self._scale(failing.thruster, share)
+            left = {FailureKind.DEAD: 0.0, FailureKind.WEAK: failing.effectiveness}.get(failing.kind, 1.0)
+            self._weaken(failing.thruster, left)
             if failing.kind == FailureKind.STUCK:
                 self._stuck[failing.thruster] = float(self._held[failing.thruster])
         return tuple(begun)
+
+
+def _able_to_fail(settings: LiveSettings) -> VehicleSettings:
+    """Return a plant whose thrusters have effects, neutral ones where it has none, if any is to fail."""
+    plant = settings.plant
+    if not settings.failures:
+        return plant
+    return replace(plant, effects=tuple(NEUTRAL if e is NO_EFFECTS else e for e in plant.effects))

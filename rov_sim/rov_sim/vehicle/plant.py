@@ -7,7 +7,7 @@ truth = plant.advance(throttles[0], 0.04)
 """
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from typing import Any
 
@@ -202,7 +202,7 @@ def simulate(
 
 
 class VehiclePlant:
-    """A vehicle that is advanced period by period; what it is made of does not change, its state does."""
+    """A vehicle that is advanced period by period."""
 
     def __init__(self, settings: VehicleSettings, *, time: float = 0.0) -> None:
         self.settings = settings
@@ -220,6 +220,21 @@ class VehiclePlant:
     def state(self) -> VehicleState:
         """The state, a copy: a plant made with it goes on from here."""
         return _state(self._sheet, self.settings.count)
+
+    def turn(self, thruster: int, n: float) -> None:
+        """Give a rotor a speed [rad/s]."""
+        self._sheet[STATE, BODY + thruster] = n
+
+    def change(self, settings: VehicleSettings) -> None:
+        """Go on from the present state as what is made of other settings.
+
+        What effects remember of commands stays where the new ones remember as many steps.
+        """
+        sheet = sheet_of(replace(settings, initial=self.state))
+        if sheet.shape == self._sheet.shape:
+            sheet[:] = self._sheet
+            stand_still(sheet, settings)
+        self.settings, self._sheet = settings, sheet
 
     def truth(self, wrench: ArrayLike | None = None, gates: ArrayLike | None = None) -> VehicleTruth:
         """Return what is true now, under an outer wrench (6,) [N, N m], with gates (N,)."""
