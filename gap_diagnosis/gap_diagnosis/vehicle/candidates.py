@@ -70,8 +70,9 @@ def _quickly(stage: Stage, h: Hypothesis, free: dict[Key, float]) -> tuple[Fit, 
         again = problem.fit(*_mirrored(problem, found), stage.fit.columns, product)
         found = max(found, again, key=lambda fit: fit.log_evidence)
     if h.since is not None:
-        problem = begun_nearby(problem, found)
-        found = problem.fit(found.moved, [e.sizes for e in found.effects], stage.fit.columns, product)
+        there = found.moved, [e.sizes for e in found.effects]
+        problem = begun_nearby(problem, *there)
+        found = problem.fit(*there, stage.fit.columns, product)
     return found, problem
 
 

@@ -168,6 +168,11 @@ class Problem:
         """Return the log likelihood at a point, priors included."""
         return self.scored(self._at(moved, sizes))[1]
 
+    def score_of(self, k: int, moved: Array, sizes: Sequence[tuple[float, ...]]) -> float:
+        """Return the log likelihood of one recording at a point."""
+        r = self._residual(k, self._at(moved, sizes))
+        return -0.5 * float(r @ r)
+
     def columns(self, moved: Array, sizes: Sequence[tuple[float, ...]]) -> tuple[NDArray[np.float32], ...]:
         """Return the columns of all unknowns at a point, (rows, m + ...) of each run."""
         x = self._at(moved, sizes)

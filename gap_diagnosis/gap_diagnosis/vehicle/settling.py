@@ -1,4 +1,4 @@
-"""Numbers and noises found in turn, until neither moves."""
+"""Onsets, numbers and noises found in turn, until none moves."""
 
 from collections.abc import Mapping, Sequence
 from types import MappingProxyType
@@ -10,6 +10,7 @@ from gap_diagnosis.vehicle.filtering import Prepared
 from gap_diagnosis.vehicle.learning import learned_from, prepared, unlearned
 from gap_diagnosis.vehicle.log import VehicleLog
 from gap_diagnosis.vehicle.model import Model
+from gap_diagnosis.vehicle.onset_search import begun_nearby
 from gap_diagnosis.vehicle.refining import Fit, Problem, Refined
 from gap_diagnosis.vehicle.screening import Screen
 from gap_diagnosis.vehicle.unknowns import Key, in_deviations, in_units
@@ -69,7 +70,8 @@ def _in_turn(
     model: Model, logs: Sequence[VehicleLog], free: dict[Key, float], runs: list[Prepared],
     accepted: Sequence[Refined], values: Mapping[Key, float], afresh: bool,
 ) -> tuple[list[Prepared], Fit]:  # fmt: skip
-    """Return recordings and fit where noises and numbers, in turn, have settled; afresh: learn noises anew at first."""
+    """Return recordings and fit where onsets, numbers and noises, in turn, have settled; afresh: learn noises anew at
+    first."""
     effects = tuple(a.hypothesis for a in accepted)
     moved = in_deviations(values, free)
     sizes = [a.sizes for a in accepted]
@@ -79,6 +81,9 @@ def _in_turn(
 
     problem, nearby = asked(runs), None
     for turn in range(rules.TURNS):
+        problem = begun_nearby(problem, moved, sizes)
+        if problem.effects != effects:
+            effects, nearby = problem.effects, None
         before = problem.score(moved, sizes)
         moved, sizes, columns = problem.most_likely(moved, sizes, nearby)
         after = problem.score(moved, sizes)

@@ -1,7 +1,8 @@
 """Failures that begin in mid-run: which effects are on when, a filter that goes on, and when one began."""
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from gap_diagnosis.vehicle.hypotheses import Hypothesis, hypotheses
 from gap_diagnosis.vehicle.learning import first_noises
 from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.onset import Begun, Onset, on_in, pieces
+from gap_diagnosis.vehicle.onset_search import begun_nearby
 from rov_sim.vehicle.effects.active import ActiveVehicleEffect
 from run_bag import write_run
 from thruster_model.vehicle_set_io import load_vehicle_set
@@ -103,6 +105,33 @@ def test_only_failures_of_single_parts_may_begin_in_mid_run() -> None:
         "thrust_loss", "thruster_failure", "tach_scale", "imu_bias", "buoyancy_offset", "velocity_scale",
     }  # fmt: skip
     assert all(h.thruster is not None for h in found if h.effect in ("thrust_loss", "tach_scale"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Peaked:
+    """A problem whose log likelihood has a narrow peak, and a lower hill that the first look meets on its top."""
+
+    effects: tuple[Hypothesis, ...]
+    screen: Any
+    _points: dict[Any, Any] = field(default_factory=dict)
+    _made: dict[Any, Any] = field(default_factory=dict)
+
+    def score_of(self, k: int, moved: Any, sizes: Any) -> float:
+        at = self.effects[0].since.instant  # type: ignore[union-attr]
+        assert k == ONSET.run
+        return max(-2000.0, -300.0 * abs(at - 507), -900.0 - 100.0 * abs(at - 475))
+
+
+@pytest.mark.parametrize("begin", [450, 500, 550])
+def test_an_onset_is_found_whose_peak_is_narrower_than_the_first_look(begin: int) -> None:
+    there = dict.fromkeys(("attitude", "gyro", "accelerometer", "depth", "velocity", "tachometer", "battery"), True)
+    loss = next(h for h in hypotheses(load_model("ngs"), there) if h.effect == "thrust_loss" and h.thruster == 0)
+    log = SimpleNamespace(cut=400, count=200, period=0.04)
+    screen = SimpleNamespace(runs=[SimpleNamespace(log=log)] * 2)
+    problem: Any = Peaked(effects=(replace(loss, since=ONSET._replace(instant=begin)),), screen=screen)
+    found = begun_nearby(problem, np.zeros(1), [(0.5,)]).effects[0].since
+    assert found is not None
+    assert (found.instant, found.earliest, found.latest) == (507, 507, 507)
 
 
 def failing(folder: Path, begins: tuple[int, float, int]) -> Diagnosed:
