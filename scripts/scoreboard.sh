@@ -7,19 +7,24 @@
 #        scripts/scoreboard.sh ablate quick           each rule of judgement changed in turn, on cases of a set
 #        scripts/scoreboard.sh vehicle DIR [BEFORE]   12 frozen cases of vehicles; against those of another folder
 #
-# More options, among them --first, --count, --processes and --docs: ros2 run gap_diagnosis scoreboard run --help
+# More options of quick and reported, among them --first, --count, --processes and --docs:
+# ros2 run gap_diagnosis scoreboard run --help; of vehicle: ros2 run gap_diagnosis blind_vehicle --help
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
+usage() { sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"; }
 case "${1-}" in
 quick | reported) command=(scoreboard run "$@") ;;
 compare | ablate) command=(scoreboard "$@") ;;
 vehicle)
-    [ $# -ge 2 ] || { printf 'scoreboard.sh: vehicle: expected a folder\n' >&2; exit 2; }
-    mkdir -p "$2"
+    case "${2-}" in
+    "" | -*) printf 'scoreboard.sh: vehicle: expected a folder; found %s\n' "${2:-nothing}" >&2; exit 2 ;;
+    esac
     command=(blind_vehicle "$2/vehicles.jsonl" --frozen ${3:+--compare "$3/vehicles.jsonl"})
     ;;
+-h | --help) usage; exit ;;
 *)
-    sed -n '2,/^set /{/^#/s/^# \{0,1\}//p}' "${BASH_SOURCE[0]}"
+    printf 'scoreboard.sh: expected quick, reported, compare, ablate or vehicle; found %s\n\n' "${1-nothing}" >&2
+    usage >&2
     exit 2
     ;;
 esac

@@ -2,14 +2,11 @@
 
 import argparse
 import json
-import os
-import signal
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import NoReturn
 
 from run_bag.command_line import described, of_a_vehicle, offer_vehicle, user_arguments
 from safe_files.whole_files_io import new_folder, write_whole
@@ -36,8 +33,6 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
     if of_a_vehicle(taken):
         parser.error("of a vehicle it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle")
     given = parser.parse_args(taken)
-    if arguments is None:
-        signal.signal(signal.SIGINT, _stop)
     try:
         _check_runs(given)
         starts = _starts(given)
@@ -48,6 +43,9 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
     except (ThrusterModelError, OSError, ValueError) as error:
         print(error, file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("interrupted: nothing was written", file=sys.stderr)
+        return 130
     if any(d.status == "determined" for model in study.models for d in model.result.determinations):
         return 0
     print("fit: expected runs that determine a parameter; these determine none, see the report", file=sys.stderr)
@@ -76,14 +74,6 @@ def _parser(program: str) -> argparse.ArgumentParser:
     offer_vehicle(parser, "it is thruster fit --vehicle SET ..., or ros2 run gap_diagnosis fit_vehicle")
     parser.add_argument("--hold-out", action="store_true", help="repeat each fit with each run left out")
     return parser
-
-
-def _stop(number: int, frame: object) -> NoReturn:
-    """End at once: an exception raised inside compiled code would bring the process down without a word."""
-    show_cursor = "\x1b[?25h\n" if sys.stderr.isatty() else ""
-    sys.stderr.write(f"{show_cursor}interrupted: nothing was written\n")
-    sys.stderr.flush()
-    os._exit(130)
 
 
 def _check_runs(given: argparse.Namespace) -> None:

@@ -44,6 +44,7 @@ __all__ = [
     "PlantState",
     "Sensors",
     "advance",
+    "fill",
     "new_memory",
     "new_sensors",
     "plant_step",
@@ -241,6 +242,16 @@ def advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, a
                 state = plant_step(state, u + rise * (done - cut), rise, length, rate, lag, past, gate, supply, p, e)
                 done, room = done + length, room - length
     return state
+
+
+@compiled
+def fill(state, commands, dt, substeps, p, e, gates, supplies, memory, out):  # type: ignore[no-untyped-def]
+    """Fill `out` from its first column on: `advance` for callers that need no state.
+
+    It returns nothing: to make a named tuple of what a kernel returns runs Python inside it, and an interrupt that
+    came while it ran is raised there, which ends the process with a segmentation fault.
+    """
+    advance(state, commands, dt, substeps, p, e, gates, supplies, memory, out, 0)
 
 
 @inlined

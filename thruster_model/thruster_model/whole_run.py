@@ -13,7 +13,7 @@ from thruster_model.stepper import (
     NOMINAL_SUPPLY,
     ROWS,
     PlantState,
-    advance,
+    fill,
     new_memory,
     new_sensors,
     sense,
@@ -64,7 +64,7 @@ def simulated_rows(
     if volts.size not in (0, len(commands)) or not np.all(np.isfinite(volts) & (volts >= 0.0)):
         raise ValueError(f"supply: expected finite values from 0 of the commands' shape, got shape {volts.shape}")
     rows = np.empty((len(ROWS), len(commands) + 1))
-    advance(begin, commands, float(dt), substeps, coefficients, effects, opened, volts, memory, rows, 0)
+    fill(begin, commands, float(dt), substeps, coefficients, effects, opened, volts, memory, rows)
     return rows
 
 

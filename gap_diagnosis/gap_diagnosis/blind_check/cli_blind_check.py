@@ -15,10 +15,11 @@ from gap_diagnosis.blind_check.cases import KINDS, MODELS, Plan, plan
 from gap_diagnosis.blind_check.docs_io import summary_rows, write_page
 from gap_diagnosis.blind_check.opened import Opened
 from gap_diagnosis.blind_check.opened_io import read_opened, write_opened
-from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases, pool
+from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases
 from gap_diagnosis.blind_check.scoring import score
 from gap_diagnosis.blind_check.sealing import BrokenSealError, hash_of_all
 from gap_diagnosis.blind_check.store_io import Store
+from rov_sim.study.worker_processes import worker_processes
 from run_bag.command_line import user_arguments
 
 __all__ = ["main"]
@@ -124,7 +125,7 @@ def _elsewhere(files: Sequence[Path], plans: Sequence[Plan], store: Store) -> di
 
 
 def _diagnose(store: Store, plans: Sequence[Plan], given: argparse.Namespace, console: Console) -> None:
-    with _progress(console) as progress, pool(given.processes) as executor:
+    with _progress(console) as progress, worker_processes(given.processes) as executor:
         done = sum(store.finished(each.name) for each in plans)
         task = progress.add_task("diagnosing", total=len(plans), completed=done)
         failed = diagnose_all(

@@ -1,8 +1,7 @@
 """Run a blind check: seal all cases, publish their hashes, diagnose in several processes, open the seals."""
 
-import multiprocessing
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import FIRST_COMPLETED, Executor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,7 @@ from gap_diagnosis.blind_check.opened import Opened
 from gap_diagnosis.blind_check.sealing import BrokenSealError
 from gap_diagnosis.blind_check.store_io import Store
 
-__all__ = ["diagnose_all", "diagnose_by_library", "opened_cases", "pool"]
+__all__ = ["diagnose_all", "diagnose_by_library", "opened_cases"]
 
 Diagnose = Callable[..., Mapping[str, Any]]
 
@@ -24,11 +23,6 @@ def diagnose_by_library(
     from gap_diagnosis.diagnose_io import diagnose_paths  # kernels load once a process, and not to seal
 
     return diagnose_paths(paths, parameter_set_path, excluded=excluded)
-
-
-def pool(processes: int) -> Executor:
-    """Return that many processes, each started afresh: keys and seeds are in the memory of none."""
-    return ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"))
 
 
 def diagnose_all(

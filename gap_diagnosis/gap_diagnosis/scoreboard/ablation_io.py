@@ -9,7 +9,8 @@ from gap_diagnosis.diagnosis_json import effects_of
 from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.scoreboard.ablation import Judged, judged_anew
 from gap_diagnosis.scoreboard.plans import Planned
-from gap_diagnosis.scoreboard.running_io import answer_of, pool_of, recorded
+from gap_diagnosis.scoreboard.running_io import answer_of, recorded
+from rov_sim.study.worker_processes import worker_processes
 from thruster_model.parameter_set_io import load_parameter_set
 
 __all__ = ["judged_cases"]
@@ -18,7 +19,7 @@ __all__ = ["judged_cases"]
 def judged_cases(plans: Sequence[Planned], processes: int, progress: Callable[[], None]) -> list[list[Judged]]:
     """Return of each case what changes with each rule; `progress` is called after each."""
     found = []
-    with pool_of(processes) as pool:
+    with worker_processes(processes) as pool:
         for future in as_completed([pool.submit(_judged, planned) for planned in plans]):
             found.append(future.result())
             progress()

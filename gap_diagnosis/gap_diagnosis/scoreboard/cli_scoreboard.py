@@ -36,6 +36,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (OSError, ValueError) as error:
         print(f"scoreboard: {error}", file=sys.stderr)
         return 1
+    except KeyboardInterrupt:
+        print("interrupted: cases that were finished are kept, the same command goes on", file=sys.stderr)
+        return 130
 
 
 def _parser() -> argparse.ArgumentParser:
@@ -75,7 +78,8 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         raise ValueError(f"--first, --count: expected 0 or more, 1 or more; found {given.first}, {given.count}")
     plans = planned(given.set, tuple(given.generators))[given.first :][: given.count]
     if not plans:
-        raise ValueError(f"--first: expected a case of the set {given.set}; found {given.first}")
+        there = len(planned(given.set, tuple(given.generators)))
+        raise ValueError(f"--first: expected 0 to {there - 1}, a case of the set {given.set}; found {given.first}")
     with Progress(*_COLUMNS, console=console) as progress:
         task = progress.add_task("diagnosing", total=len(plans), completed=0)
         held = {answer.case for answer in read_answers(given.folder)}
@@ -92,7 +96,7 @@ def _ablate(given: argparse.Namespace, console: Console) -> int:
     with Progress(*_COLUMNS, console=console) as progress:
         task = progress.add_task("judging", total=len(plans))
         found = judged_cases(plans, given.processes, lambda: progress.advance(task))
-    _tell(rows_of(found), f"rules changed one at a time, {len(found)} cases of {given.set}", given.docs, console)
+    _tell(rows_of(found), f"rules changed one at a time, {_cases(len(found))} of {given.set}", given.docs, console)
     return 0
 
 
@@ -100,8 +104,13 @@ def _show(given: argparse.Namespace, console: Console) -> int:
     answers = read_answers(given.folder)
     if not answers:
         raise ValueError(f"{given.folder}: expected answers of `scoreboard run`; found none")
-    _tell(table(answers), f"{len(answers)} cases in {given.folder}", given.docs, console)
+    _tell(table(answers), f"{_cases(len(answers))} in {given.folder}", given.docs, console)
     return 0
+
+
+def _cases(count: int) -> str:
+    """Return "1 case", "2 cases"."""
+    return f"{count} case{'' if count == 1 else 's'}"
 
 
 def _tell(rows: list[list[str]], title: str, docs: Path | None, console: Console) -> None:
@@ -114,14 +123,20 @@ def _tell(rows: list[list[str]], title: str, docs: Path | None, console: Console
 
 
 def _compare(given: argparse.Namespace, console: Console) -> int:
-    rows = differences(read_answers(given.before), read_answers(given.folder))
+    before, after = read_answers(given.before), read_answers(given.folder)
+    both = len({each.case for each in before} & {each.case for each in after})
+    if not both:
+        found = f"{_cases(len(before))} and {_cases(len(after))}, none of them in both"
+        raise ValueError(f"{given.before}, {given.folder}: expected answers to the same cases; found {found}")
+    rows = differences(before, after)
     _show(given, console)
-    _print(console, rows, f"{len(rows) - 1} cases answered otherwise than in {given.before}")
+    _print(console, rows, f"{len(rows) - 1} of {_cases(both)} in both answered otherwise than in {given.before}")
     return 0
 
 
 def _print(console: Console, rows: list[list[str]], title: str) -> None:
-    shown = Table(*rows[0], title=title)
+    console.print(title, highlight=False, soft_wrap=True)
+    shown = Table(*rows[0])
     for row in rows[1:]:
         shown.add_row(*row)
     console.print(shown)

@@ -2,12 +2,10 @@
 
 import json
 import math
-import multiprocessing
-import os
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from contextlib import contextmanager
 from dataclasses import asdict
 from pathlib import Path
@@ -16,14 +14,16 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.blind_check.opened import scored_part
+from gap_diagnosis.kept_lines_io import kept_lines
 from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.scoreboard.case import SyntheticRun, Truth
 from gap_diagnosis.scoreboard.generators import GENERATORS
 from gap_diagnosis.scoreboard.plans import Planned
 from gap_diagnosis.scoreboard.truths import distances, shares
+from rov_sim.study.worker_processes import worker_processes
 from run_bag import Topic, write_run
 
-__all__ = ["answer_of", "diagnosed", "pool_of", "read_answers", "recorded", "run_cases", "write_synthetic_run"]
+__all__ = ["answer_of", "diagnosed", "read_answers", "recorded", "run_cases", "write_synthetic_run"]
 
 _SIGN_MEASURED = 1  # thruster_msgs/msg/ThrusterState.SIGN_MEASURED
 _FILE = "answers.jsonl"
@@ -87,9 +87,7 @@ def answer_of(planned: Planned, diagnosis: Mapping[str, Any], seconds: float, *,
 
 def read_answers(folder: Path) -> list[Answer]:
     """Return what a folder holds; a last line that was cut off counts as not there."""
-    file = folder / _FILE
-    lines = file.read_text("utf-8").splitlines(keepends=True) if file.exists() else []
-    return [Answer(**json.loads(line)) for line in lines if line.endswith("\n")]
+    return [Answer(**content) for content in kept_lines(folder / _FILE)]
 
 
 def run_cases(
@@ -106,30 +104,16 @@ def run_cases(
     folder.mkdir(parents=True, exist_ok=True)
     found = {answer.case: answer for answer in read_answers(folder)}
     missing = [planned for planned in plans if planned.name not in found]
-    with (
-        pool_of(processes) as pool,
-        (folder / _FILE).open("a", encoding="utf-8") as file,
-    ):
-        try:
-            waiting = {pool.submit(diagnosed, planned): planned for planned in missing}
-            for future in as_completed(waiting):
-                error = future.exception()
-                # A diagnosis that breaks off is an answer, and a wrong one.
-                broken = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
-                told, seconds = future.result() if error is None else (broken, math.nan)
-                answer = answer_of(waiting[future], told, seconds)
-                file.write(json.dumps(asdict(answer)) + "\n")
-                file.flush()
-                found[answer.case] = answer
-                progress(answer)
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
+    with worker_processes(processes) as pool, (folder / _FILE).open("a", encoding="utf-8") as file:
+        waiting = {pool.submit(diagnosed, planned): planned for planned in missing}
+        for future in as_completed(waiting):
+            error = future.exception()
+            # A diagnosis that breaks off is an answer, and a wrong one.
+            broken = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
+            told, seconds = future.result() if error is None else (broken, math.nan)
+            answer = answer_of(waiting[future], told, seconds)
+            file.write(json.dumps(asdict(answer)) + "\n")
+            file.flush()
+            found[answer.case] = answer
+            progress(answer)
     return [found[planned.name] for planned in plans]
-
-
-def pool_of(processes: int) -> ProcessPoolExecutor:
-    """Return so many processes, each of one thread."""
-    for threads in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
-        os.environ.setdefault(threads, "1")  # inherited by the processes, which share the cores
-    return ProcessPoolExecutor(processes, mp_context=multiprocessing.get_context("spawn"))

@@ -24,7 +24,7 @@ def stub(monkeypatch):
 
     module.diagnose_paths = diagnose_paths
     monkeypatch.setitem(sys.modules, "gap_diagnosis.diagnose_io", module)
-    monkeypatch.setattr(cli_blind_check, "pool", ThreadPoolExecutor)
+    monkeypatch.setattr(cli_blind_check, "worker_processes", ThreadPoolExecutor)
     return module
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from gap_diagnosis.vehicle.blind import cli_blind_vehicle
 from gap_diagnosis.vehicle.blind.cli_blind_vehicle import FROZEN, TUNING, main
 from gap_diagnosis.vehicle.blind.scoring import differences, scored, table
 
@@ -67,6 +68,31 @@ def test_stored_answers_are_told_and_compared(tmp_path: Path, capsys: pytest.Cap
     assert "| 1 | thrust_loss 2 | effect: thrust_loss 2 | no_gap | worse |" in capsys.readouterr().out
 
 
-def test_the_folder_of_the_cases_is_made_before_any_is_diagnosed(tmp_path: Path) -> None:
-    assert main([str(tmp_path / "new" / "cases.jsonl")]) == 0
-    assert (tmp_path / "new").is_dir()
+def test_of_the_frozen_cases_the_first_ones_are_run_and_an_interrupt_keeps_what_is_finished(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ran: list[tuple[int, str | None]] = []
+
+    def answered(seed: int, kind: str | None) -> Any:
+        if len(ran) == 1:
+            raise KeyboardInterrupt
+        ran.append((seed, kind))
+        return case(seed, [LOSS], "", "effect", said("thrust_loss", 2))
+
+    monkeypatch.setattr(cli_blind_vehicle, "_case", answered)
+    cases = tmp_path / "new" / "cases.jsonl"
+    assert main([str(cases), "--frozen", "--count", "1"]) == 0
+    assert ran == [(1500, FROZEN[1500])]
+    assert main([str(cases), "--frozen", "--count", "2"]) == 130
+    assert "interrupted: cases that were finished are kept" in capsys.readouterr().err
+    assert [json.loads(line)["seed"] for line in cases.read_text("utf-8").splitlines()] == [1500]
+
+
+def test_a_file_without_cases_and_a_broken_line_are_a_sentence(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([str(tmp_path / "none.jsonl")]) == 1
+    assert "expected cases to tell of, or --count; found none" in capsys.readouterr().err
+    (tmp_path / "broken.jsonl").write_text("seed 3\n", "utf-8")
+    assert main([str(tmp_path / "broken.jsonl")]) == 1
+    assert "broken.jsonl, line 1: expected a JSON object; found 'seed 3'" in capsys.readouterr().err

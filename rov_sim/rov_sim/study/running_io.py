@@ -1,12 +1,12 @@
 """Run the shards of a study: in this process, in several, or on a dask cluster. The results are the same."""
 
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
-from multiprocessing import get_context
 from urllib.parse import urlsplit
 
 from rov_sim.study.store_io import Scores, Shard, Store
+from rov_sim.study.worker_processes import worker_processes
 
 __all__ = ["RunShard", "StudyInterrupted", "checked_address", "run_shards"]
 
@@ -68,17 +68,13 @@ def run_shards(
 
 
 def _in_processes(run: RunShard, plan: str, shards: Sequence[Shard], processes: int) -> Iterator[tuple[Shard, Scores]]:
-    # spawned, not forked: compiled code and threads of the parent are not inherited
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with worker_processes(processes) as pool:
         futures = {pool.submit(run, plan, shard): shard for shard in shards}
         try:
             for future in as_completed(futures):
                 yield futures[future], future.result()
         except BrokenProcessPool as error:
             raise StudyInterrupted("a worker process died; finished shards are kept, start again to resume") from error
-        except BaseException:
-            pool.shutdown(cancel_futures=True)
-            raise
 
 
 def _on_cluster(run: RunShard, plan: str, shards: Sequence[Shard], address: str) -> Iterator[tuple[Shard, Scores]]:

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from gap_diagnosis.kept_lines_io import kept_lines
 from gap_diagnosis.vehicle.blind.draws import drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import differences, scored, table
@@ -40,11 +41,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--first", type=int, default=TUNING, help="seed (default %(default)s; below: for tuning)")
     parser.add_argument("--count", type=int, default=0, help="cases in all (default: only print the table)")
     parser.add_argument("--kind", choices=("none", "one", "pair", "outside", "failing"), help="only this kind")
-    parser.add_argument("--frozen", action="store_true", help=f"the {len(FROZEN)} cases that each change is tried on")
+    parser.add_argument(
+        "--frozen",
+        action="store_true",
+        help=f"the {len(FROZEN)} cases that each change is tried on; or the first --count",
+    )
     parser.add_argument("--compare", type=Path, metavar="BEFORE.jsonl", help="what other cases were answered otherwise")
     given = parser.parse_args(user_arguments(arguments))
-    wanted = FROZEN if given.frozen else dict.fromkeys(range(given.first, given.first + given.count), given.kind)
-    done = _read(given.cases)
+    wanted: dict[int, str | None] = dict.fromkeys(range(given.first, given.first + given.count), given.kind)
+    if given.frozen:
+        wanted = dict(list(FROZEN.items())[: given.count or None])
+    try:
+        return _checked(given, wanted)
+    except (OSError, ValueError) as error:
+        print(f"blind_vehicle: {error}", file=sys.stderr)
+        return 1
+    except KeyboardInterrupt:
+        print("interrupted: cases that were finished are kept, the same command goes on", file=sys.stderr)
+        return 130
+
+
+def _checked(given: argparse.Namespace, wanted: dict[int, str | None]) -> int:
+    done = kept_lines(given.cases)
+    if not wanted and not done:
+        raise ValueError(f"{given.cases}: expected cases to tell of, or --count; found none")
     given.cases.parent.mkdir(parents=True, exist_ok=True)
     for seed in [each for each in wanted if each not in {c["seed"] for c in done}]:
         begun = time.monotonic(), time.process_time()
@@ -59,7 +79,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(json.dumps(case), file=sys.stderr, flush=True)
     if given.compare is not None:
         print("| seed | hidden | before | after | |\n|---|---|---|---|---|")
-        for row in differences(_read(given.compare), done):
+        for row in differences(kept_lines(given.compare), done):
             print(f"| {' | '.join(row)} |")
         print()
     rows = table([c for c in done if "marks" in c])
@@ -67,10 +87,6 @@ def main(arguments: Sequence[str] | None = None) -> int:
     for name, value in rows:
         print(f"| {name} | {value} |")
     return 0
-
-
-def _read(path: Path) -> list[dict[str, Any]]:
-    return [json.loads(line) for line in path.read_text("utf-8").splitlines()] if path.exists() else []
 
 
 def _case(seed: int, kind: str | None) -> dict[str, Any]:
