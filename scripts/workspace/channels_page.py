@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from run_bag.importers.axes import unit_in_map
-from run_bag.importers.conversions import COMMANDS, CONVERSIONS
+from run_bag.importers.conversions import COMMANDS, CONVERSIONS, PASCALS
 from run_bag.known_topics import topic_type
 from run_bag.topics_table import KnownChannel, channels, topics, units
 
@@ -32,6 +32,10 @@ FOOT = f"""
   it is 400, `stop` 2048.
 - Which model reads which flow: [models.md](models.md).
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
+- A depth may also be in {", ".join(f"`{unit}`" for unit in PASCALS)}: pressure over that at the surface, as that
+  of fresh water. 1 dbar is 1.01972 m of it. Of salt water, or of an absolute pressure, write `scale` and `offset`.
+- Counts are `Digit`, `LSB`, `raw` or `ADC`, too. Letters may be small or capital where no other unit differs by them
+  alone: `mG` is `mg`.
 - Usual spellings are taken: `µs`, `°C`, `N·m`, `U/min`, `sec`, and `m/s²`, `m/s2`, `m/s^2`, `m s^-2` or `m/s/s` alike.
   YAML wants quotes about `'%'` and `'U1 [V]'`.
 """
@@ -39,10 +43,10 @@ FOOT = f"""
 COLUMNS = {
     "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, stick, dac, setpoint, U_soll, Sollwert, "
     "Stellgroesse",
-    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, revs, Drehzahl, Drehgeber",
+    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, shaft, encoder, enc, revs, Drehzahl, Drehgeber",
     "state.supply_voltage": "supply, battery, vdc, Akku, Versorgungsspannung",
     "state.current": "current, amps, i, Strom",
-    "load.wrench.force.x": "thrust, force, load_cell, Fx, Schub, Kraft, Kraftmessdose",
+    "load.wrench.force.x": "thrust, force, load_cell, pull, Fx, Schub, Kraft, Kraftmessdose",
     "load.wrench.torque.x": "torque, moment, Mx, q, Drehmoment",
     "flow.ambient": "flow, ambient, water_speed, inflow, stream, adv, tank, outside, v_aussen, Strömung",
     "flow.axial": "axial, duct, axial_flow, inside, v_innen, v_Duese",

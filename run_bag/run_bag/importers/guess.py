@@ -18,7 +18,7 @@ from .guessed_channels import Found, channels_in, ours_of
 from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
 from .guessed_depth import is_height
 from .guessed_turning import gyro_by_attitude
-from .guessed_units import guessed_unit, pulses
+from .guessed_units import guessed_unit, pulses, rest_and_volt
 from .guessed_values import is_0, is_unknown, moves, span_of, values_of
 from .log_source import LogSource
 from .recording_map import ASKED
@@ -26,8 +26,8 @@ from .sign_source import SIGN_UNKNOWN
 from .sources import Array, Source
 from .vehicle_advice import is_charging
 
-_FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
-"""`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
+_MIDDLE = 1500.0
+"""[us] Of pulses, at which a thruster rests."""
 _BOTH_WAYS = 0.2
 """Of the way that a command goes to one side: what it goes to the other one at least."""
 SHOWN = 60
@@ -158,8 +158,8 @@ def _line(
     notes += [f" {why}"] if why else []
     if each.is_command:
         if unit in COMMANDS:
-            stop, per_volt = _FULL[unit]
-            keys += f", stop: {stop}, per_volt: {per_volt:.4g}"
+            stop, per_volt = rest_and_volt(unit, values_of(source, name))
+            keys += f", stop: {stop:.10g}, per_volt: {per_volt:.4g}"
             notes.append(" stop and per_volt are guesses: write yours")
         keys += ", hold: previous"
         notes += [] if asked else [HOLD]
@@ -216,7 +216,7 @@ def _goes_both_ways(each: Found) -> bool:
     values = values_of(each.source, each.name)
     if values is None:
         return False
-    off = values - (_FULL["us"][0] if pulses(values) else 0.0)
+    off = values - (_MIDDLE if pulses(values) else 0.0)
     low, high = float(np.nanmin(off)), float(np.nanmax(off))
     return min(-low, high) > _BOTH_WAYS * max(-low, high)
 

@@ -31,7 +31,7 @@ from .guess_rules import (
 )
 from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
-from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
+from .guessed_depth import depth_by_unit, depths_of_pressures
 from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
 from .guessed_units import fits, is_amplified
 from .guessed_values import is_0, is_of_quaternion, is_unknown, moves, span_of, values_of
@@ -217,8 +217,8 @@ def _of_vehicle_by_unit(columns: Sequence[tuple[CsvSource, str]], commanded: set
     return [
         *(_of_thruster("state.n", each) for each in speeds),
         *(
-            Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
-            for source, name, entry in depths_of_pressures(columns)
+            Found("rov/depth.depth", source, name, entry=entry, why=why)
+            for source, name, entry, why in depths_of_pressures(columns)
         ),
         *(Found("rov/depth.depth", *each, why=" by its unit alone: is it?") for each in depth_by_unit(columns)),
     ]
@@ -347,7 +347,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                     match
                     and known_units
                     and not _denied(channel, source, name)
-                    and not (rule in BENCH and _in_other_units(channel, source, name))
+                    and not ((rule in BENCH or known is of_words) and _in_other_units(channel, source, name))
                     and (not rule.together or set(rule.together) <= beside(source, name))
                 ):
                     by_word = known is of_words
