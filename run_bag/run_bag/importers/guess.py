@@ -67,7 +67,8 @@ def guess(sources: Sequence[Source]) -> str:
         )
     ]  # fmt: skip
     entries = gyro_by_attitude(sources, told, entries)
-    head = ["# A proposal: read it, correct it, and import with --map.", *told]
+    passed = [f"# {each}" for source in sources if isinstance(source, CsvSource) for each in source.warnings]
+    head = ["# A proposal: read it, correct it, and import with --map.", *passed, *told]
     if not any(each.is_command for each in found):
         head.append("# No command of a thruster was recognised, and nothing is done without one: which field is it?")
     lines = [*head, *_axes(found, sources, [*told, *entries]), *entries]
@@ -100,7 +101,7 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
         why = _joined(why, " its values rise: is it the time?").strip()
-    return name, [f"time: {{column: {quoted(name)}, unit: {quoted(unit)}}}{'   # ' + why if why else ''}"]
+    return name, [f"time: {{column: {called(table, name)}, unit: {quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
 def _axes(found: Iterable[Found], sources: Sequence[Source], lines: Sequence[str]) -> list[str]:
@@ -149,7 +150,7 @@ def _line(
     """
     source, name = each.source, each.name
     table, notes, more = isinstance(source, CsvSource), [_seen(source, name)], _more(each, clock, shared)
-    start = f"{each.channel}: {{{'column' if table else 'field'}: {quoted(name)}, "
+    start = f"{each.channel}: {{{'column' if table else 'field'}: {called(source, name)}, "
     if each.entry:
         return f"{start}{each.entry}{more}}}   #{_joined(*notes, each.why)}"
     unit, why = _unit(each, group, array, force)
@@ -245,13 +246,19 @@ def _rows(parts: Sequence[Found]) -> dict[str, Array]:
     return told if len(told) == len(read) and len({values.size for values in told.values()}) == 1 else {}
 
 
+def called(source: Source, name: str) -> str:
+    """Return a column's or field's name as a map has it: the number of a column that has no name of its own."""
+    numbered = isinstance(source, CsvSource) and name.isdecimal() and source.written(name) != name
+    return name if numbered or (isinstance(source, CsvSource) and not source.heading) else quoted(name)
+
+
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
     """Return the keys about the time of a column whose time is not that of most."""
     own = time_of(source, name, clock)
     if own in ("", clock):
         return ""
     unit, _ = unit_of_time(source, own)
-    return f", time_column: {quoted(own)}, time_unit: {quoted(unit)}"
+    return f", time_column: {called(source, own)}, time_unit: {quoted(unit)}"
 
 
 def _seen(source: Source, name: str) -> str:

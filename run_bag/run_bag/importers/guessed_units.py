@@ -167,8 +167,8 @@ _LEAST_PERCENT, _LEAST_MILLIVOLTS, _MOST_PERCENT = 20.0, 1000.0, 101.0
 """The largest command of a recording, a volt of five, is at least that, and at most so much."""
 _FULL = {"us": (1500.0, 80.0), "%": (0.0, 20.0), "1": (0.0, 0.2), "counts": (0.0, 1.0)}
 """`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
-_HALF, _ABOUT_HALF = 50.0, 10.0
-"""[%] Rest of a command of 0 to 100 % that goes both ways, and by how much its median is off it at most."""
+_HALF, _NEVER_AT_REST = 50.0, 10.0
+"""[%] Rest of a command of 0 to 100 % that goes both ways, and the least one by which it is known: others rest at 0."""
 
 
 def pulses(values: Array) -> bool:
@@ -200,8 +200,8 @@ def _command(values: Array | None, largest: float) -> Guessed:
 def rest_and_volt(unit: str, values: Array | None) -> tuple[float, float]:
     """Return the command at which a thruster likely rests, and how many of it likely make a volt of five.
 
-    Counts rest at the commonest value, and the one farthest from it is taken for full command; % that are never 0 and
-    lie about 50 rest there.
+    Counts rest at the commonest value, and the one farthest from it is taken for full command; % that never come
+    near 0 rest at 50.
     """
     stop, per_volt = _FULL[unit]
     if values is None:
@@ -211,6 +211,6 @@ def rest_and_volt(unit: str, values: Array | None) -> tuple[float, float]:
         levels, times = np.unique(known, return_counts=True)
         stop = float(levels[np.argmax(times)])
         per_volt = float(np.max(np.abs(known - stop))) / 5.0 or per_volt
-    elif unit == "%" and np.min(known) > 0.0 and abs(float(np.median(known)) - _HALF) < _ABOUT_HALF:
+    elif unit == "%" and np.min(known) > _NEVER_AT_REST:
         stop, per_volt = _HALF, _HALF / 5.0
     return stop, per_volt
