@@ -15,11 +15,12 @@ from .csv_source import CsvSource
 from .guess_rules import SURROUNDING, UNTOLD, WAYS, WHICH_FLOW, quoted
 from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
-from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
+from .guessed_clock import clock_of, clocks_apart, is_time, own_times, time_of, unit_of_time
 from .guessed_depth import is_height
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import guessed_unit, pulses, rest_and_volt
 from .guessed_values import is_0, is_unknown, moves, span_of, values_of
+from .instances import by_instance, told_apart
 from .log_source import LogSource
 from .recording_map import ASKED
 from .sign_source import SIGN_UNKNOWN
@@ -33,6 +34,8 @@ _BOTH_WAYS = 0.2
 SHOWN = 60
 MOST_WORDS, LONGEST_WORD = 10, 40
 """Of a column that a proposal lists: how many, and how long [letters]."""
+_ELECTRICAL = re.compile(r"(^|[\W_])e_?rpm|electrical", re.IGNORECASE)
+"""Of a speed that a driver counts in periods of the current: as many for each turn as a motor has pairs of poles."""
 HOLD = " hold is a guess: previous or linear?"
 """Asked once, of the first command."""
 RESTS = " never changes: is it the command?"
@@ -44,8 +47,11 @@ CONSTANT = " never changes: is it measured?"
 def guess(sources: Sequence[Source]) -> str:
     """Return a map as YAML text: what is likely as entries, everything else as comments."""
     clock, told = _clock(sources)
-    found, left = channels_in(sources, clock)
+    parts = by_instance(sources)
+    found, left = channels_in(parts, clock)
     names = Counter(name for source in sources for name in source.names())
+    numbered = {name for source in sources for name in source.names() if called(source, name).isdecimal()}
+    shared = {name for name, files in names.items() if files > 1} | (numbered if len(sources) > 1 else set())
     groups: dict[str, list[Found]] = {}
     for each in found:
         groups.setdefault(each.group, []).append(each)
@@ -60,19 +66,23 @@ def guess(sources: Sequence[Source]) -> str:
         for each in found
         for line in (
             _line(
-                each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
+                each, groups[each.group], arrays[_array(each)], clock, shared=each.name in shared,
                 force=list(force.values()), asked=each != asked,
             ),
             *_sign_source(each, both_ways),
         )
     ]  # fmt: skip
+    if entries and all("time_column: " in e.partition("   #")[0] for e in entries if " {column: " in e):
+        told = []
     entries = gyro_by_attitude(sources, told, entries)
     passed = [f"# {each}" for source in sources if isinstance(source, CsvSource) for each in source.warnings]
     head = ["# A proposal: read it, correct it, and import with --map.", *passed, *told]
+    head += clocks_apart(((e.source, e.name) for e in found if isinstance(e.source, CsvSource)), clock)
     if not any(each.is_command for each in found):
         head.append("# No command of a thruster was recognised, and nothing is done without one: which field is it?")
     lines = [*head, *_axes(found, sources, [*told, *entries]), *entries]
     left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
+    left = _but_parts(left, found)
     empty = {each for each in left if not isinstance(each[0], CsvSource) and is_0(*each)}
     unknown = {each for each in left if is_unknown(*each)}
     left = [each for each in left if each not in empty | unknown]
@@ -86,6 +96,13 @@ def guess(sources: Sequence[Source]) -> str:
     lines += [f"# 0 in all messages: {len(empty)} fields more"] if empty else []
     lines += [f"# A mark that nothing is known in all messages: {len(unknown)} fields more"] if unknown else []
     return "\n".join(lines) + "\n"
+
+
+def _but_parts(left: Iterable[tuple[Source, str]], found: Iterable[Found]) -> list[tuple[Source, str]]:
+    """Return what is left, a column of several instances once, and none of which one instance is a channel."""
+    known = {(each.source.path, each.name) for each in found}
+    once = {(source.path, name): (source, name) for source, name in left if (source.path, name) not in known}
+    return list(once.values())
 
 
 def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
@@ -156,6 +173,8 @@ def _line(
     unit, why = _unit(each, group, array, force)
     minus, doubt = _sign(each, unit)
     keys = f"unit: {quoted(unit)}"
+    if table and _ELECTRICAL.search(name):
+        keys, why = f"{keys}, scale: '{ASKED}'", "electrical: write 1 / pole pairs of the motor as scale"
     notes += [f" {why}"] if why else []
     if each.is_command:
         if unit in COMMANDS:
@@ -175,6 +194,7 @@ def _more(each: Found, clock: str, shared: bool) -> str:
     """Return the keys of an entry about its file, its time and what is not measured."""
     source, name = each.source, each.name
     more = f", file: {source.path.name}" if shared else ""
+    more += told_apart(source)
     if isinstance(source, CsvSource):
         marks = ", ".join(map(quoted, sorted(source.marks(source.names().index(name)))))
         more += _own_clock(source, name, clock) + (f", nan: [{marks}]" if marks else "")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -16,7 +16,7 @@ from .guessed_values import moves, span_of, values_of
 from .recording_map import ASKED
 from .sources import Array, Source
 
-__all__ = ["clock_in", "clock_of", "is_time", "own_times", "time_of", "unit_of_time"]
+__all__ = ["clock_in", "clock_of", "clocks_apart", "is_time", "own_times", "time_of", "unit_of_time"]
 
 _OWN_TIME = re.compile(r"(t|time|stamp|zeit)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 """The time of the columns that follow it: t_cmd, cmd_ms."""
@@ -78,6 +78,32 @@ def time_of(table: CsvSource, name: str, clock: str) -> str:
     before = [each for each in own_times(table) if names.index(each) < names.index(name)]
     as_often = [each for each in before if _numbers(table, each) >= _numbers(table, name)]
     return (as_often or before)[-1] if before else clock_in(table, clock)
+
+
+def clocks_apart(columns: Iterable[tuple[CsvSource, str]], clock: str) -> list[str]:
+    """Return a comment about times of the columns of a proposal that have nothing in common, none where all do.
+
+    clock: the column of time of most tables.
+    """
+    spans: dict[tuple[str, str], tuple[float, float]] = {}
+    for table, name in columns:
+        own = time_of(table, name, clock)
+        span = span_of(table, own) if own else None
+        factor = conversion(unit_of_time(table, own).unit, "s") if span else None
+        if span and factor:
+            spans[table.path.name, own] = factor.factor * span.low, factor.factor * span.high
+    groups: list[tuple[float, list[str]]] = []  # ends, and what each has
+    for (file, own), (low, high) in sorted(spans.items(), key=lambda each: each[1]):
+        told = f"{file} ({own}: {low:.3f} to {high:.3f} s)"
+        if groups and low <= groups[-1][0]:
+            end, files = groups.pop()
+            groups.append((max(end, high), [*files, told]))
+        else:
+            groups.append((high, [told]))
+    if len(groups) < 2:
+        return []
+    each = "; ".join(", ".join(files) for _, files in groups)
+    return [f"# No common clock: {each}. `time_offset` of entries brings one's times to the other's"]
 
 
 def unit_of_time(table: CsvSource, name: str) -> Guessed:
