@@ -127,7 +127,6 @@ def test_without_an_attitude_a_velocity_log_is_held_against_the_depth_as_if_leve
 def test_an_imu_that_is_mounted_upside_down_does_not_turn_a_velocity_log(tmp_path, capsys, log, told):
     turned = dive(1, log)
     turned |= {"acc_y": -turned["acc_y"], "acc_z": -turned["acc_z"], "roll": turned["roll"] + 180.0}
-    turned["pitch"] = -turned["pitch"]
     text = proposal(capsys, wide(tmp_path / "a.csv", turned))
     text = "\n".join(line for line in text.splitlines() if "axes:" not in line)
     imported(tmp_path, text, tmp_path / "a.csv")
