@@ -17,6 +17,7 @@ from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
 from .guessed_clock import clock_of, clocks_apart, is_time, own_times, time_of, unit_of_time
 from .guessed_depth import is_height
+from .guessed_supply import supply_of_bench
 from .guessed_turning import gyro_by_attitude
 from .guessed_units import guessed_unit, pulses, rest_and_volt
 from .guessed_values import is_0, is_unknown, moves, span_of, values_of
@@ -48,7 +49,7 @@ def guess(sources: Sequence[Source]) -> str:
     """Return a map as YAML text: what is likely as entries, everything else as comments."""
     clock, told = _clock(sources)
     parts = by_instance(sources)
-    found, left = channels_in(parts, clock)
+    found, left = supply_of_bench(*channels_in(parts, clock))
     names = Counter(name for source in sources for name in source.names())
     numbered = {name for source in sources for name in source.names() if called(source, name).isdecimal()}
     shared = {name for name, files in names.items() if files > 1} | (numbered if len(sources) > 1 else set())
@@ -293,13 +294,13 @@ def _seen(source: Source, name: str) -> str:
 
 
 def _words(source: Source, name: str) -> str:
-    """Return which few words a column of a table has, as those of which `where` takes the rows; "" where many."""
+    """Return which few words a column of a table has, as those by which `where` takes rows; "" where many."""
     if not isinstance(source, CsvSource):
         return ""
     there = dict.fromkeys(filter(None, source.cells(source.names().index(name))))
-    few = 1 < len(there) <= MOST_WORDS and max(map(len, there)) <= LONGEST_WORD
-    return (
-        f": {', '.join(map(quoted, there))}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one"
-        if few
-        else ""
-    )
+    if not 0 < len(there) <= MOST_WORDS or max(map(len, there)) > LONGEST_WORD:
+        return ""
+    told = ", ".join(map(quoted, there))
+    if len(there) == 1:
+        return f": always {told}"
+    return f": {told}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one"

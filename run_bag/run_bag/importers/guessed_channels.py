@@ -309,8 +309,8 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
     # fields have their message's name from a file that is called so; a number alone from its topic, or its file
     formats = (*LOGS, *PX4)
     of_file = (f"{message_of(source)}.{whole}",) if isinstance(source, CsvSource) else ()
-    topic = source.path.stem if table else whole.removesuffix(".data").rsplit("/", 1)[-1]
-    of_topic = [topic] if tail == "data" else []
+    topic = source.path.stem if table else whole.partition(".")[0].rsplit("/", 1)[-1]
+    of_topic = [topic] if tail == "data" or (not table and named_units(tail)) else []
     words, wanted = told_words(tail) if table else ([], False)
     parts = re.split("[./]", whole)
     measured = table and not told_words("_".join(parts))[1]
