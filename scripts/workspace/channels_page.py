@@ -77,6 +77,15 @@ MORE = """
   where it alone has that: `by its type alone: is it?`
 - A name may end in any unit above, in its letters alone, or in words for it: `shaft_rpm`, `F_kN`, `M_mNm`, `rev_per_s`,
   `duty_pct`, `pull_grams`, `t_usec`. `kn` of a force is kN.
+- A name is tried as a whole, then what is behind each of its dots or slashes: `ahrs.roll`, `field.orientation.x`. A
+  single word counts last: `roll` goes before `ekf_roll`, and `rate_roll` is no angle. What is only wanted is not
+  proposed as measured (`target_rpm`, `Soll_Drehzahl`); a wanted voltage (`U_soll`) is the command. A field that is
+  called as its unit, `tacho.rev_per_min`, is what its topic is called. A file's name counts where it is that of a
+  message: `SCALED_IMU2.csv`, or `imu_data.csv` of `rostopic echo -p`.
+- Sensors tell each other's units. An accelerometer reads gravity most of the time: 1 (g), 9.81 (m/s²), 1000 (mg) or
+  981 (cm/s²). An attitude tilts as far as gravity does, and a gyro turns as the attitude does.
+- `stop` of a command in counts is proposed as the commonest value, and `per_volt` as if the farthest one were full
+  command: write yours. `eRPM` asks for its `scale`, 1 / pole pairs of the motor.
 - All words, those of a vehicle too, are in `run_bag/importers/guess_rules.py`.
 """
 OTHERS = """
