@@ -74,3 +74,17 @@ def test_what_is_wrong_with_many_entries_alike_is_said_behind_the_first(tmp_path
     assert attempted(tmp_path, "time: {column: t}\n" + "\n".join(lines), table) == 1
     told = capsys.readouterr().err
     assert "rov/imu.angular_velocity.x and 5 other entries: time_offset: expected a number, found 'LATER'" in told
+
+
+def test_what_a_driver_tells_without_change_is_asked_about_in_a_table_of_its_messages_too(tmp_path, capsys):
+    columns = {
+        "timestamp": 1e6 * TIME,
+        "output[0]": 1500 + np.round(300 * SWEEP),
+        "esc[0].esc_voltage": 15.9 + 0 * TIME,
+    }
+    found, _ = proposed(capsys, wide(tmp_path / "x.csv", columns))
+    assert "always 15.9, 600 samples; never changes: is it measured?" in found["thruster_0/state.supply_voltage"]
+    found, _ = proposed(
+        capsys, wide(tmp_path / "y.csv", {"t": TIME, "pwm": 1500 + 9 * SWEEP, "battery_V": 15.9 + 0 * TIME})
+    )
+    assert "measured?" not in found["thruster_0/state.supply_voltage"]

@@ -42,7 +42,9 @@ HOLD = " hold is a guess: previous or linear?"
 RESTS = " never changes: is it the command?"
 """Asked about a table's command that no other column is likelier to be."""
 CONSTANT = " never changes: is it measured?"
-"""Asked about a field of a bag or log; a table has what somebody chose."""
+"""Asked about a field of a bag or log, or of an array in a table; other columns are what somebody chose."""
+_ELEMENT = re.compile(r"\w\[\d+\]\S")
+"""A field of one element, as esc[0].esc_voltage."""
 
 
 def guess(sources: Sequence[Source]) -> str:
@@ -186,7 +188,8 @@ def _line(
         notes += [] if asked else [HOLD]
         notes += [RESTS] if table and not moves(source, name) else []
     keys += ", sign: -1" if minus else ""
-    still = "" if table or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
+    chosen = table and not _ELEMENT.search(name)
+    still = "" if chosen or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
     told = _joined(*notes, each.why, doubt, still)
     return f"{start}{keys}{more}}}{'   #' + told if told else ''}"
 
