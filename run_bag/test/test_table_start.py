@@ -73,6 +73,11 @@ def test_nothing_that_has_readings_is_passed_over(tmp_path, capsys, text):
     assert "columns as in line 1, found" in told and "lines before a table are passed over where they have no" in told
 
 
+def test_an_odd_row_leaves_the_separator_as_the_first_line_has_it():
+    for separator in ";\t,|":
+        assert start_of([separator.join(row) for row in ("012", "123", "23", "345")]) == (separator, (), None)
+
+
 @pytest.mark.parametrize(
     ("lines", "passed", "named"),
     [

@@ -19,7 +19,7 @@ __all__ = ["BLANKS", "Start", "in_tabs", "start_of", "stated_words", "without_li
 BLANKS = "blanks"
 """Runs of blanks as one separator."""
 _SEPARATORS = (";", "\t", ",", "|", " ", BLANKS)
-_SEEN = (";", "\t", ",")
+_SEEN = (";", "\t", ",", "|")
 
 
 class Start(NamedTuple):
