@@ -22,6 +22,9 @@ from thruster_model.unmoved import moved_by_parameter
 
 __all__ = ["check", "topics_within"]
 
+_SENSORS = ("rov/imu", "rov/odometry", "rov/velocity", "rov/depth")
+"""Topics of a vehicle's own motion: a bench may have the battery alone."""
+
 
 def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0) -> list[Finding]:
     """Return what runs are good for.
@@ -36,11 +39,21 @@ def check(paths: Sequence[Path], parameter_set: ParameterSet, thruster: int = 0)
     """
     recordings = read_recordings(paths, thruster)  # refuses what no reader takes
     runs = [read_run(path) for path in paths]
-    found = [finding for run in runs for finding in _channels(run, parameter_set, thruster)]
+    found = [finding for run in runs for finding in (*_of_vehicle(run), *_channels(run, parameter_set, thruster))]
     ready = readiness(stretches_of(recordings), parameter_set)  # as a diagnosis would thin them
     said = {each.sentence for each in ready}
     found += [each for run in runs for each in _advice(run, thruster) if each.sentence not in said]
     return [*found, *ready, *_fit(runs, parameter_set, thruster)]
+
+
+def _of_vehicle(run: Run) -> Iterable[Finding]:
+    """Yield a note of a run that is a vehicle's: of it a set of a thruster tells one thruster alone, as on a bench."""
+    thrusters = {name.partition("/")[0] for name in run if name.startswith("thruster_")}
+    sensors = sorted({name.partition(".")[0] for name in run if name.startswith(_SENSORS)})
+    if len(thrusters) > 1 and sensors:
+        seen = f"{len(thrusters)} thrusters and {', '.join(sensors)}"
+        told = f"{seen}: of a vehicle's run say `--vehicle` in place of `--set`"
+        yield Finding(kind="note", run=run.name, about="of a vehicle", sentence=told)
 
 
 def _channels(run: Run, parameter_set: ParameterSet, thruster: int) -> Iterable[Finding]:
@@ -53,6 +66,8 @@ def _channels(run: Run, parameter_set: ParameterSet, thruster: int) -> Iterable[
     throttle = throttle_channel(run, prefix)
     wanted = {} if throttle is None else {throttle: "V"}
     names = {signal: f"{prefix}/{channel}" for signal, channel in CHANNELS.items()}
+    supplied = "nominal_supply" in parameter_set.values
+    wanted |= {f"{prefix}/state.supply_voltage": "V"} if supplied else {}
     wanted |= {name: SIGNALS[signal].unit for signal, name in names.items()}
     missing = []
     for name, unit in wanted.items():
@@ -72,7 +87,8 @@ def _channels(run: Run, parameter_set: ParameterSet, thruster: int) -> Iterable[
     spare = {names["torque"]} if flows <= set(missing) else {names["torque"], *flows}
     spare |= {name for signal, name in names.items() if signal not in parameter_set.model.signals}
     if needed := [name for name in missing if name not in spare]:
-        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(needed))
+        lacking = [f"{name} (nominal_supply counts)" if name.endswith("supply_voltage") else name for name in needed]
+        yield Finding(kind="note", run=run.name, about="not measured", sentence=", ".join(lacking))
     if others := [name for name in missing if name in spare]:
         yield Finding(kind="good", run=run.name, about="not measured", sentence=", ".join(others))
     hold = _holds(run).get("throttle")

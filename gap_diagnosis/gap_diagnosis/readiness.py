@@ -24,14 +24,20 @@ __all__ = ["excitation", "readiness"]
 
 ORDINARY, ALIKE = 2.0, 0.7
 """Gain against the set, either way, and correlation with it, beyond which a channel is told of."""
+BAND = 0.01
+"""Share of the largest command up to which one that is measured counts as zero: it has noise."""
 _STEPS = 4  # of a fit that only makes the parameters' share of a gap small
 
 
 def excitation(recording: Recording, parameter_set: ParameterSet) -> Finding:
-    """Return how the throttle moves: its range, its time inside the dead zone of the set, its reversals."""
+    """Return how the throttle moves: its range, its time inside the dead zone of the set, its reversals.
+
+    What is within `BAND` of zero is at zero: a command that was measured is never 0, and its noise reverses nothing.
+    """
     throttle, values = recording.experiment.throttle, parameter_set.values
     upper, lower = values.get("delta_u2", 0.0), values.get("delta_u1", 0.0)
-    outside = throttle[(throttle > upper) | (throttle < lower)]
+    band = BAND * float(np.max(np.abs(throttle), initial=0.0))
+    outside = throttle[(throttle > max(upper, band)) | (throttle < min(lower, -band))]
     reversals = int(np.sum(np.diff(np.sign(outside)) != 0.0)) if outside.size else 0
     inside = 1.0 - outside.size / throttle.size
     zone = f"inside the dead zone of the set ({lower:g} to {upper:g} V)" if upper > lower else "at zero"
@@ -116,6 +122,7 @@ def _effects(problem: Problem) -> list[Finding]:
     of_sensors = {name: set(e.channel.split()) for name, e in LIBRARY.items() if e.channel}
     predicted = set(problem.parameter_set.model.signals)
     partless = {name for name, read in of_sensors.items() if not read & predicted}
+    partless |= {name for name, effect in LIBRARY.items() if effect.reads and effect.reads not in predicted}
     partless |= {key for key in idle if still[key] in without}
     unreached = sorted(set(idle) - partless)
     blind = {name: sorted(read) for name, read in of_sensors.items() if name not in partless and not signals & read}

@@ -138,6 +138,60 @@ def test_excitation_counts_range_dead_zone_and_reversals(rich):
     assert one_way.kind == "note" and "expected both directions in turn" in one_way.sentence
 
 
+def test_noise_of_a_command_that_was_measured_reverses_nothing(rich):
+    recording, stated = rich[1][0], load_parameter_set("static_quadratic")
+    steps = np.repeat([0.0, 2.0, 0.0, -2.0, 0.0], 100) + 0.001 * np.random.default_rng(1).normal(size=500)
+    found = excitation(replace(recording, experiment=replace(recording.experiment, throttle=steps, dt=0.01)), stated)
+    assert "60 % of the time" in found.sentence and "1 reversals" in found.sentence
+
+
+def test_the_supply_that_a_set_reads_is_listed_or_said_to_be_missing(run, tmp_path, capsys):
+    read = read_run(run)
+    assert main([str(run), "--set", "force_table"]) in (0, 1)
+    assert "thruster_0/state.supply_voltage (nominal_supply counts)" in capsys.readouterr().out
+    time, values = read.time("thruster_0/state.n"), read["thruster_0/state.n"].values
+    supply = 15.0 + 0.1 * np.sin(time)
+    topics = [
+        Topic.of_thruster(0, "state", time, {"n": values, "supply_voltage": supply, "sign_source": 0 * time + 1}),
+        Topic.of_thruster(
+            0, "throttle", read.time("thruster_0/throttle.commanded"),
+            {"commanded": read["thruster_0/throttle.commanded"].values},
+        ),
+    ]  # fmt: skip
+    write_run(tmp_path / "x", topics, {"hold": {"throttle": "previous"}})
+    assert main([str(tmp_path / "x"), "--set", "force_table"]) in (0, 1)
+    told = capsys.readouterr().out
+    assert "thruster_0/state.supply_voltage: " in told and "nominal_supply counts" not in told
+    main([str(tmp_path / "x"), "--set", "hl"])
+    assert "supply_voltage" not in capsys.readouterr().out
+
+
+def test_a_vehicle_s_run_beside_a_set_of_a_thruster_is_told_what_is_meant(run, tmp_path, capsys):
+    read = read_run(run)
+    time = read.time("thruster_0/throttle.commanded")
+    throttle = {"commanded": read["thruster_0/throttle.commanded"].values}
+    speed = {"n": read["thruster_0/state.n"].values, "sign_source": np.ones(read["thruster_0/state.n"].values.size)}
+    topics = [Topic.of_thruster(k, "throttle", time, throttle) for k in (0, 1)]
+    topics.append(Topic.of_thruster(0, "state", read.time("thruster_0/state.n"), speed))
+    depth = Topic(
+        name="rov/depth", type="thruster_msgs/msg/Depth", stamps=topics[0].stamps, fields={"depth": 3 + 0 * time}
+    )
+    write_run(tmp_path / "x", [*topics, depth], {"hold": {"throttle": "previous"}})
+    main([str(tmp_path / "x"), "--set", "hl"])
+    assert (
+        "2 thrusters and rov/depth: of a vehicle's run say `--vehicle` in place of `--set`" in capsys.readouterr().out
+    )
+    main([str(run), "--set", "hl"])
+    assert "--vehicle" not in capsys.readouterr().out
+
+
+def test_cross_talk_of_a_torque_that_a_model_does_not_have_changes_nothing():
+    _, recordings = campaign(runs=1, duration=12.0, channels=("n", "thrust"), model="simplified")
+    found = readiness(recordings, load_parameter_set("force_table"))
+    assert "load_cell_crosstalk" in kinds(found, "good")["effects that would change nothing"]
+    assert "load_cell_crosstalk" not in kinds(found, "note").get("effects that would not begin to act", "")
+
+
 def test_a_usable_run_ends_with_0_and_says_rates_parameters_and_what_states_no_hold(run, capsys):
     assert main([str(run), "--set", "hl"]) == 0
     said = capsys.readouterr().out

@@ -93,7 +93,8 @@ def reference() -> str:
     water = ", ".join(f"{key} {value:g} {defined(key).unit}" for key, value in DEFAULTS.items())
     equations = (
         "\n## Equations\n\n"
-        f"Numbers in brackets are the thesis'. Where a set does not state them: {water}; all else that a set may leave "
+        "Numbers in brackets are the thesis'. g stands with a minus where it acts, so weight pushes down. "
+        f"Where a set does not state them: {water}; all else that a set may leave "
         "out is zero.\n\n" + "\n".join(("```text", *_EQUATIONS, "```")) + "\n\n" + _IDLE + "\n" + _SUPPLY
     )
     vehicles = _parameters() + "".join(_vehicle(name, load_vehicle_set(name)) for name in available_vehicles())

@@ -93,7 +93,7 @@ def test_counts_of_converters_are_commands_of_a_vehicle_and_the_question_names_a
     found, text = proposed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **counts, **angles, **gravity}))
     assert "Not recognised" not in text and "{column: hdg, unit: " in found["rov/imu.orientation.yaw"]
     assert "{column: 'Beschl_z [g]', unit: g}" in found["rov/imu.linear_acceleration.z"]
-    asked = "counts, V or mV? nothing says which; with all but volts write stop and per_volt, too"
+    asked = "unit: counts or mV? nothing says which; with all but volts write stop and per_volt, too"
     assert all(asked in found[f"thruster_{k}/throttle.commanded"] for k in (0, 1))
 
 

@@ -110,3 +110,41 @@ def test_a_few_texts_among_numbers_are_proposed_as_marks_and_more_are_not(tmp_pa
     assert "# state no numbers" in text
     run = imported(tmp_path, text, tmp_path / "x.csv")
     assert np.isfinite(run["thruster_0/state.supply_voltage"].values).sum() == 398
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "entry"),
+    [
+        ("water_pressure [dbar]", 0.0, "unit: dbar}"),
+        ("Druck [bar]", 0.0, "unit: bar}"),
+        ("pressure [mbar]", 1013.0, "unit: m, scale: 0.010197, offset: -10.3323}"),
+    ],
+)
+def test_a_pressure_is_a_depth_and_no_flow_over_that_of_the_surface_by_its_unit_alone(
+    tmp_path, capsys, name, low, entry
+):
+    columns = {"t": TIME, "pwm_1": PULSES, "pwm_2": PULSES, name: low + 0.4 + 0.1 * WAVE}
+    found, text = proposed(capsys, wide(tmp_path / "x.csv", columns))
+    assert entry in found["rov/depth.depth"] and "flow" not in text
+
+
+def test_percent_about_50_rest_there(tmp_path, capsys):
+    columns = {f"Motor {k} [%]": 50 + 20 * WAVE for k in (1, 2)} | {f"gyro_{a}_dps": WAVE for a in "xyz"}
+    found, _ = proposed(capsys, wide(tmp_path / "x.csv", {"t": TIME, **columns}))
+    assert "unit: '%', stop: 50, per_volt: 10, hold" in found["thruster_1/throttle.commanded"]
+    columns = {f"Motor {k} [%]": np.maximum(90 * WAVE, 0) for k in (1, 2)} | {f"gyro_{a}_dps": WAVE for a in "xyz"}
+    found, _ = proposed(capsys, wide(tmp_path / "y.csv", {"t": TIME, **columns}))
+    assert "unit: '%', stop: 0, per_volt: 20, hold" in found["thruster_1/throttle.commanded"]
+
+
+@pytest.mark.parametrize(
+    ("values", "units"),
+    [
+        (np.round(51 * WAVE), "% or counts?"),
+        (57.3 * WAVE, "write the unit: %?"),
+        (1004 + np.round(900 * (1 + WAVE)), "counts or mV?"),
+        (np.where(WAVE > 0, np.round(1500 + 300 * WAVE), 0), "us, counts or mV?"),
+    ],
+)
+def test_units_in_which_no_command_is_so_large_are_not_asked_about(values, units):
+    assert units in guessed_unit("V", "drive", "", values, command=True).why

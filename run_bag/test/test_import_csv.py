@@ -107,12 +107,29 @@ def test_a_time_in_another_unit_than_the_recording_states_is_warned_of_once(tmp_
     assert found.count("time column") == bool(told) and told in found
 
 
-def test_single_blanks_separate_and_several_are_told(tmp_path, capsys):
-    told = "time: {column: t}\nthruster_0/state.n: {column: n, unit: rad/s}\n"
-    run = imported(tmp_path, told, written(tmp_path / "x.txt", "t n T\n0 1 5\n1 2 6\n"))
+@pytest.mark.parametrize(
+    ("text", "more"),
+    [
+        ("t n T\n0 1 5\n1 2 6\n", ""),
+        ("  t  n\n  0  1\n1     2\n", ""),
+        ("      t      n\n      s     Hz\n    0.0    1.0\n   1.00    2.0\n", ""),
+        ("t   n\n0   1\n1   2\n", "csv: {separator: ' '}\n"),
+    ],
+)
+def test_single_blanks_and_runs_of_them_separate(tmp_path, text, more):
+    told = f"time: {{column: t}}\n{more}thruster_0/state.n: {{column: n, unit: rad/s}}\n"
+    run = imported(tmp_path, told, written(tmp_path / "x.txt", text))
     assert run["thruster_0/state.n"].values.tolist() == [1, 2]
-    assert attempted(tmp_path, told, written(tmp_path / "y.txt", "t  n\n0   1\n10  2\n"), out="other") == 1
-    assert "expected column 'n', found t  n in one column; what separates them? `;`, tabs" in capsys.readouterr().err
+
+
+def test_a_table_in_one_column_is_told_what_separates_in_a_proposal_and_an_import(tmp_path, capsys):
+    told = "time: {column: t}\nthruster_0/state.n: {column: n, unit: rad/s}\n"
+    table = written(tmp_path / "y.txt", "t&n\n0&1\n10&2\n")
+    assert attempted(tmp_path, told, table) == 1
+    assert "expected column 'n', found t&n in one column; what separates them? `;`, tabs" in capsys.readouterr().err
+    assert main([str(table), "--guess"]) == 1
+    told = capsys.readouterr()
+    assert "found t&n in one column; what separates them? `;`, tabs" in told.err and not told.out
 
 
 @pytest.mark.parametrize(

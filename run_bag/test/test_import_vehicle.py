@@ -123,6 +123,16 @@ def test_without_an_attitude_a_velocity_log_is_held_against_the_depth_as_if_leve
     assert "\naxes: {rov/velocity: rep103}   # rov/velocity.z is positive while the depth shrinks" in text
 
 
+@pytest.mark.parametrize(("log", "told"), [(1, False), (-1, True)])
+def test_an_imu_that_is_mounted_upside_down_does_not_turn_a_velocity_log(tmp_path, capsys, log, told):
+    turned = dive(1, log)
+    turned |= {"acc_y": -turned["acc_y"], "acc_z": -turned["acc_z"], "roll": turned["roll"] + 180.0}
+    text = proposal(capsys, wide(tmp_path / "a.csv", turned))
+    text = "\n".join(line for line in text.splitlines() if "axes:" not in line)
+    imported(tmp_path, text, tmp_path / "a.csv")
+    assert ("rov/velocity: its z is positive while the depth shrinks" in capsys.readouterr().err) is told
+
+
 def test_a_height_tells_the_axes_of_a_velocity_log_as_a_depth_does(tmp_path, capsys):
     above = dive(-1, -1)
     above["depth"] = -above["depth"]

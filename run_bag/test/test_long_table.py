@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from map_import import SWEEP, attempted, imported, proposal
+from map_import import SWEEP, attempted, imported, proposal, proposed
 
 from run_bag.importers.csv_source import CsvSource
 
@@ -78,3 +78,27 @@ def test_a_table_with_a_column_of_modes_is_no_long_one(tmp_path, capsys, header,
     rows = [line.format(t=0.01 * k, u=u, n=300 * u) for k, u in enumerate(SWEEP)]
     (tmp_path / "x.csv").write_text("\n".join([header, *rows]))
     assert "thruster_0/throttle.commanded: {column: throttle_V" in proposal(capsys, tmp_path / "x.csv")
+
+
+def test_an_unknown_unit_in_a_long_table_is_unknown_for_its_name_alone_and_is_named(tmp_path, capsys):
+    long_table(tmp_path / "x.csv", "t,sensor,v,unit", lambda t, n, unit, v: f"{t:.3f},{n},{v:.6g},{unit}")
+    text = (tmp_path / "x.csv").read_text()
+    (tmp_path / "x.csv").write_text(text.replace(",N", ",Pfund"))
+    found, told = proposed(capsys, tmp_path / "x.csv")
+    assert "{column: 'motor_rpm [rpm]', unit: rpm}" in found["thruster_0/state.n"] and "left out" not in told
+    assert "unit: '?'}" in found["thruster_0/load.wrench.force.x"]
+    assert "'Pfund' is not known as a unit of it" in found["thruster_0/load.wrench.force.x"]
+
+
+def test_a_word_that_changes_from_row_to_row_is_no_unit(tmp_path):
+    long_table(tmp_path / "y.csv", "t,sensor,v,mode", lambda t, n, unit, v: f"{t:.3f},{n},{v:.6g},{'AX'[int(v > 0)]}")
+    assert CsvSource(tmp_path / "y.csv").left_out == ("mode",)
+
+
+@pytest.mark.parametrize("word", ["Digit", "LSB", "raw", "ADC", "counts"])
+def test_counts_rest_at_their_commonest_value_whatever_word_says_counts(tmp_path, capsys, word):
+    rows = [f"{0.01 * k},cmd,{2048 + (round(1000 * u) if k > 300 else 0)},{word}" for k, u in enumerate(SWEEP)]
+    rows = [row for k, each in enumerate(rows) for row in (each, f"{0.01 * k},tacho,{k % 7},rpm")]
+    (tmp_path / "x.csv").write_text("\n".join(["t,sensor,v,unit", *rows]))
+    found, _ = proposed(capsys, tmp_path / "x.csv")
+    assert "unit: counts, stop: 2048, per_volt: 200," in found["thruster_0/throttle.commanded"]

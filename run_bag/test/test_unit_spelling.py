@@ -48,3 +48,20 @@ def test_a_quantity_is_not_another_one() -> None:
     assert not same_unit("mm", "m")
     assert not same_unit("", "1")
     assert not same_unit("M", "m"), "a set is read as it is written"
+
+
+@pytest.mark.parametrize(
+    ("unit", "ours", "factor"),
+    [
+        ("dbar", "m", 1.019716), ("mbar", "m", 0.01019716), ("kPa", "m", 0.1019716), ("ozf", "N", 0.27801385),
+        ("oz in", "N m", 0.007061552), ("mG", "m/s^2", 9.80665e-3), ("mg", "m/s^2", 9.80665e-3),
+    ],
+)  # fmt: skip
+def test_depths_as_pressures_of_fresh_water_ounces_and_thousandths_of_g_become_ours(
+    unit: str, ours: str, factor: float
+) -> None:
+    found = conversion(unit, ours)
+    assert found is not None
+    assert found.factor == pytest.approx(factor, rel=1e-6)
+    assert found.offset == 0.0
+    assert conversion(unit, "m/s") is None

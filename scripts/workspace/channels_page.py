@@ -5,7 +5,7 @@ import sys
 from collections.abc import Sequence
 
 from run_bag.importers.axes import unit_in_map
-from run_bag.importers.conversions import COMMANDS, CONVERSIONS
+from run_bag.importers.conversions import COMMANDS, CONVERSIONS, PASCALS
 from run_bag.known_topics import topic_type
 from run_bag.topics_table import KnownChannel, channels, topics, units
 
@@ -32,6 +32,10 @@ FOOT = f"""
   it is 400, `stop` 2048.
 - Which model reads which flow: [models.md](models.md).
 - `Hz`, `1/s`, `rps` and `rev/s` are turns per second. `g` and `kg` of a force are `gf` and `kgf`.
+- A depth may also be in {", ".join(f"`{unit}`" for unit in PASCALS)}: pressure over that at the surface, as that
+  of fresh water. 1 dbar is 1.01972 m of it. Of salt water, or of an absolute pressure, write `scale` and `offset`.
+- Counts are `Digit`, `LSB`, `raw` or `ADC`, too. Letters may be small or capital where no other unit differs by them
+  alone: `mG` is `mg`.
 - Usual spellings are taken: `µs`, `°C`, `N·m`, `U/min`, `sec`, and `m/s²`, `m/s2`, `m/s^2`, `m s^-2` or `m/s/s` alike.
   YAML wants quotes about `'%'` and `'U1 [V]'`.
 """
@@ -39,10 +43,10 @@ FOOT = f"""
 COLUMNS = {
     "throttle.commanded": "command, cmd, throttle, pwm, esc, u, duty, stick, dac, setpoint, U_soll, Sollwert, "
     "Stellgroesse",
-    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, encoder, enc, revs, Drehzahl, Drehgeber",
+    "state.n": "n, rpm, speed, motor_rpm, tacho, rotor, shaft, encoder, enc, revs, Drehzahl, Drehgeber",
     "state.supply_voltage": "supply, battery, vdc, Akku, Versorgungsspannung",
     "state.current": "current, amps, i, Strom",
-    "load.wrench.force.x": "thrust, force, load_cell, Fx, Schub, Kraft, Kraftmessdose",
+    "load.wrench.force.x": "thrust, force, load_cell, pull, Fx, Schub, Kraft, Kraftmessdose",
     "load.wrench.torque.x": "torque, moment, Mx, q, Drehmoment",
     "flow.ambient": "flow, ambient, water_speed, inflow, stream, adv, tank, outside, v_aussen, Strömung",
     "flow.axial": "axial, duct, axial_flow, inside, v_innen, v_Duese",
@@ -73,6 +77,15 @@ MORE = """
   where it alone has that: `by its type alone: is it?`
 - A name may end in any unit above, in its letters alone, or in words for it: `shaft_rpm`, `F_kN`, `M_mNm`, `rev_per_s`,
   `duty_pct`, `pull_grams`, `t_usec`. `kn` of a force is kN.
+- A name is tried as a whole, then what is behind each of its dots or slashes: `ahrs.roll`, `field.orientation.x`. A
+  single word counts last: `roll` goes before `ekf_roll`, and `rate_roll` is no angle. What is only wanted is not
+  proposed as measured (`target_rpm`, `Soll_Drehzahl`); a wanted voltage (`U_soll`) is the command. A field that is
+  called as its unit, `tacho.rev_per_min`, is what its topic is called. A file's name counts where it is that of a
+  message: `SCALED_IMU2.csv`, or `imu_data.csv` of `rostopic echo -p`.
+- Sensors tell each other's units. An accelerometer reads gravity most of the time: 1 (g), 9.81 (m/s²), 1000 (mg) or
+  981 (cm/s²). An attitude tilts as far as gravity does, and a gyro turns as the attitude does.
+- `stop` of a command in counts is proposed as the commonest value, and `per_volt` as if the farthest one were full
+  command: write yours. `eRPM` asks for its `scale`, 1 / pole pairs of the motor.
 - All words, those of a vehicle too, are in `run_bag/importers/guess_rules.py`.
 """
 OTHERS = """

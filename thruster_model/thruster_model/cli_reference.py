@@ -184,7 +184,8 @@ def reference() -> str:
         "already turns at the first command. All equations have this u. No fit and no diagnosis adjusts u_dot_max: at "
         "100 V/s a step of 3 V takes 30 ms. State yours where your controller is faster, 1e5 for a step at once. A "
         "slower one is the effect `throttle_rate_limit`. Which effect changes nothing in which model: [effects.md]"
-        "(effects.md#which-model-knows-which-effect).\n"
+        "(effects.md#which-model-knows-which-effect). A fit, a check and a diagnosis take all of these "
+        "models. Random pushes of a diagnosis act on states: a model without one has none.\n"
         "\n"
         '"Usual" is the size and the sign that a parameter has as a rule; ± may be either. A set may state up to 1000 '
         "times as much, or 0, with that sign. A velocimeter goes to the channel of the flow that it stands in: "

@@ -165,7 +165,7 @@ def _against(name: str, time: Array, values: Array, at: Array, throttle: Array, 
     if not inside.any():
         return [
             f"{name}: {time[0]:.1f} to {time[-1]:.1f} s while the throttle has {at[0]:.1f} to {at[-1]:.1f} s: expected "
-            "stamps on one clock"
+            "stamps on one clock; `time_offset` of its entry brings its times to the throttle's"
         ]
     u, y = asked[inside], values[inside]
     if magnitude or np.ptp(u) == 0.0 or np.ptp(y) == 0.0:

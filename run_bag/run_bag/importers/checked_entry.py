@@ -56,7 +56,11 @@ def entry_of(name: str, entry: Any, problems: list[str]) -> Mapped | Constant | 
     problems += [f"{name}: unknown key {k!r}{beside}; known are {', '.join(sorted(known))}" for k in unknown]
     problems += [f"{name}: key {k!r} is missing" for k in missing]
     for key in ("scale", "offset", "time_scale", "time_offset", "value", "stop", "per_volt", "clock_deviation"):
-        if key in entry and not _is_number(entry[key]):
+        if key == "scale" and entry.get(key) == ASKED:
+            problems.append(
+                f"{name}: scale is still '{ASKED}': expected a number, of an eRPM 1 / pole pairs of the motor"
+            )
+        elif key in entry and not _is_number(entry[key]):
             problems.append(f"{name}: {key}: expected a number, found {entry[key]!r:.80}")
         elif key in ("time_scale", "per_volt", "clock_deviation") and key in entry and entry[key] <= 0:
             problems.append(f"{name}: {key}: expected a positive number, found {entry[key]!r:.80}")

@@ -14,6 +14,8 @@ from .checked_entry import TIMES, TOP, check_column, entry_of, seconds_of
 from .recording_map import Constant, Mapped, RecordingMap
 
 TIME_KEYS = {"column", "unit"}
+MOST_NAMED = 4
+"""Entries that a sentence names before it says what is wrong with them."""
 CSV_KEYS = {"separator", "decimal"}
 
 
@@ -55,12 +57,15 @@ def _checked(content: Mapping[Any, Any], origin: str) -> RecordingMap:
 
 
 def _refused(origin: str, problems: list[str]) -> RecordingError:
-    """Return the error about a map: a line for each sentence, with all channels of which it is true."""
+    """Return the error about a map: a line for each sentence, with the channels of which it is true."""
     channels: dict[str, list[str]] = {}
     for problem in problems:
         channel, colon, sentence = problem.partition(": ")
         channels.setdefault(colon + sentence, []).append(channel)
-    lines = [f"{origin}: {', '.join(of)}{sentence}" for sentence, of in channels.items()]
+    lines = []
+    for sentence, of in channels.items():
+        whose = ", ".join(of) if len(of) <= MOST_NAMED else f"{of[0]} and {len(of) - 1} other entries"
+        lines.append(f"{origin}: {whose}{sentence}")
     return RecordingError("\n".join(lines), path=origin, found=problems)
 
 

@@ -137,7 +137,11 @@ def _run(options: argparse.Namespace) -> int:
     if options.guess:
         if len({f.name for f in options.files}) < len(options.files):
             raise RecordingError("expected files of different names, since a map tells them apart by these")
-        text = guess([open_source(file, None) for file in options.files])
+        sources = [open_source(file, None) for file in options.files]
+        for table in sources:
+            if isinstance(table, CsvSource):
+                table.refuse_one_column()
+        text = guess(sources)
         print(text, end="")
         if asked := text.count(f"unit: '{ASKED}'"):
             print(f"note: units to be written by you, where neither name nor values tell: {asked}", file=sys.stderr)

@@ -6,7 +6,8 @@ __all__ = ["bare_name", "called_time", "is_stamp", "unit_behind", "without_unit"
 
 _UNIT = re.compile(r"(?<=\S)(?!(?<=\w)\[\d+\]\s*$)\s*[\[(](?P<unit>[^\])]*)[\])]\s*$")
 """In brackets behind the name; data[0] is an element of an array."""
-_STAMP = re.compile(r"(.*_)?header_stamp", re.IGNORECASE)
+_STAMP = re.compile(r"(.*_)?header_stamp|time_(boot_ms|usec)", re.IGNORECASE)
+"""Of ROS' and MAVLink's messages."""
 _TIME = re.compile(r"%?(t|time|timestamp|stamp|elapsed)(_?(s|ms|us|ns|sec|usec|msec))?|seconds", re.IGNORECASE)
 
 

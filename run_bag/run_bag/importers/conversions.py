@@ -15,7 +15,10 @@ from ..unit_spelling import factors_of, plain
 
 G = 9.80665
 POUND = 4.4482216152605
+OUNCE = POUND / 16
 FOOT = 0.3048
+WATER = 1000.0
+"""Density of fresh water [kg/m^3], by which a pressure is a depth."""
 
 
 class Conversion(NamedTuple):
@@ -46,10 +49,12 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
     "V": _linear(mV=1e-3, cV=1e-2),
     "A": _linear(mA=1e-3, cA=1e-2),
     "Ah": _linear(mAh=1e-3),
-    "N": _linear(mN=1e-3, kN=1e3, kgf=G, gf=1e-3 * G, g=1e-3 * G, lbf=POUND, kp=G) | {"kg f": Conversion(G)},
+    "N": _linear(mN=1e-3, kN=1e3, kgf=G, gf=1e-3 * G, g=1e-3 * G, lbf=POUND, kp=G,
+        ozf=OUNCE, oz=OUNCE) | {"kg f": Conversion(G)},
     "N m": _linear(Nm=1.0) | {"mN m": Conversion(1e-3), "mNm": Conversion(1e-3), "N cm": Conversion(1e-2),
         "N mm": Conversion(1e-3), "Nmm": Conversion(1e-3), "Ncm": Conversion(1e-2), "kgf m": Conversion(G),
-        "kgf cm": Conversion(G / 100), "lbf ft": Conversion(POUND * FOOT), "lbf in": Conversion(POUND * FOOT / 12)},
+        "kgf cm": Conversion(G / 100), "lbf ft": Conversion(POUND * FOOT), "lbf in": Conversion(POUND * FOOT / 12),
+        "ozf in": Conversion(OUNCE * FOOT / 12), "oz in": Conversion(OUNCE * FOOT / 12)},
     "m": _linear(cm=1e-2, mm=1e-3, km=1e3, ft=FOOT, dm=0.1),
     "m/s": _linear(kn=1852 / 3600, kt=1852 / 3600) | {"cm/s": Conversion(1e-2), "mm/s": Conversion(1e-3),
         "km/h": Conversion(1 / 3.6), "ft/s": Conversion(FOOT)},
@@ -60,6 +65,8 @@ CONVERSIONS: dict[str, dict[str, Conversion]] = {
     "1": {"%": Conversion(1e-2)},
 }  # fmt: skip
 """Our unit -> other ones of the same quantity."""
+PASCALS = {"Pa": 1.0, "hPa": 100.0, "mbar": 100.0, "kPa": 1000.0, "dbar": 1e4, "bar": 1e5}
+"""Units of a pressure. As one of a depth, pressure over that at the surface, it is that of fresh water, p / (rho g)."""
 COMMANDS = ("us", "%", "1", "counts")
 """Units of commands that are no voltage: a map says at which one the thruster stands still, how many make a volt."""
 
@@ -67,11 +74,12 @@ _DEGREES = {"°C": "degC", "°F": "degF", "°": "deg"}
 _ALIASES = {"": "1", "-": "1", "–": "1", "sec": "s", "seconds": "s", "usec": "us", "msec": "ms", "volt": "V",
             "degrees": "deg", "newton": "N", "percent": "%", "celsius": "degC", "c": "degC", "pwm": "us",
             "u/min": "rpm", "r/min": "rpm", "min^-1": "rpm", "min-1": "rpm", "kg": "kgf", "grams": "gf", "lbs": "lbf",
-            "lb": "lbf", "nm": "N m", "n-m": "N m", "degheading": "deg"}  # fmt: skip
+            "lb": "lbf", "nm": "N m", "n-m": "N m", "degheading": "deg", "digit": "counts", "digits": "counts",
+            "count": "counts", "lsb": "counts", "raw": "counts", "adc": "counts"}  # fmt: skip
 
 
 def _known() -> set[str]:
-    return {*CONVERSIONS, *COMMANDS, *(name for table in CONVERSIONS.values() for name in table)}
+    return {*CONVERSIONS, *COMMANDS, *PASCALS, *(name for table in CONVERSIONS.values() for name in table)}
 
 
 def _powers(unit: str) -> frozenset[tuple[str, int]] | None:
@@ -120,9 +128,16 @@ def conversion(unit: str, ours: str) -> Conversion | None:
     given = spelled(unit)
     if given == ours:
         return Conversion(1.0)
+    if ours == "m" and given in PASCALS:
+        return Conversion(PASCALS[given] / (WATER * G))
     return CONVERSIONS.get(ours, {}).get(given)
+
+
+def is_pressure(unit: str) -> bool:
+    """Tell whether a unit is one of a pressure."""
+    return spelled(unit) in PASCALS
 
 
 def accepted(ours: str) -> str:
     """Return the units that become ours, for a sentence."""
-    return ", ".join([ours, *CONVERSIONS.get(ours, {})])
+    return ", ".join([ours, *CONVERSIONS.get(ours, {}), *(PASCALS if ours == "m" else ())])

@@ -12,6 +12,7 @@ import io
 import itertools
 import math
 import re
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -22,17 +23,20 @@ from numpy.typing import NDArray
 from ..errors import NotThereError, RecordingError, TooLargeError
 from .chosen_rows import listed, rows_with
 from .column_names import unit_behind, without_unit
-from .conversions import is_unit
 from .dated import READ, called_date, in_seconds
 from .foreign import told_of_others
 from .long_table import made_wide
 from .recording_map import Mapped, RecordingMap
 from .sources import Array, Series
-from .table_form import SEPARATORS, decimal_of, separator_of, without_comments
+from .table_form import SEPARATORS, decimal_of, is_uniform, without_comments
+from .table_start import BLANKS, Start, in_tabs, start_of, stated_words, without_lines
 
 MAX_BYTES = 2 << 30
 MAX_SPAN_S = float((1 << 31) - 2)
-LOOK = 100  # lines
+LOOK = 200
+"""Lines by which a table is known."""
+IN_ONE = f" in one column; what separates them? {SEPARATORS}"
+BEFORE = "; lines before a table are passed over where they have no readings: remove others, or begin them with #"
 MOST_MARKS = 3  # of "not measured" in one column
 NAN = ("nan", "NaN", "NAN", "Nan", "+nan", "-nan", "-NaN")
 _BRACKETS = re.compile(r"^[\[(](.*)[\])]$")
@@ -55,13 +59,18 @@ class CsvSource:
                 raise RecordingError(f"{path}: cannot be read as csv: {other}", path=path, expected="text")
             self.data = without_comments(content.removeprefix(b"\xef\xbb\xbf"))
             first = [line.decode("utf-8") for line in self.data[: 1 << 20].splitlines()[:LOOK]]
+            start = start_of(first, told.separator if told else "")
         except UnicodeDecodeError as error:
             text = f"{path}: cannot be read as csv: expected UTF-8: {error}"
             raise RecordingError(text, path=path, expected="UTF-8") from error
         except OSError as error:
             raise RecordingError(f"{path}: cannot be read as csv: {error.strerror or error}", path=path) from error
-        lines = [line for line in first if line.strip()]
-        self.separator = (told.separator if told else "") or separator_of(lines)
+        self.warnings = _passed_over(path, first, start)
+        self.data = without_lines(self.data, start.passed)
+        if start.separator == BLANKS:
+            self.data, first = in_tabs(self.data), ["\t".join(line.split()) for line in first]
+        self.separator = "\t" if start.separator == BLANKS else start.separator
+        lines = [line for k, line in enumerate(first) if line.strip() and k not in start.passed]
         self.decimal = (told.decimal if told else "") or decimal_of(lines, self.separator)
         self.data, dated = in_seconds(self.data, self.separator, self.decimal)
         wide = made_wide(self.data, self.separator, self.number)
@@ -71,15 +80,16 @@ class CsvSource:
             (self.data, self.left_out), dated = wide, frozenset({0} if dated else ())
         rows = self._all_rows()
         head = next(rows, None)
-        named = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
+        words = head is not None and any(self.number(c) is None and c.strip() and not _nan(c) for c in head[1])
+        named = words and (wide is not None or start.named is not False)
         self.heading = [cell.strip() for cell in head[1]] if named and head else []
         self.width = len(head[1]) if head else 0
         self.dated = frozenset(name for k, name in enumerate(self.names()) if k in dated)
         self.first_line = self.last_heading = head[0] if head else 1
         self._units: dict[str, str] = {}
         below = next(rows, None) if self.heading else None
-        if below is not None and len(below[1]) == self.width and self._states_units(below[1]):
-            self._units = dict(zip(self.heading, (_BRACKETS.sub(r"\1", c.strip()) for c in below[1]), strict=True))
+        if below is not None and len(below[1]) == self.width and stated_words(below[1]):
+            self._units = dict(zip(self.names(), (_BRACKETS.sub(r"\1", c.strip()) for c in below[1]), strict=True))
             self.last_heading = below[0]
         self._columns: dict[tuple[int, frozenset[str]], Array] = {}
         self._marks: dict[int, frozenset[str]] = {}
@@ -90,14 +100,20 @@ class CsvSource:
                 pass
 
     def names(self) -> list[str]:
-        """Return the names in the header line; without one the numbers of the columns."""
-        return self.heading or [str(i + 1) for i in range(self.width)]
+        """Return the names in the header line; the number of a column without one, or whose name others have."""
+        once = {name for name, times in Counter(self.heading).items() if times == 1}
+        heading = self.heading or [""] * self.width
+        return [name if name in once else str(k + 1) for k, name in enumerate(heading)]
+
+    def written(self, name: str) -> str:
+        """Return what the header line has for one of `names`."""
+        return self.heading[self.names().index(name)] if self.heading else name
 
     def unit(self, name: str) -> str:
         """Return the unit in brackets behind a name, or in the line of units below the names, "" without."""
         if name in self.dated:
             return "s"
-        behind = unit_behind(name)
+        behind = unit_behind(self.written(name))
         return self._units.get(name, "") if behind is None else behind
 
     def has(self, entry: Mapped) -> bool:
@@ -106,6 +122,16 @@ class CsvSource:
         if entry.is_field or not all(map(self._has_column, columns)):
             return False
         return not entry.where or bool(self._counted(entry).any())
+
+    def refuse_one_column(self) -> None:
+        """Refuse a table of one column, which has no reading beside its time.
+
+        Raises:
+            RecordingError: with what separates columns.
+        """
+        if self.width == 1:
+            text = f"{self.path}: expected columns of a time and of readings, found {', '.join(self.names())}{IN_ONE}"
+            raise RecordingError(text, path=self.path, expected=2, found=1)
 
     def index(self, column: str | int, channel: str) -> int:
         """Return the 0-based index of a column."""
@@ -117,8 +143,10 @@ class CsvSource:
             return called[0]
         else:
             found = ", ".join(self.heading) or "no header line"
-            found += f" ({column!r} more than once)" if called else self._as_a_cell(column)
-            found += f" in one column; what separates them? {SEPARATORS}" if self.width == 1 else ""
+            found += (
+                f" ({column!r} more than once): say which by its number from 1" if called else self._as_a_cell(column)
+            )
+            found += IN_ONE if self.width == 1 else ""
         raise NotThereError(channel, f"column {column!r}", found, path=self.path)
 
     def refuse_missing(self, entry: Mapped) -> None:
@@ -238,6 +266,7 @@ class CsvSource:
             if len(row) != self.width:
                 text = f"{self.path}, line {line}: expected {self.width} columns as in line {self.first_line}, "
                 text += f"found {len(row)}"
+                text += BEFORE if line < LOOK and self.first_line == 1 else ""
                 raise RecordingError(text, path=self.path, position=line, expected=self.width, found=len(row))
             if self.heading and line <= self.last_heading:
                 continue
@@ -295,12 +324,6 @@ class CsvSource:
         except (UnicodeDecodeError, csv.Error) as error:
             raise RecordingError(f"{self.path}: cannot be read as csv: {error}", path=self.path) from error
 
-    def _states_units(self, cells: list[str]) -> bool:
-        """Tell whether the line below the names has no number, and more than one word that is a unit."""
-        words = [_BRACKETS.sub(r"\1", cell.strip()) for cell in cells]
-        known = sum(is_unit(word) for word in words if word)
-        return known > 1 and not any(_nan(word) or self.number(word) is not None for word in words)
-
     def _body(self) -> bytes:
         """Return the rows of numbers as they are in the file."""
         if not self.heading:
@@ -308,22 +331,10 @@ class CsvSource:
         return b"".join(self.data.split(b"\n", self.last_heading)[self.last_heading :])
 
     def _uniform(self) -> bool:
-        """Tell whether the body is plain: no quotes, and as many separators in each line as in the first."""
         body = self._body()
         if not body.strip():
             next(self.rows())
-        if b'"' in body or b"\0" in body or b"\r" in body.replace(b"\r\n", b"\n") or not body.isascii():
-            return False
-        marks = np.frombuffer(body, dtype=np.uint8)
-        ends = np.flatnonzero(marks == 10)
-        ends = ends if marks[-1] == 10 else np.append(ends, marks.size)
-        before = np.searchsorted(np.flatnonzero(marks == ord(self.separator)), ends)
-        counts = np.diff(before, prepend=0)
-        lengths = np.diff(ends, prepend=-1) - 1
-        blank = lengths == 0
-        if b"\r" in body:
-            blank |= (lengths == 1) & (marks[np.maximum(ends - 1, 0)] == 13)
-        return bool(np.all(counts[~blank] == self.width - 1)) and (self.width > 1 or not blank.any())
+        return is_uniform(body, self.separator, self.width)
 
     def _read(self, wanted: dict[int, frozenset[str]]) -> Array | None:
         """Return the columns, (N, k) in order of their index; None where a cell is no number."""
@@ -363,6 +374,16 @@ class CsvSource:
                 raise RecordingError(text, path=self.path, position=line, expected=expected, found=cell)
             result.append(value)
         return np.array(result, dtype=np.float64)
+
+
+def _passed_over(path: Path, lines: Sequence[str], start: Start) -> list[str]:
+    """Return in a sentence which lines of a file are passed over, none where none are."""
+    told = [k for k in start.passed if lines[k].strip()]
+    if not told:
+        return []
+    which = ", ".join(str(k + 1) for k in told) if len(told) < 3 else f"{told[0] + 1} to {told[-1] + 1}"
+    what = " ".join(lines[told[0]].split())[:40]
+    return [f"{path.name}: line{'s'[: len(told) - 1]} {which} before the rows of the table passed over: {what!r}"]
 
 
 def _nan(cell: str) -> bool:

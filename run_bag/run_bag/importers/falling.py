@@ -23,6 +23,8 @@ _WINDOW, _FEWEST = 1.0, 20
 """[s] Over which a depth changes by more than its noise; windows below which nothing is said."""
 _MOVED = 0.02
 """[m] Root mean square of the changes below which they are noise."""
+_UPRIGHT = 0.5
+"""Share of gravity along the attitude's z, as a rule, from which on it is taken for the vehicle's."""
 _ALIKE = 0.7
 """Correlation of both sides from which on it tells s: noise reaches it in a thousandth of twenty windows."""
 
@@ -50,10 +52,13 @@ def falling(read: Mapping[str, Topic], topic: str) -> int:
 
 
 def _down(attitude: tuple[Array, Array] | None, time: Array) -> Array:
-    """Return the earth's down in body axes (3, N) at these times; that of a level vehicle without an attitude."""
+    """Return the earth's down in body axes (3, N) at these times; that of a level vehicle without an attitude, or with
+    that of an IMU which is mounted upside down or on its side."""
+    level = np.tile([[0.0], [0.0], [1.0]], time.size)
     if attitude is None:
-        return np.tile([[0.0], [0.0], [1.0]], time.size)
-    return np.stack([np.interp(time, attitude[0], row) for row in down_in_body(attitude[1]).T])
+        return level
+    down = np.stack([np.interp(time, attitude[0], row) for row in down_in_body(attitude[1]).T])
+    return down if np.median(down[2]) > _UPRIGHT else level
 
 
 def _summed(time: Array, rate: Array) -> tuple[Array, Array]:

@@ -15,37 +15,46 @@ from .csv_source import CsvSource
 from .guess_rules import SURROUNDING, UNTOLD, WAYS, WHICH_FLOW, quoted
 from .guessed_axes import axes_lines
 from .guessed_channels import Found, channels_in, ours_of
-from .guessed_clock import clock_of, is_time, own_times, time_of, unit_of_time
+from .guessed_clock import clock_of, clocks_apart, is_time, own_times, time_of, unit_of_time
 from .guessed_depth import is_height
+from .guessed_supply import supply_of_bench
 from .guessed_turning import gyro_by_attitude
-from .guessed_units import guessed_unit, pulses
+from .guessed_units import guessed_unit, pulses, rest_and_volt
 from .guessed_values import is_0, is_unknown, moves, span_of, values_of
+from .instances import by_instance, told_apart
 from .log_source import LogSource
 from .recording_map import ASKED
 from .sign_source import SIGN_UNKNOWN
 from .sources import Array, Source
 from .vehicle_advice import is_charging
 
-_FULL = {"us": (1500, 80), "%": (0, 20), "1": (0, 0.2), "counts": (0, 1)}
-"""`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
+_MIDDLE = 1500.0
+"""[us] Of pulses, at which a thruster rests."""
 _BOTH_WAYS = 0.2
 """Of the way that a command goes to one side: what it goes to the other one at least."""
 SHOWN = 60
 MOST_WORDS, LONGEST_WORD = 10, 40
 """Of a column that a proposal lists: how many, and how long [letters]."""
+_ELECTRICAL = re.compile(r"(^|[\W_])e_?rpm|electrical", re.IGNORECASE)
+"""Of a speed that a driver counts in periods of the current: as many for each turn as a motor has pairs of poles."""
 HOLD = " hold is a guess: previous or linear?"
 """Asked once, of the first command."""
 RESTS = " never changes: is it the command?"
 """Asked about a table's command that no other column is likelier to be."""
 CONSTANT = " never changes: is it measured?"
-"""Asked about a field of a bag or log; a table has what somebody chose."""
+"""Asked about a field of a bag or log, or of an array in a table; other columns are what somebody chose."""
+_ELEMENT = re.compile(r"\w\[\d+\]\S")
+"""A field of one element, as esc[0].esc_voltage."""
 
 
 def guess(sources: Sequence[Source]) -> str:
     """Return a map as YAML text: what is likely as entries, everything else as comments."""
     clock, told = _clock(sources)
-    found, left = channels_in(sources, clock)
+    parts = by_instance(sources)
+    found, left = supply_of_bench(*channels_in(parts, clock))
     names = Counter(name for source in sources for name in source.names())
+    numbered = {name for source in sources for name in source.names() if called(source, name).isdecimal()}
+    shared = {name for name, files in names.items() if files > 1} | (numbered if len(sources) > 1 else set())
     groups: dict[str, list[Found]] = {}
     for each in found:
         groups.setdefault(each.group, []).append(each)
@@ -60,18 +69,23 @@ def guess(sources: Sequence[Source]) -> str:
         for each in found
         for line in (
             _line(
-                each, groups[each.group], arrays[_array(each)], clock, shared=names[each.name] > 1,
+                each, groups[each.group], arrays[_array(each)], clock, shared=each.name in shared,
                 force=list(force.values()), asked=each != asked,
             ),
             *_sign_source(each, both_ways),
         )
     ]  # fmt: skip
+    if entries and all("time_column: " in e.partition("   #")[0] for e in entries if " {column: " in e):
+        told = []
     entries = gyro_by_attitude(sources, told, entries)
-    head = ["# A proposal: read it, correct it, and import with --map.", *told]
+    passed = [f"# {each}" for source in sources if isinstance(source, CsvSource) for each in source.warnings]
+    head = ["# A proposal: read it, correct it, and import with --map.", *passed, *told]
+    head += clocks_apart(((e.source, e.name) for e in found if isinstance(e.source, CsvSource)), clock)
     if not any(each.is_command for each in found):
         head.append("# No command of a thruster was recognised, and nothing is done without one: which field is it?")
     lines = [*head, *_axes(found, sources, [*told, *entries]), *entries]
     left = [(source, name) for source, name in left if isinstance(source, CsvSource) or not UNTOLD.search(name)]
+    left = _but_parts(left, found)
     empty = {each for each in left if not isinstance(each[0], CsvSource) and is_0(*each)}
     unknown = {each for each in left if is_unknown(*each)}
     left = [each for each in left if each not in empty | unknown]
@@ -87,6 +101,13 @@ def guess(sources: Sequence[Source]) -> str:
     return "\n".join(lines) + "\n"
 
 
+def _but_parts(left: Iterable[tuple[Source, str]], found: Iterable[Found]) -> list[tuple[Source, str]]:
+    """Return what is left, a column of several instances once, and none of which one instance is a channel."""
+    known = {(each.source.path, each.name) for each in found}
+    once = {(source.path, name): (source, name) for source, name in left if (source.path, name) not in known}
+    return list(once.values())
+
+
 def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     """Return the column of time of tables ("" where none is seen), and the lines of the map about it."""
     found = clock_of(sources)
@@ -100,7 +121,7 @@ def _clock(sources: Sequence[Source]) -> tuple[str, list[str]]:
     unit, why = next((each for each in guesses if each.unit != ASKED), guesses[0])  # one entry serves all of them
     if not is_time(table, name) and name not in own_times(table):
         why = _joined(why, " its values rise: is it the time?").strip()
-    return name, [f"time: {{column: {quoted(name)}, unit: {quoted(unit)}}}{'   # ' + why if why else ''}"]
+    return name, [f"time: {{column: {called(table, name)}, unit: {quoted(unit)}}}{'   # ' + why if why else ''}"]
 
 
 def _axes(found: Iterable[Found], sources: Sequence[Source], lines: Sequence[str]) -> list[str]:
@@ -149,23 +170,26 @@ def _line(
     """
     source, name = each.source, each.name
     table, notes, more = isinstance(source, CsvSource), [_seen(source, name)], _more(each, clock, shared)
-    start = f"{each.channel}: {{{'column' if table else 'field'}: {quoted(name)}, "
+    start = f"{each.channel}: {{{'column' if table else 'field'}: {called(source, name)}, "
     if each.entry:
         return f"{start}{each.entry}{more}}}   #{_joined(*notes, each.why)}"
     unit, why = _unit(each, group, array, force)
     minus, doubt = _sign(each, unit)
     keys = f"unit: {quoted(unit)}"
+    if table and _ELECTRICAL.search(name):
+        keys, why = f"{keys}, scale: '{ASKED}'", "electrical: write 1 / pole pairs of the motor as scale"
     notes += [f" {why}"] if why else []
     if each.is_command:
         if unit in COMMANDS:
-            stop, per_volt = _FULL[unit]
-            keys += f", stop: {stop}, per_volt: {per_volt:.4g}"
+            stop, per_volt = rest_and_volt(unit, values_of(source, name))
+            keys += f", stop: {stop:.10g}, per_volt: {per_volt:.4g}"
             notes.append(" stop and per_volt are guesses: write yours")
         keys += ", hold: previous"
         notes += [] if asked else [HOLD]
         notes += [RESTS] if table and not moves(source, name) else []
     keys += ", sign: -1" if minus else ""
-    still = "" if table or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
+    chosen = table and not _ELEMENT.search(name)
+    still = "" if chosen or each.is_command or len(group) > 1 or moves(source, name) else CONSTANT
     told = _joined(*notes, each.why, doubt, still)
     return f"{start}{keys}{more}}}{'   #' + told if told else ''}"
 
@@ -174,6 +198,7 @@ def _more(each: Found, clock: str, shared: bool) -> str:
     """Return the keys of an entry about its file, its time and what is not measured."""
     source, name = each.source, each.name
     more = f", file: {source.path.name}" if shared else ""
+    more += told_apart(source)
     if isinstance(source, CsvSource):
         marks = ", ".join(map(quoted, sorted(source.marks(source.names().index(name)))))
         more += _own_clock(source, name, clock) + (f", nan: [{marks}]" if marks else "")
@@ -216,7 +241,7 @@ def _goes_both_ways(each: Found) -> bool:
     values = values_of(each.source, each.name)
     if values is None:
         return False
-    off = values - (_FULL["us"][0] if pulses(values) else 0.0)
+    off = values - (_MIDDLE if pulses(values) else 0.0)
     low, high = float(np.nanmin(off)), float(np.nanmax(off))
     return min(-low, high) > _BOTH_WAYS * max(-low, high)
 
@@ -245,13 +270,19 @@ def _rows(parts: Sequence[Found]) -> dict[str, Array]:
     return told if len(told) == len(read) and len({values.size for values in told.values()}) == 1 else {}
 
 
+def called(source: Source, name: str) -> str:
+    """Return a column's or field's name as a map has it: the number of a column that has no name of its own."""
+    numbered = isinstance(source, CsvSource) and name.isdecimal() and source.written(name) != name
+    return name if numbered or (isinstance(source, CsvSource) and not source.heading) else quoted(name)
+
+
 def _own_clock(source: CsvSource, name: str, clock: str) -> str:
     """Return the keys about the time of a column whose time is not that of most."""
     own = time_of(source, name, clock)
     if own in ("", clock):
         return ""
     unit, _ = unit_of_time(source, own)
-    return f", time_column: {quoted(own)}, time_unit: {quoted(unit)}"
+    return f", time_column: {called(source, own)}, time_unit: {quoted(unit)}"
 
 
 def _seen(source: Source, name: str) -> str:
@@ -266,13 +297,13 @@ def _seen(source: Source, name: str) -> str:
 
 
 def _words(source: Source, name: str) -> str:
-    """Return which few words a column of a table has, as those of which `where` takes the rows; "" where many."""
+    """Return which few words a column of a table has, as those by which `where` takes rows; "" where many."""
     if not isinstance(source, CsvSource):
         return ""
     there = dict.fromkeys(filter(None, source.cells(source.names().index(name))))
-    few = 1 < len(there) <= MOST_WORDS and max(map(len, there)) <= LONGEST_WORD
-    return (
-        f": {', '.join(map(quoted, there))}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one"
-        if few
-        else ""
-    )
+    if not 0 < len(there) <= MOST_WORDS or max(map(len, there)) > LONGEST_WORD:
+        return ""
+    told = ", ".join(map(quoted, there))
+    if len(there) == 1:
+        return f": always {told}"
+    return f": {told}; `where: {{{quoted(name)}: ...}}` of an entry takes the rows of one"

@@ -162,6 +162,8 @@ BENCH = (
     Rule("thruster_{i}/throttle.commanded", r"duty(_?cycle)?|(joy_?)?stick"),
     Rule("thruster_{i}/state.n", r"enc(oder)?", alone=True, why=" a speed? an encoder's angle is none"),
     Rule("thruster_{i}/state.n", r"revs", alone=True, why=" a speed? a count of turns is none"),
+    Rule("thruster_{i}/state.n", r"shaft", alone=True),
+    Rule("thruster_{i}/load.wrench.force.x", r"pull|zugkraft", alone=True),
     Rule("thruster_{i}/flow.axial", rf"{_OF_WATER}_?{_INSIDE}|{_INSIDE}_?{_OF_WATER}", alone=True),
     Rule("thruster_{i}/flow.ambient", rf"{_OF_WATER}_?{_OUTSIDE}|{_OUTSIDE}_?{_OF_WATER}", alone=True),
     Rule("thruster_{i}/flow.axial", _INSIDE, alone=True, why=" a flow?"),

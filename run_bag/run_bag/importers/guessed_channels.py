@@ -31,10 +31,11 @@ from .guess_rules import (
 )
 from .guessed_clock import clock_in, is_time, own_times, time_of
 from .guessed_commands import Alike, alike_commands, alike_speeds
-from .guessed_depth import WHICH_WATER, depth_by_unit, depths_of_pressures
+from .guessed_depth import depth_by_unit, depths_of_pressures
 from .guessed_names import beside, is_element, numbered, says_rate, told_units, told_words, without_suffix
 from .guessed_units import fits, is_amplified
 from .guessed_values import is_0, is_of_quaternion, is_unknown, moves, span_of, values_of
+from .instances import counters_of, message_of
 from .log_source import LogSource
 from .sources import Source
 from .unit_words import named_units
@@ -102,6 +103,7 @@ def channels_in(sources: Sequence[Source], clock: str) -> tuple[list[Found], lis
                 or each.channel in found
                 or (each.is_doubtful and each.channel in sure)
                 or name in unfilled
+                or (each.topic.startswith("rov/") and isinstance(source, CsvSource) and not span_of(source, name))
                 or (each.topic.startswith("rov/") and of_topic.setdefault(each.topic, topic) != topic)
             ):
                 left.append((source, name))
@@ -134,7 +136,7 @@ def _proposed(source: Source, clock: str, *, vehicle: bool) -> dict[str, Found |
     times: set[str] = set()
     if isinstance(source, CsvSource):
         named = (name for name in source.names() if is_time(source, name))
-        times = {clock_in(source, clock), *own_times(source), *named}
+        times = {clock_in(source, clock), *own_times(source), *named, *counters_of(source)}
     return {name: _propose(source, name, rules, types) for name in _in_order(source) if name not in times}
 
 
@@ -172,11 +174,14 @@ def _attitude_apart(found: Iterable[Found], clock: str) -> list[Found]:
 
 
 def _behind_the_last(found: Iterable[Found]) -> list[Found]:
-    """Return outputs of a log, or of an array in a table, behind the last one that ever moves: they are more than
-    there are thrusters."""
-    commands = [e for e in found if e.is_command and (isinstance(e.source, LogSource) or is_element(e.source, e.name))]
+    """Return outputs of a log, or of an array in a table, behind the last one that ever moves, and a table's
+    that are always 0 behind the last one that is not: they are more than there are thrusters."""
+    every = [e for e in found if e.is_command]
+    of_table = [e for e in every if isinstance(e.source, CsvSource) and not is_element(e.source, e.name)]
+    commands = [e for e in every if e not in of_table]
     moving = [k for k, e in enumerate(commands) if moves(e.source, e.name)]
-    return commands[max(moving, default=-1) + 1 :]
+    last = max((k for k, e in enumerate(of_table) if not is_0(e.source, e.name)), default=len(of_table))
+    return [*commands[max(moving, default=-1) + 1 :], *of_table[last + 1 :]]
 
 
 def _nobody_fills(proposed: Sequence[Found]) -> set[str]:
@@ -217,8 +222,8 @@ def _of_vehicle_by_unit(columns: Sequence[tuple[CsvSource, str]], commanded: set
     return [
         *(_of_thruster("state.n", each) for each in speeds),
         *(
-            Found("rov/depth.depth", source, name, entry=entry, why=WHICH_WATER)
-            for source, name, entry in depths_of_pressures(columns)
+            Found("rov/depth.depth", source, name, entry=entry, why=why)
+            for source, name, entry, why in depths_of_pressures(columns)
         ),
         *(Found("rov/depth.depth", *each, why=" by its unit alone: is it?") for each in depth_by_unit(columns)),
     ]
@@ -303,9 +308,9 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
     tail = re.split("[./]", whole)[-1]
     # fields have their message's name from a file that is called so; a number alone from its topic, or its file
     formats = (*LOGS, *PX4)
-    of_file = (f"{source.path.stem}.{whole}",) if table else ()
-    topic = source.path.stem if table else whole.removesuffix(".data").rsplit("/", 1)[-1]
-    of_topic = [topic] if tail == "data" else []
+    of_file = (f"{message_of(source)}.{whole}",) if isinstance(source, CsvSource) else ()
+    topic = source.path.stem if table else whole.partition(".")[0].rsplit("/", 1)[-1]
+    of_topic = [topic] if tail == "data" or (not table and named_units(tail)) else []
     words, wanted = told_words(tail) if table else ([], False)
     parts = re.split("[./]", whole)
     measured = table and not told_words("_".join(parts))[1]
@@ -347,7 +352,7 @@ def _propose(source: Source, name: str, rules: Sequence[Rule], types: Sequence[O
                     match
                     and known_units
                     and not _denied(channel, source, name)
-                    and not (rule in BENCH and _in_other_units(channel, source, name))
+                    and not ((rule in BENCH or known is of_words) and _in_other_units(channel, source, name))
                     and (not rule.together or set(rule.together) <= beside(source, name))
                 ):
                     by_word = known is of_words

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -15,9 +16,9 @@ from .guessed_values import moves, span_of, values_of
 from .recording_map import ASKED
 from .sources import Array, Source
 
-__all__ = ["clock_in", "clock_of", "is_time", "own_times", "time_of", "unit_of_time"]
+__all__ = ["clock_in", "clock_of", "clocks_apart", "is_time", "own_times", "time_of", "unit_of_time"]
 
-_OWN_TIME = re.compile(r"(t|time|stamp)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
+_OWN_TIME = re.compile(r"(t|time|stamp|zeit)_.+|.+_(s|ms|us|ns)", re.IGNORECASE)
 """The time of the columns that follow it: t_cmd, cmd_ms."""
 _SELDOM = 0.1
 """Share of rows in which a time may be less than in the row before: an import names the first of them."""
@@ -37,17 +38,23 @@ def _likely_time(table: CsvSource) -> str:
     """Return the column that is likeliest the time of a table, "" where none is seen."""
     names = table.names()
     named = [*_stamp(table), *(name for name in names if is_time(table, name))]
-    first = [name for name in names[:1] if table.heading and _never_falls(table, name)]
-    return next(iter((*named, *own_times(table), *(name for name in names if _rises(table, name)), *first)), "")
+    rising = (name for name in (names[:1] if table.heading else names) if _never_falls(table, name))
+    return next(iter((*named, *own_times(table), *(name for name in names if _rises(table, name)), *rising)), "")
 
 
 def own_times(table: CsvSource) -> list[str]:
     """Return the columns of time of a table in which sensors have their own; none where there is one time.
 
-    Beside a time of all, such a column shares its range: t_n is a time then, and no force in N.
+    Beside a time of all, such a column shares its range: t_n is a time then, and no force in N. Without one, whatever
+    rises in a unit of time is one, and so are columns of one name that rise.
     """
-    common = next((name for name in table.names() if is_time(table, name)), "")
-    own = [name for name in table.names() if _OWN_TIME.fullmatch(bare_name(name)) and _never_falls(table, name)]
+    names = table.names()
+    common = next((name for name in names if is_time(table, name)), "")
+    written = Counter(map(table.written, names))
+    named = [name for name in names if _OWN_TIME.fullmatch(bare_name(name))]
+    if not common:
+        named = [n for n in names if n in named or _in_time(table, n) or written[table.written(n)] > 1]
+    own = [name for name in named if _never_falls(table, name)]
     found = [name for name in own if not common or name == common or _share_range(table, common, name)]
     found = sorted({*found, common} - {""}, key=table.names().index)
     return found if len(found) > 1 else []
@@ -66,10 +73,37 @@ def _stamp(table: CsvSource) -> list[str]:
 
 
 def time_of(table: CsvSource, name: str, clock: str) -> str:
-    """Return the column of time of a column: one of its own, or the table's, see `clock_in`."""
+    """Return the column of time of a column: its own, to the left with as many numbers, or the table's: `clock_in`."""
     names = table.names()
     before = [each for each in own_times(table) if names.index(each) < names.index(name)]
-    return before[-1] if before else clock_in(table, clock)
+    as_often = [each for each in before if _numbers(table, each) >= _numbers(table, name)]
+    return (as_often or before)[-1] if before else clock_in(table, clock)
+
+
+def clocks_apart(columns: Iterable[tuple[CsvSource, str]], clock: str) -> list[str]:
+    """Return a comment about times of the columns of a proposal that have nothing in common, none where all do.
+
+    clock: the column of time of most tables.
+    """
+    spans: dict[tuple[str, str], tuple[float, float]] = {}
+    for table, name in columns:
+        own = time_of(table, name, clock)
+        span = span_of(table, own) if own else None
+        factor = conversion(unit_of_time(table, own).unit, "s") if span else None
+        if span and factor:
+            spans[table.path.name, own] = factor.factor * span.low, factor.factor * span.high
+    groups: list[tuple[float, list[str]]] = []  # ends, and what each has
+    for (file, own), (low, high) in sorted(spans.items(), key=lambda each: each[1]):
+        told = f"{file} ({own}: {low:.3f} to {high:.3f} s)"
+        if groups and low <= groups[-1][0]:
+            end, files = groups.pop()
+            groups.append((max(end, high), [*files, told]))
+        else:
+            groups.append((high, [told]))
+    if len(groups) < 2:
+        return []
+    each = "; ".join(", ".join(files) for _, files in groups)
+    return [f"# No common clock: {each}. `time_offset` of entries brings one's times to the other's"]
 
 
 def unit_of_time(table: CsvSource, name: str) -> Guessed:
@@ -93,8 +127,18 @@ def is_time(table: CsvSource, name: str) -> bool:
 
 def _rises(table: CsvSource, name: str) -> bool:
     """Tell whether a column with a unit of time rises."""
+    return _in_time(table, name) and _never_falls(table, name)
+
+
+def _in_time(table: CsvSource, name: str) -> bool:
+    """Tell whether a column is stated to be in a unit of time."""
     stated = table.unit(name)
-    return bool(stated) and conversion(stated, "s") is not None and _never_falls(table, name)
+    return bool(stated) and conversion(stated, "s") is not None
+
+
+def _numbers(table: CsvSource, name: str) -> int:
+    span = span_of(table, name)
+    return span.numbers if span else 0
 
 
 def _never_falls(table: CsvSource, name: str) -> bool:

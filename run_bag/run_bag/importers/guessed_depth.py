@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from .column_names import bare_name
-from .conversions import G, conversion
+from .conversions import PASCALS, WATER, G, conversion, is_pressure, written_so
 from .csv_source import CsvSource
 from .guessed_values import values_of
 from .sources import Array
@@ -17,7 +17,8 @@ from .vehicle_advice import SHALLOWEST
 __all__ = ["WHICH_WATER", "depth_by_unit", "depth_of_pressure", "depths_of_pressures", "is_height"]
 
 _NAMES = re.compile(
-    r"((abs(olute)?_?)?(press(ure)?|(wasser)?druck)(_?abs(olute)?)?_?)?(?P<unit>mbar|bar|hpa|kpa|pa)?", re.IGNORECASE
+    r"(((abs(olute)?|water|wasser)_?)?(press(ure)?|druck)(_?abs(olute)?)?_?)?(?P<unit>dbar|mbar|bar|hpa|kpa|pa)?",
+    re.IGNORECASE,
 )
 _NO_DEPTH = re.compile(
     r"range|dist|abstand|entfernung|pos|lat|lon|north|east|nord|ost|length|tether|cable|laenge|länge|"
@@ -27,20 +28,27 @@ _NO_DEPTH = re.compile(
 """Names of what is in a unit of length, too: no depth by its unit alone."""
 _HEIGHT = re.compile(r"alt|height|h(ö|oe)he", re.IGNORECASE)
 """Names of what is above the ground, or above the surface: the latter where it is negative."""
-_PASCALS = {"pa": 1.0, "hpa": 100.0, "mbar": 100.0, "kpa": 1000.0, "bar": 1e5}
-_DENSITY, _SURFACE = 1000.0, 101325.0
-"""Fresh water [kg/m^3], and the pressure at its surface [Pa]."""
+_SURFACE = 101325.0
+"""The pressure at the surface [Pa]."""
+_OF_AIR = 0.8
+"""Share of it that an absolute pressure has at least; one that is less is over that of the surface."""
+OVER_SURFACE = " over the pressure at the surface by its values, taken as fresh water's"
 WHICH_WATER = " scale is that of fresh water, offset that of 1013 mbar at the surface: write yours"
 
 
-def depths_of_pressures(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSource, str, str]]:
-    """Return table, name and what a map's entry says of a depth, for each column that is a pressure in a known unit."""
+def depths_of_pressures(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSource, str, str, str]]:
+    """Return table, name, what a map's entry says of a depth and why, for each pressure in a known unit."""
     found = []
     for source, name in columns:
         match = _NAMES.fullmatch(bare_name(name))
-        pascals = _PASCALS.get((source.unit(name) or match["unit"] or "").lower()) if match else None
-        if pascals is not None:
-            found.append((source, name, depth_of_pressure(pascals)))
+        unit = next(iter(written_so(source.unit(name) or match["unit"] or "")), "") if match else ""
+        if unit not in PASCALS:
+            continue
+        values = values_of(source, name)
+        if values is not None and PASCALS[unit] * float(np.nanmin(values)) < _OF_AIR * _SURFACE:
+            found.append((source, name, f"unit: {unit}", OVER_SURFACE))
+        else:
+            found.append((source, name, depth_of_pressure(PASCALS[unit]), WHICH_WATER))
     return found
 
 
@@ -51,6 +59,7 @@ def depth_by_unit(columns: Sequence[tuple[CsvSource, str]]) -> list[tuple[CsvSou
         for source, name in columns
         if (unit := source.unit(name))
         and conversion(unit, "m") is not None
+        and not is_pressure(unit)
         and not _NO_DEPTH.search(bare := bare_name(name))
         and (not _HEIGHT.search(bare) or ((own := values_of(source, name)) is not None and is_height(own, unit)))
     ]
@@ -65,5 +74,5 @@ def is_height(values: Array, unit: str) -> bool:
 
 def depth_of_pressure(pascals: float) -> str:
     """Return what a map's entry says of a depth that is told by a pressure in a unit of so many Pa."""
-    scale, offset = pascals / (_DENSITY * G), -_SURFACE / (_DENSITY * G)
+    scale, offset = pascals / (WATER * G), -_SURFACE / (WATER * G)
     return f"unit: m, scale: {scale:.5g}, offset: {offset:.6g}"

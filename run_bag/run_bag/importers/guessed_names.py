@@ -14,7 +14,7 @@ from .unit_words import named_units
 __all__ = ["beside", "is_element", "numbered", "says_rate", "told_units", "told_words", "without_suffix"]
 
 _SUFFIX = re.compile(
-    r"_(us|ms|ns|k?rpm|rps|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|kn|kt|hz|pct|percent|deg_?c|rad|deg|"
+    r"_(us|ms|ns|k?rpm|rps|rev(?:_per)?_(?:s|min)|kgf|gf|lbf|n|m?nm|v|mv|a|ma|rad_?s|deg_?s|dps|m_?s_?2|mps_?2|[cm]?m_?s|mps|kn|kt|hz|pct|percent|deg_?c|rad|deg|"
     r"[cm]?m|g|mg)$",
     re.IGNORECASE,
 )

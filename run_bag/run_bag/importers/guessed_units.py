@@ -163,8 +163,12 @@ def fits(unit: str, ours: str, *, command: bool) -> bool:
     return conversion(unit, ours) is not None or (command and unit in COMMANDS)
 
 
-_LEAST_PERCENT, _LEAST_MILLIVOLTS = 20.0, 1000.0
-"""The largest command of a recording, a volt of five, is at least that."""
+_LEAST_PERCENT, _LEAST_MILLIVOLTS, _MOST_PERCENT = 20.0, 1000.0, 101.0
+"""The largest command of a recording, a volt of five, is at least that, and at most so much."""
+_FULL = {"us": (1500.0, 80.0), "%": (0.0, 20.0), "1": (0.0, 0.2), "counts": (0.0, 1.0)}
+"""`stop` and `per_volt` of a full command of 5 V, as in the sets of thrusters with such commands."""
+_HALF, _NEVER_AT_REST = 50.0, 10.0
+"""[%] Rest of a command of 0 to 100 % that goes both ways, and the least one by which it is known: others rest at 0."""
 
 
 def pulses(values: Array) -> bool:
@@ -181,5 +185,32 @@ def _command(values: Array | None, largest: float) -> Guessed:
         return Guessed("1", "unit by its values: -1 to 1")
     if largest < _LEAST_PERCENT:
         return Guessed("V", "unit by its values")
-    units = ("us", "%", "counts", "V", *(["mV"] if largest > _LEAST_MILLIVOLTS else []))
+    known = values[np.isfinite(values)]
+    sent = known[known != 0.0]  # 0 where no pulse is sent
+    there = {
+        "us": pulses(sent),
+        "%": largest <= _MOST_PERCENT,
+        "counts": bool(np.array_equal(known, np.round(known))),
+        "mV": _LEAST_MILLIVOLTS < largest <= 1e3 * LARGE["commanded"],
+    }
+    units = tuple(unit for unit, possible_so in there.items() if possible_so) or ("counts", "V")
     return _asked(units, "nothing says which; with all but volts write stop and per_volt, too")
+
+
+def rest_and_volt(unit: str, values: Array | None) -> tuple[float, float]:
+    """Return the command at which a thruster likely rests, and how many of it likely make a volt of five.
+
+    Counts rest at the commonest value, and the one farthest from it is taken for full command; % that never come
+    near 0 rest at 50.
+    """
+    stop, per_volt = _FULL[unit]
+    if values is None:
+        return stop, per_volt
+    known = values[np.isfinite(values)]
+    if unit == "counts":
+        levels, times = np.unique(known, return_counts=True)
+        stop = float(levels[np.argmax(times)])
+        per_volt = float(np.max(np.abs(known - stop))) / 5.0 or per_volt
+    elif unit == "%" and np.min(known) > _NEVER_AT_REST:
+        stop, per_volt = _HALF, _HALF / 5.0
+    return stop, per_volt

@@ -21,6 +21,8 @@ MOST_NAMES = 256
 MOST_COLUMNS = 12
 """Of a long table, remarks and all."""
 _LOOK = 100  # rows
+_UNITS = re.compile(r"_?(units?|einheit(en)?|unit(e|é)s?|dimension)", re.IGNORECASE)
+"""What the column of units is called."""
 _NAMES = re.compile(
     r"_?(signal|name|channel|sensor|topic|variable|var|key|measurement|field|metric|parameter|tag|quantity|series|label|"
     r"kanal|messgr(ö|oe)(ß|ss)e|bezeichnung|canal|grandeur)s?(_?name)?",
@@ -35,7 +37,8 @@ def made_wide(
     """Return a long table as a wide one, line by line, with the columns that are left out; None where it is none.
 
     A long table has, below the names of its columns, two columns of numbers (a time, then a value or the other way
-    round), one of names, perhaps one of units, and others that are no numbers.
+    round), one of names, perhaps one of units, and others that are no numbers. A column of units may have words
+    that are none of ours: they come behind their names as the known ones do.
     """
     reader = csv.reader(io.TextIOWrapper(io.BytesIO(data), encoding="utf-8", newline=""), delimiter=separator)
     rows = ((reader.line_num, [cell.strip() for cell in row]) for row in reader if any(cell.strip() for cell in row))
@@ -82,9 +85,15 @@ def _places(
         elif not any(known):
             texts.append(k)
     told = [k for k in texts if any(row[k] for row in rows)]
-    units = [k for k in told if all(is_unit(row[k]) for row in rows)]
-    names = [k for k in told if k not in units and _NAMES.fullmatch(bare_name(head[k]))]
-    if len(numbers) != 2 or len(names) != 1 or len(units) > 1:
+    names = [k for k in told if _NAMES.fullmatch(bare_name(head[k])) and not all(is_unit(row[k]) for row in rows)]
+    if len(numbers) != 2 or len(names) != 1:
+        return None
+    beside = [k for k in told if k != names[0]]
+    stated = {k: {(row[names[0]], row[k]) for row in rows if row[k]} for k in beside}
+    called = [k for k in beside if _UNITS.fullmatch(bare_name(head[k])) and _is_of_units(stated[k])]
+    units = called or [k for k in beside if all(is_unit(row[k]) for row in rows)]
+    units = units or [k for k in beside if _is_of_units(stated[k])]
+    if len(units) > 1:
         return None
     if any(not row[names[0]] for row in rows):
         return None
@@ -92,3 +101,12 @@ def _places(
     time = times[0] if len(times) == 1 else numbers[0]
     (value,) = (k for k in numbers if k != time)
     return time, names[0], value, units[0] if units else None
+
+
+def _is_of_units(stated: set[tuple[str, str]]) -> bool:
+    """Tell whether pairs of a name and a word state units: one for each name, and half of them or more are known.
+
+    A word that is none of ours, such as that of another language, is unknown for its name alone.
+    """
+    known = sum(is_unit(word) for _, word in stated)
+    return len(stated) == len({name for name, _ in stated}) and known > 0 and len(stated) <= 2 * known

@@ -24,6 +24,8 @@ from .stated_units import against_stated, time_against_stated
 
 START_S = 1.0
 SECOND = 1_000_000_000
+MOST_FILES = 8
+"""Whose times a sentence lists."""
 MOST_TILT = np.radians(400.0)
 """[rad] Of a roll or a pitch, which may be counted from 0 to 360 degrees."""
 STATE = "thruster_msgs/msg/ThrusterState"
@@ -114,13 +116,30 @@ def _refuse_apart(read: Sequence[tuple[Source, Series]]) -> None:
             own = series.origin + int(series.stamps[0]), series.origin + int(series.stamps[-1])
             first, last = spans.get(source.path, own)
             spans[source.path] = min(first, own[0]), max(last, own[1])
-    for path, (first, last) in spans.items():
-        others = [span for other, span in spans.items() if other != path]
-        if others and all(last < begin or end < first for begin, end in others):
-            begin, end = min(span[0] for span in others), max(span[1] for span in others)
-            expected = f"on the clock of the other files, {begin / SECOND:.3f} to {end / SECOND:.3f} s"
-            text = f"{path}: expected times {expected}; found {first / SECOND:.3f} to {last / SECOND:.3f} s"
-            raise RecordingError(text, path=path, expected=[begin, end], found=[first, last])
+    apart = {
+        path: span
+        for path, span in spans.items()
+        if len(spans) > 1 and all(_disjoint(span, other) for at, other in spans.items() if at != path)
+    }
+    if not apart:
+        return
+    path, (first, last) = next(iter(apart.items()))
+    others = [(f" of {at.name}" if len(spans) > 2 else "", span) for at, span in spans.items() if at != path]
+    expected = ", ".join(f"{_seconds(span)}{whose}" for whose, span in others[:MOST_FILES])
+    text = f"{path}: expected times on the clock of the other files, {expected}; found {_seconds((first, last))}"
+    text += "; `time_offset` of its entries brings its times to theirs"
+    if len(apart) > 1 and len(spans) > 2:
+        text += f"; apart from all others are {', '.join(each.name for each in apart)}"
+    begin, end = min(span[0] for _, span in others), max(span[1] for _, span in others)
+    raise RecordingError(text, path=path, expected=[begin, end], found=[first, last])
+
+
+def _disjoint(one: tuple[int, int], other: tuple[int, int]) -> bool:
+    return one[1] < other[0] or other[1] < one[0]
+
+
+def _seconds(span: tuple[int, int]) -> str:
+    return f"{span[0] / SECOND:.3f} to {span[1] / SECOND:.3f} s"
 
 
 def _refuse_parted(topic: str, fields: Mapping[str, Array]) -> None:

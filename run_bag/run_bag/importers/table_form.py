@@ -1,14 +1,15 @@
-"""What the first lines of a table show: comments before it, its separator and its decimal sign."""
+"""What a table shows: comments before it, its decimal sign, and whether its rows are plain."""
 
 from __future__ import annotations
 
-import csv
 import re
 from collections.abc import Sequence
 
-__all__ = ["SEPARATORS", "decimal_of", "separator_of", "without_comments"]
+import numpy as np
 
-SEPARATORS = "`;`, tabs, commas, `|` and single blanks are seen, or say `csv: {separator: ...}`"
+__all__ = ["SEPARATORS", "decimal_of", "is_uniform", "without_comments"]
+
+SEPARATORS = "`;`, tabs, commas, `|` and blanks are seen, or say `csv: {separator: ...}`"
 """What is read as a table, for a sentence."""
 _DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+(?:[eE][-+]?\d+)?")
 
@@ -30,19 +31,25 @@ def without_comments(data: bytes) -> bytes:
     return b"\n" * (count - 1) + last + rest
 
 
-def separator_of(lines: Sequence[str]) -> str:
-    """Return the separator of which all the first lines have equally many, the likeliest first."""
-    for separator in (";", "\t", ",", "|", " "):
-        counts = {len(next(csv.reader([line], delimiter=separator), [])) for line in lines}
-        if len(counts) == 1 and counts != {1}:
-            return separator
-    present = [s for s in (";", "\t", ",") if any(s in line for line in lines[:1])]
-    return present[0] if present else ","
-
-
 def decimal_of(lines: Sequence[str], separator: str) -> str:
     """Return the decimal sign: a comma where a cell is a number with one."""
     if separator == ",":
         return "."
     cells = [cell.strip() for line in lines for cell in line.split(separator)]
     return "," if any(_DECIMAL_COMMA.fullmatch(cell) for cell in cells) else "."
+
+
+def is_uniform(body: bytes, separator: str, width: int) -> bool:
+    """Tell whether rows are plain: no quotes, and as many separators in each line as `width` columns have."""
+    if b'"' in body or b"\0" in body or b"\r" in body.replace(b"\r\n", b"\n") or not body.isascii():
+        return False
+    marks = np.frombuffer(body, dtype=np.uint8)
+    ends = np.flatnonzero(marks == 10)
+    ends = ends if marks[-1] == 10 else np.append(ends, marks.size)
+    before = np.searchsorted(np.flatnonzero(marks == ord(separator)), ends)
+    counts = np.diff(before, prepend=0)
+    lengths = np.diff(ends, prepend=-1) - 1
+    blank = lengths == 0
+    if b"\r" in body:
+        blank |= (lengths == 1) & (marks[np.maximum(ends - 1, 0)] == 13)
+    return bool(np.all(counts[~blank] == width - 1)) and (width > 1 or not blank.any())

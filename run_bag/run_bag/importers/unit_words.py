@@ -22,6 +22,8 @@ _PAIRS = {("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("rev", "min"): "rpm", (
           ("mn", "m"): "mN m", ("n", "cm"): "N cm", ("kgf", "cm"): "kgf cm", ("deg", "c"): "degC",
           ("mps", "2"): "m/s^2", ("ms", "2"): "m/s^2"}  # fmt: skip
 _PER = ("per", "pro")
+_RAW = "counts"
+"""Of a device: as a unit raw and adc are counts; in a name they say whose value it is, as in servo1_raw."""
 
 
 def words_of(name: str) -> list[str]:
@@ -46,6 +48,6 @@ def named_units(name: str) -> list[str]:
         if pair and (k > 1 or len(words) < len(every)):
             found.append(pair)
         elif word.isalpha() and (len(word) > 1 or k > 0):
-            own = written_so(word) or ([spelled(word)] if is_unit(word) else [])
+            own = written_so(word) or ([spelled(word)] if is_unit(word) and spelled(word) != _RAW else [])
             found += [*own, *filter(None, [_WORDS.get(word.lower())])]
     return found

@@ -170,6 +170,7 @@ class Effect:
         taken: when samples with these stamps were taken: (signal, stamps, sizes by name) to stamps; for effects of the
             log that do not scatter.
         channel: the signals whose sensor or log it concerns, separated by spaces; "" where it concerns none or any.
+        reads: a signal that it takes beside those; without it in a model it changes nothing. "" where it takes none.
         order: place in the chain of its block or stage; the lower first, by identifier where equal.
         twins: effects that no data can tell from this one; "id:channel" where they concern several channels.
         search: how its sizes are found.
@@ -196,6 +197,7 @@ class Effect:
     logged: Callable[..., Any] | None = None
     taken: Callable[..., Any] | None = None
     channel: str = ""
+    reads: str = ""
     order: int = 0
     twins: tuple[str, ...] = ()
     search: Search = "slope"

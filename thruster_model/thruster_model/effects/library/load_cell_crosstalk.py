@@ -23,5 +23,6 @@ EFFECT = Effect(
     note="Q is that of the propeller, with all effects on it",
     sample=sample,
     channel="thrust",
+    reads="torque",
     order=2,
 )
