@@ -17,7 +17,7 @@ from gap_diagnosis.report import diagnosis_report
 from gap_diagnosis.stretches import LENGTH, LONGEST, THINNED
 from run_bag import RunError
 from run_bag.command_line import described, of_a_vehicle, offer_vehicle, user_arguments
-from safe_files.whole_files_io import new_folder
+from safe_files.whole_files_io import expect_new_folder, new_folder
 from thruster_model.effects.stages import LIBRARY
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set
@@ -41,8 +41,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose") -> i
         unknown = sorted(set(given.without) - set(LIBRARY))
         if unknown:
             raise ValueError(f"--without {' '.join(unknown)}: expected effects of {', '.join(LIBRARY)}")
-        if out.exists() and (not out.is_dir() or any(out.iterdir())):
-            raise FileExistsError(f"{out}: expected a new or empty folder; found files in it")
+        expect_new_folder(out)
         if given.longest is not None and not given.longest >= LENGTH:
             raise ValueError(f"--longest: expected {LENGTH:g} s or more; found {given.longest:g}")
         if given.experiment:  # wrong limits are refused before anything is computed

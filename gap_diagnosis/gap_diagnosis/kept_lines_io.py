@@ -1,10 +1,11 @@
 """Files to which results are appended, a JSON object a line, each as it is there."""
 
 import json
+import os
 from pathlib import Path
 from typing import Any
 
-__all__ = ["kept_lines"]
+__all__ = ["keep_line", "kept_lines"]
 
 
 def kept_lines(path: Path) -> list[dict[str, Any]]:
@@ -26,3 +27,13 @@ def kept_lines(path: Path) -> list[dict[str, Any]]:
             raise ValueError(f"{path}, line {number}: expected a JSON object; found {line.strip()[:40]!r}")
         found.append(content)
     return found
+
+
+def keep_line(path: Path, content: dict[str, Any]) -> None:
+    """Append an object as a line, in one step; a last line that was cut off is removed."""
+    with path.open("a+b", buffering=0) as file:
+        end = file.seek(0, os.SEEK_END)
+        file.seek(max(end - 1, 0))
+        if file.read(1) not in (b"", b"\n"):
+            file.truncate(path.read_bytes().rfind(b"\n") + 1)
+        file.write(json.dumps(content).encode() + b"\n")

@@ -16,7 +16,7 @@ from rov_sim.bench_campaign import altered, run_campaign, run_programme
 from rov_sim.campaign_io import read_programme, write_bench_run
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
-from safe_files.whole_files_io import new_folder
+from safe_files.whole_files_io import expect_new_folder, new_folder
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import available_sets, load_parameter_set, write_parameter_set
 
@@ -43,8 +43,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "bench_campaign"
     parser.add_argument("--programme", type=Path, metavar="FILE", help=help_programme)
     given = parser.parse_args(user_arguments(arguments))
     try:
-        if given.out.exists() and any(given.out.iterdir()):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        expect_new_folder(given.out)
         if given.seed < 0 or given.spread < 0.0:
             raise ValueError(f"expected --seed and --spread >= 0; found {given.seed} and {given.spread:g}")
         rng = np.random.default_rng(given.seed)

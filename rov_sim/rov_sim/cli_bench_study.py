@@ -51,6 +51,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (*FAILURES, RunError) as error:
         return failed(error)
     _print(study)
+    kept = {path.name.split(".")[0] for path in (given.out / "shards").glob("*.json")} - set(strategies)
+    if kept:
+        told = f"scores.csv and report.html tell of {', '.join(strategies)}; what {', '.join(sorted(kept))} scored"
+        print(f"note: {told} before is kept in {given.out / 'shards'}", file=sys.stderr)
     print(given.out / "scores.csv")
     print(page)
     return 0

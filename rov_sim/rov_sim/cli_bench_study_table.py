@@ -26,7 +26,7 @@ from rov_sim.closed_loop import Timing
 from rov_sim.rig_sensors import Rig
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from safe_files.whole_files_io import write_whole
+from safe_files.whole_files_io import expect_new_folder, write_whole
 from thruster_control.errors import ThrusterControlError
 from thruster_model.errors import ThrusterModelError
 from thruster_model.parameter_set_io import load_parameter_set
@@ -45,8 +45,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         unknown = sorted(set(quiet) - set(studies))
         if unknown:
             raise ValueError(f"--without-spikes: expected names of --study; found {', '.join(unknown)}")
-        if given.out.exists() and any(given.out.iterdir()):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        expect_new_folder(given.out)
         read = {name: read_study(folder)[1] for name, folder in studies.items()}
         silent = {name: read_study(folder)[1] for name, folder in quiet.items()}
         main_study = next(iter(read.values()))

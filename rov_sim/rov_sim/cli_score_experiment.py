@@ -9,7 +9,7 @@ from rov_sim.experiment_report_io import build_report, dump_scores, read_experim
 from rov_sim.experiment_scores import KINDS
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from safe_files.whole_files_io import new_folder, refuse_full_folder, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, write_whole
 
 __all__ = ["main"]
 
@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     out = given.out or given.run.with_name(f"{given.run.name}_scores")
     about = {"run": given.run.resolve().name, "reference": given.reference, "strategy": given.strategy}
     try:
-        refuse_full_folder(out)
+        expect_new_folder(out)
         run, found = read_experiment(given.run, given.reference, thruster=given.thruster)
         report = build_report(run, found, about, thruster=given.thruster)
         with new_folder(out) as partial:

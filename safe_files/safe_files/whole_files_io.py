@@ -21,7 +21,7 @@ from types import FrameType
 
 from safe_files.errors import NotWrittenError
 
-__all__ = ["new_folder", "refuse_full_folder", "whole_file", "write_whole"]
+__all__ = ["expect_new_folder", "new_folder", "whole_file", "write_whole"]
 
 
 def write_whole(path: Path, content: str | bytes, *, replace: bool = False) -> Path:
@@ -67,7 +67,7 @@ def new_folder(path: Path) -> Iterator[Path]:
         FileExistsError: there is something already that is no empty folder.
         NotWrittenError: the file system refuses.
     """
-    refuse_full_folder(path)
+    expect_new_folder(path)
     given, path = path, Path(os.path.abspath(path))
     partial = _hidden(path)
     with _removed_where_not_finished(given, partial):
@@ -80,14 +80,20 @@ def new_folder(path: Path) -> Iterator[Path]:
         _to_disk(path.parent)
 
 
-def refuse_full_folder(path: Path) -> None:
+def expect_new_folder(path: Path) -> None:
     """Refuse a place where `new_folder` would: for programs that work long before they write.
 
     Raises:
         FileExistsError: there is something already that is no empty folder.
+        NotWrittenError: the folder that it would be in is none, or may not be written.
     """
     if os.path.lexists(path) and not (path.is_dir() and not any(path.iterdir())):
-        raise FileExistsError(f"{path}: expected a new or empty folder; found something there")
+        found = "files in it" if path.is_dir() else "something there"
+        raise FileExistsError(f"{path}: expected a new or empty folder; found {found}")
+    above = next(each for each in Path(os.path.abspath(path)).parents if os.path.lexists(each))
+    number = errno.ENOTDIR if not above.is_dir() else 0 if os.access(above, os.W_OK | os.X_OK) else errno.EACCES
+    if number:
+        raise NotWrittenError(path, OSError(number, os.strerror(number)))
 
 
 def _hidden(path: Path, ending: str = "") -> Path:

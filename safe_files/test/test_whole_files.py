@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from safe_files.errors import NotWrittenError
-from safe_files.whole_files_io import new_folder, refuse_full_folder, whole_file, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, whole_file, write_whole
 
 CONTENT = "x" * 300_000
 
@@ -100,15 +100,22 @@ def test_what_is_there_is_kept(tmp_path: Path) -> None:
     assert {p.read_text() for p in tmp_path.rglob("*") if p.is_file()} == {"earlier"}
 
 
-def test_a_place_is_refused_before_the_work_as_it_would_be_after_it(tmp_path: Path) -> None:
+def test_a_place_is_refused_before_the_work_as_it_would_be_after_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     (tmp_path / "file").write_text("earlier")
     (tmp_path / "empty").mkdir()
     for place in (tmp_path, tmp_path / "file"):
         with pytest.raises(FileExistsError, match="expected a new or empty folder"):
-            refuse_full_folder(place)
-    refuse_full_folder(tmp_path / "empty")
-    refuse_full_folder(tmp_path / "new" / "one")
+            expect_new_folder(place)
+    with pytest.raises(NotWrittenError, match=r"file/x: cannot be written: Not a directory; nothing was left there$"):
+        expect_new_folder(tmp_path / "file" / "x")
+    expect_new_folder(tmp_path / "empty")
+    expect_new_folder(tmp_path / "new" / "one")
     assert not (tmp_path / "new").exists()
+    monkeypatch.setattr(os, "access", lambda place, how: place != tmp_path)
+    with pytest.raises(NotWrittenError, match=r"one: cannot be written: Permission denied; nothing was left there$"):
+        expect_new_folder(tmp_path / "new" / "one")
 
 
 def test_what_comes_while_writing_is_kept_too(tmp_path: Path) -> None:

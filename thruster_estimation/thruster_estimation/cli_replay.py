@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from run_bag.command_line import user_arguments
-from safe_files.whole_files_io import new_folder, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, write_whole
 from thruster_estimation.errors import EstimationError
 from thruster_estimation.reference import REFERENCES
 from thruster_estimation.replay import Job, Outcome, problem_with, replay
@@ -73,10 +73,10 @@ def _check(given: argparse.Namespace) -> None:
         value = getattr(given, name)
         if value is not None and not value > 0:
             problems.append(f"--{name.replace('_', '-')}: expected a number > 0; found {value:g}")
-    if given.out is not None and given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
-        problems.append(f"{given.out}: expected a new or empty folder; found files in it")
     if problems:
         raise EstimationError(problems)
+    if given.out is not None:
+        expect_new_folder(given.out)
 
 
 def _input_map(text: str | None) -> dict[str, float]:

@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from run_bag.command_line import described, of_a_vehicle, offer_vehicle, user_arguments
-from safe_files.whole_files_io import new_folder, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, write_whole
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.identification.experiment import SIGNALS
 from thruster_model.identification.experiment_io import PreparationOptions, read_experiments
@@ -36,8 +36,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit") -> int:
     try:
         _check_runs(given)
         starts = _starts(given)
-        if given.out.exists() and any(given.out.iterdir()):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found files in it")
+        expect_new_folder(given.out)
         study = _study(given, starts)
         _write(study, given)
     except (ThrusterModelError, OSError, ValueError) as error:

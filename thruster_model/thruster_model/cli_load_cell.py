@@ -10,7 +10,7 @@ from rich.console import Console
 
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from safe_files.whole_files_io import new_folder
+from safe_files.whole_files_io import expect_new_folder, new_folder
 from thruster_model.errors import ThrusterModelError, UnfitDataError
 from thruster_model.load_cell.recordings_io import read_recordings, write_recovered
 from thruster_model.load_cell.report_io import build_report
@@ -22,8 +22,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Calibrate, recover, write matrix, report and runs; return the exit status."""
     given = _parser().parse_args(user_arguments(arguments))
     try:
-        if given.out.exists() and (not given.out.is_dir() or any(given.out.iterdir())):
-            raise FileExistsError(f"{given.out}: expected a new or empty folder; found something there")
+        expect_new_folder(given.out)
         _run(given)
     except (ThrusterModelError, RunError, OSError, ValueError) as error:
         print(error, file=sys.stderr)

@@ -12,6 +12,7 @@ from gap_diagnosis.blind_check.judging import right
 from gap_diagnosis.blind_check.sealing import BrokenSealError
 from gap_diagnosis.blind_check.store_io import Store, nominal_parameters, write_case
 from run_bag.command_line import user_arguments
+from safe_files.whole_files_io import expect_new_folder
 
 __all__ = ["main"]
 
@@ -33,8 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _seal(folder: Path, model: str, seed: int | None) -> int:
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise FileExistsError(f"{folder}: expected a new or empty folder; found files in it")
+    expect_new_folder(folder)
     drawn = secrets.randbelow(2**31) if seed is None else seed
     store, (case_plan,) = Store(folder, drawn), plan(1, drawn, kinds=("effect",), model=model)
     print(f"sealed; SHA-256 of the key: {store.publish([case_plan])}")

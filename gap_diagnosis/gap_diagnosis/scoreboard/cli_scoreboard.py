@@ -37,7 +37,10 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"scoreboard: {error}", file=sys.stderr)
         return 1
     except KeyboardInterrupt:
-        print("interrupted: cases that were finished are kept, the same command goes on", file=sys.stderr)
+        kept = (
+            "cases that were finished are kept, the same command goes on" if given.does is _run else "nothing was kept"
+        )
+        print(f"interrupted: {kept}", file=sys.stderr)
         return 130
 
 

@@ -1,6 +1,5 @@
 """Record, diagnose and keep the cases of a scoreboard, in several processes; what is kept is not run again."""
 
-import json
 import math
 import tempfile
 import time
@@ -14,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from gap_diagnosis.blind_check.opened import scored_part
-from gap_diagnosis.kept_lines_io import kept_lines
+from gap_diagnosis.kept_lines_io import keep_line, kept_lines
 from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.scoreboard.case import SyntheticRun, Truth
 from gap_diagnosis.scoreboard.generators import GENERATORS
@@ -104,7 +103,7 @@ def run_cases(
     folder.mkdir(parents=True, exist_ok=True)
     found = {answer.case: answer for answer in read_answers(folder)}
     missing = [planned for planned in plans if planned.name not in found]
-    with worker_processes(processes) as pool, (folder / _FILE).open("a", encoding="utf-8") as file:
+    with worker_processes(processes) as pool:
         waiting = {pool.submit(diagnosed, planned): planned for planned in missing}
         for future in as_completed(waiting):
             error = future.exception()
@@ -112,8 +111,7 @@ def run_cases(
             broken = {"verdict": "failed", "reason": f"{type(error).__name__}: {error}"}
             told, seconds = future.result() if error is None else (broken, math.nan)
             answer = answer_of(waiting[future], told, seconds)
-            file.write(json.dumps(asdict(answer)) + "\n")
-            file.flush()
+            keep_line(folder / _FILE, asdict(answer))
             found[answer.case] = answer
             progress(answer)
     return [found[planned.name] for planned in plans]

@@ -11,7 +11,7 @@ from gap_diagnosis.vehicle.log_io import read_logs
 from gap_diagnosis.vehicle.programmes_io import add_limits, limits_of
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
-from safe_files.whole_files_io import refuse_full_folder
+from safe_files.whole_files_io import expect_new_folder
 from thruster_model.compilation import told_of_compiling
 from thruster_model.errors import ThrusterModelError
 
@@ -37,7 +37,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "diagnose_vehicl
     add_limits(group)
     given = parser.parse_args(user_arguments(arguments))
     try:
-        refuse_full_folder(given.out)
+        expect_new_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.runs, model, given.period)
         provenance = provenance_of(given.runs, model)

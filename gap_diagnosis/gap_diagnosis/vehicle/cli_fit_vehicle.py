@@ -12,7 +12,7 @@ from gap_diagnosis.vehicle.fit_io import summary_of, written
 from gap_diagnosis.vehicle.log_io import read_logs
 from run_bag import RunError
 from run_bag.command_line import described, user_arguments
-from safe_files.whole_files_io import refuse_full_folder
+from safe_files.whole_files_io import expect_new_folder
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str] | None = None, program: str = "fit_vehicle") -
     add_longest(parser)
     given = parser.parse_args(user_arguments(arguments))
     try:
-        refuse_full_folder(given.out)
+        expect_new_folder(given.out)
         model = load_model(given.vehicle, given.set, given.sensors)
         logs, model = read_logs(given.runs, model, given.period)
         fit = fitted_vehicle(model, logs, told, given.longest)

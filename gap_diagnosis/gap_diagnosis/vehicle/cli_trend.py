@@ -20,7 +20,7 @@ from gap_diagnosis.vehicle.trend import Line, Size, followed, line_of, size_in
 from run_bag import RunError
 from run_bag.command_line import user_arguments
 from run_bag.report import Report
-from safe_files.whole_files_io import new_folder, refuse_full_folder, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, write_whole
 from thruster_model.errors import ThrusterModelError
 
 __all__ = ["main"]
@@ -43,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--out", type=Path, default=Path("trend"), help="new or empty folder")
     given = parser.parse_args(user_arguments(arguments))
     try:
-        refuse_full_folder(given.out)
+        expect_new_folder(given.out)
         if len(given.dives) < 3:
             raise ValueError(f"trend: expected three dives or more; found {len(given.dives)}")
         model = load_model(given.vehicle, given.set, given.sensors)

@@ -10,6 +10,7 @@ from dataclasses import asdict
 
 import pytest
 
+from gap_diagnosis.kept_lines_io import keep_line
 from gap_diagnosis.scoreboard import cli_scoreboard, plans
 from gap_diagnosis.scoreboard.answers import Answer
 from gap_diagnosis.scoreboard.running_io import read_answers
@@ -79,6 +80,8 @@ def test_a_broken_line_is_named_and_one_that_was_cut_off_is_passed_over(tmp_path
     whole = (folder / "answers.jsonl").read_text("utf-8")
     (folder / "answers.jsonl").write_text(whole[:-20], "utf-8")
     assert cli_scoreboard.main(["table", str(folder)]) == 0
+    keep_line(folder / "answers.jsonl", asdict(read_answers(folder)[0]))
+    assert [each.case for each in read_answers(folder)] == 2 * ["lab-none-1"], "the cut line is gone"
     (folder / "answers.jsonl").write_text('{"broken\n' + whole, "utf-8")
     assert cli_scoreboard.main(["table", str(folder)]) == 1
     assert f"{folder / 'answers.jsonl'}, line 1: expected a JSON object; found '{{\"broken'" in capsys.readouterr().err
@@ -89,7 +92,7 @@ def test_an_interrupt_ends_a_run_at_once_in_one_sentence(tmp_path):
     with subprocess.Popen(
         [*command, "--processes", "1"], start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE
     ) as process:
-        while not (tmp_path / "board" / "answers.jsonl").exists():
+        while not (tmp_path / "board").exists():
             time.sleep(0.1)
         time.sleep(5.0)  # a worker loads kernels, or is at work
         os.killpg(process.pid, signal.SIGINT)

@@ -16,7 +16,7 @@ from rov_sim.vehicle.run_scores_io import as_mapping, score_run
 from rov_sim.vehicle.scores import DEGREES_OF_FREEDOM
 from run_bag import RunError
 from run_bag.command_line import user_arguments
-from safe_files.whole_files_io import new_folder, refuse_full_folder, write_whole
+from safe_files.whole_files_io import expect_new_folder, new_folder, write_whole
 
 __all__ = ["main"]
 
@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     about = {"runs": _names(given.runs), "begin": given.begin, "version": version_here()}
     about |= {} if given.end == inf else {"end": given.end}
     try:
-        refuse_full_folder(out)
+        expect_new_folder(out)
         scored: list[Scored] = []
         names = _names(given.runs)
         with shown_progress("runs", "runs") as progress:

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from gap_diagnosis.kept_lines_io import kept_lines
+from gap_diagnosis.kept_lines_io import keep_line, kept_lines
 from gap_diagnosis.vehicle.blind.draws import drawn
 from gap_diagnosis.vehicle.blind.recording_io import recorded
 from gap_diagnosis.vehicle.blind.scoring import differences, scored, table
@@ -73,8 +73,7 @@ def _checked(given: argparse.Namespace, wanted: dict[int, str | None]) -> int:
         except ArithmeticError as error:
             case = {"seed": seed, "diverged": str(error)}
         case |= {"seconds": round(time.monotonic() - begun[0], 1), "cpu": round(time.process_time() - begun[1], 1)}
-        with given.cases.open("a", encoding="utf-8") as file:
-            file.write(json.dumps(case) + "\n")
+        keep_line(given.cases, case)
         done.append(case)
         print(json.dumps(case), file=sys.stderr, flush=True)
     if given.compare is not None:

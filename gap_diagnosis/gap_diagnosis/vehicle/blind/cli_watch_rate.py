@@ -4,7 +4,6 @@ Each dive is appended to DIVES.jsonl as it is done: an interrupted count goes on
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from gap_diagnosis.kept_lines_io import keep_line, kept_lines
 from gap_diagnosis.vehicle import rules
 from gap_diagnosis.vehicle.blind.watch_hours_io import EFFECTS, Watched, watched_draw
 from gap_diagnosis.vehicle.blind.watch_plot_io import draw_delays
@@ -41,10 +41,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"--rate: expected a number above 0; found {given.rate:g}", file=sys.stderr)
         return 1
     try:
-        text = given.dives.read_text("utf-8") if given.dives.exists() else ""
-        done = [json.loads(line) for line in text.splitlines()]
+        done = kept_lines(given.dives)
     except (OSError, ValueError) as error:
-        print(f"{given.dives}: expected JSON, one dive a line; found {error}", file=sys.stderr)
+        print(error, file=sys.stderr)
         return 1
     place, watched = len([d for d in done if "minutes" in d]), None
     while sum(d.get("hours", 0.0) for d in done) < given.hours:
@@ -57,8 +56,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         dives = [watched.loss(failing), watched.failure(failing)] if run % _LOSSES == 0 else []
         for each in (*dives, watched.healthy(run, _MINUTES)):  # the healthy one last: it tells that all is done
             dive = {**of, **each}
-            with given.dives.open("a", encoding="utf-8") as file:
-                file.write(json.dumps(dive) + "\n")
+            keep_line(given.dives, dive)
             done.append(dive)
         place += 1
         print(
