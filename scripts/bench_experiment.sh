@@ -65,6 +65,7 @@ one_of "$protocol" text frames || refuse "--protocol: expected text or frames; f
 one_of "$form" proper bench || refuse "--form: expected proper or bench; found '$form'"
 [[ $seed =~ ^[0-9]+$ ]] || refuse "--seed: expected an integer, 0 or more; found '$seed'"
 [ -z "$port" ] || [ -e "$port" ] || refuse "--port: expected a serial port; found nothing at $port"
+[ -z "$port" ] || [ -c "$port" ] || refuse "--port: expected a serial port; found no device at $port"
 [ -z "$port" ] || real_time=true
 [ -z "$port" ] || ! $firmware || refuse "--firmware: expected the emulated bench; found the device at $port"
 [ -z "$out" ] || [ ! -e "$out" ] || refuse "--out: expected a folder that does not exist; $out does"

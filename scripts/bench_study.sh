@@ -7,7 +7,7 @@
 #        PLANTS="retuned=…/diagnosis.json" adds plants to predict the real runs with: NAME=YAML or NAME=diagnosis.json
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-[ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings\n' "$0" >&2; exit 2; }
+[ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings; found %s\n' "$0" "${1:-nothing}" >&2; exit 2; }
 out=${2:-$root/runs/bench-study-$(date +%Y%m%d-%H%M%S)}
 "$root/scripts/setup.sh"
 . "$root/scripts/env.sh"

@@ -4,7 +4,7 @@
 # usage: scripts/real_data_diagnosis.sh PATH [OUT]     PATH: the bench's recordings; writes OUT/table.md, OUT/steady_states.md, the reports
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd -P)
-[ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings\n' "$0" >&2; exit 2; }
+[ $# -ge 1 ] && [ -d "$1" ] || { printf 'usage: %s PATH [OUT]: expected a folder of recordings; found %s\n' "$0" "${1:-nothing}" >&2; exit 2; }
 out=${2:-$root/runs/real-data-$(date +%Y%m%d-%H%M%S)}
 "$root/scripts/setup.sh"
 . "$root/scripts/env.sh"

@@ -80,6 +80,7 @@ def ran(command: list[str], mark: str) -> Done:
             ["--hardware", "T2=/dev/no_such_port"],
             "hardware: T2: expected a serial port; found nothing at /dev/no_such_port",
         ),
+        (["--hardware", "T2=/etc/passwd"], "hardware: T2: expected a serial port; found no device at /etc/passwd"),
         (["--vehicle", "submarine"], "submarine"),
     ],
 )

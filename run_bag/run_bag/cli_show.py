@@ -120,7 +120,10 @@ def _run(options: argparse.Namespace) -> int:
         raise RunExistsError(f"{out} exists; nothing is overwritten: say another --out", path=out)
     if not out.parent.is_dir():
         raise RunError(f"{out}: expected an existing folder {out.parent}, found none", path=out)
-    print(show(read_run(given, options.topics)).write(out))
+    run = read_run(given, options.topics)
+    for warning in run.warnings:
+        print(f"warning: {warning}", file=sys.stderr)
+    print(show(run).write(out))
     return 0
 
 

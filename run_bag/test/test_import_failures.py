@@ -75,3 +75,13 @@ def test_a_full_disk_is_told_with_the_target_and_leaves_nothing_half_written(tmp
     with pytest.raises(CannotWriteError, match="/a: cannot be written: No space left on device"):
         write_run(tmp_path / "a", bench_topics(3))
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_folder_without_recordings_of_the_bench_is_a_sentence(tmp_path, capsys):
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "notes.txt").write_text("nothing measured")
+    assert import_bench([str(tmp_path / "in"), "--out", str(tmp_path / "out")]) == 1
+    sentence = (
+        f"{tmp_path / 'in'}: expected recordings of the bench: csv of its load cell, dat of a velocimeter, mat of "
+    )
+    assert capsys.readouterr().err == f"{sentence}a controller; found none\n"

@@ -57,3 +57,12 @@ def test_what_cannot_be_drawn_is_refused_with_a_sentence(tmp_path, capsys, monke
     assert main(arguments) == 1
     assert sentence in capsys.readouterr().err
     assert [p.name for p in tmp_path.iterdir()] == ["a"]
+
+
+def test_what_a_damaged_run_lost_is_said_on_the_screen_too(tmp_path, capsys):
+    whole = write_run(tmp_path / "a", bench_topics(50_000))
+    (data,) = whole.glob("*.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data.read_bytes()[: data.stat().st_size // 2])
+    assert main([str(cut)]) == 0
+    assert "warning: cut.mcap: " in capsys.readouterr().err

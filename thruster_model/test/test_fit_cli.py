@@ -4,6 +4,7 @@ import json
 import subprocess
 import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -47,6 +48,14 @@ def outcome(runs, recordings, tmp_path_factory):
     out = tmp_path_factory.mktemp("fit") / "out"
     status = cli_fit.main([*runs, "--model", "simplified", "hl", "--out", str(out), "--validate", recordings[2]])
     return status, out
+
+
+def test_what_a_damaged_run_lost_is_said_on_the_screen_too(runs, tmp_path, capsys):
+    (data,) = Path(runs[0]).glob("*.mcap")
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(data.read_bytes()[: 2 * data.stat().st_size // 3])
+    cli_fit.main([str(cut), runs[1], "--model", "simplified", "--out", str(tmp_path / "out")])
+    assert "warning: cut: cut.mcap: cut off inside the record" in capsys.readouterr().err
 
 
 def test_all_results_are_there_and_nothing_else(outcome):

@@ -100,10 +100,14 @@ def _starts(given: argparse.Namespace) -> list[tuple[ParameterSet, ParameterSet]
 def _study(given: argparse.Namespace, starts: list[tuple[ParameterSet, ParameterSet]]) -> Study:
     with progress("reading") as tell:
         preparation = PreparationOptions(flow=FlowLimits(velocity=given.largest_flow))
+        fitted, predicted = (read_experiments(runs, preparation, tell) for runs in (given.runs, given.validate))
+        for experiment in (*fitted, *predicted):
+            for warning in experiment.warnings:
+                print(f"warning: {experiment.name}: {warning}", file=sys.stderr)
         return run_study(
             starts,
-            read_experiments(given.runs, preparation, tell),
-            validation=read_experiments(given.validate, preparation, tell),
+            fitted,
+            validation=predicted,
             hold_out=given.hold_out,
             options=FitOptions(method=given.method, stages=given.stages),
             progress=tell,

@@ -19,7 +19,7 @@ from gap_diagnosis.blind_check.running_io import diagnose_all, opened_cases
 from gap_diagnosis.blind_check.scoring import score
 from gap_diagnosis.blind_check.sealing import BrokenSealError, hash_of_all
 from gap_diagnosis.blind_check.store_io import Store
-from rov_sim.study.worker_processes import worker_processes
+from rov_sim.study.worker_processes_io import worker_processes
 from run_bag.command_line import user_arguments
 
 __all__ = ["main"]

@@ -10,7 +10,7 @@ from gap_diagnosis.recording_io import read_recordings
 from gap_diagnosis.scoreboard.ablation import Judged, judged_anew
 from gap_diagnosis.scoreboard.plans import Planned
 from gap_diagnosis.scoreboard.running_io import answer_of, recorded
-from rov_sim.study.worker_processes import worker_processes
+from rov_sim.study.worker_processes_io import worker_processes
 from thruster_model.parameter_set_io import load_parameter_set
 
 __all__ = ["judged_cases"]

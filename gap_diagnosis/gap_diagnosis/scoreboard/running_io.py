@@ -19,7 +19,7 @@ from gap_diagnosis.scoreboard.case import SyntheticRun, Truth
 from gap_diagnosis.scoreboard.generators import GENERATORS
 from gap_diagnosis.scoreboard.plans import Planned
 from gap_diagnosis.scoreboard.truths import distances, shares
-from rov_sim.study.worker_processes import worker_processes
+from rov_sim.study.worker_processes_io import worker_processes
 from run_bag import Topic, write_run
 
 __all__ = ["answer_of", "diagnosed", "read_answers", "recorded", "run_cases", "write_synthetic_run"]

@@ -6,7 +6,7 @@ from concurrent.futures.process import BrokenProcessPool
 from urllib.parse import urlsplit
 
 from rov_sim.study.store_io import Scores, Shard, Store
-from rov_sim.study.worker_processes import worker_processes
+from rov_sim.study.worker_processes_io import worker_processes
 
 __all__ = ["RunShard", "StudyInterrupted", "checked_address", "run_shards"]
 

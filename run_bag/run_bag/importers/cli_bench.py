@@ -92,6 +92,9 @@ def _run(paths: list[Path], out: Path, options: BenchOptions) -> int:
     print(f"{done} imported, {len(failed)} failed, {len(plan.skipped)} files skipped")
     for sentence in failed:
         print(f"failed: {sentence}", file=sys.stderr)
+    if not plan.groups:
+        expected = "expected recordings of the bench: csv of its load cell, dat of a velocimeter, mat of a controller"
+        print(f"{', '.join(map(str, paths))}: {expected}; found none", file=sys.stderr)
     return 1 if failed or not done else 0
 
 
