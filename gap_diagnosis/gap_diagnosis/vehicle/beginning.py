@@ -123,15 +123,18 @@ def delays_in(
     order = sorted(range(len(sized)), key=lambda j: -scores[j])
     found = []
     for h in list(dict.fromkeys(sized[j].hypothesis for j in order))[: rules.REFINED_LATE]:
-        nearest = next(sized[j].sizes[0] for j in order if sized[j].hypothesis is h)
+        nearest, *others = next(sized[j].sizes for j in order if sized[j].hypothesis is h)
 
-        def of(share: float, h: Hypothesis = h, size: float = nearest) -> float:
-            return -foreseen(model, logs, [_of_size(h, (share * size,))])
+        def late(share: float, h: Hypothesis = h, size: float = nearest, others: Sequence[float] = others) -> Refined:
+            return _of_size(h, (share * size, *others))
+
+        def of(share: float, late: Callable[[float], Refined] = late) -> float:
+            return -foreseen(model, logs, [late(share)])
 
         most = min(_TWICE, h.most / abs(nearest))
         finely = min(rules.TIMING / abs(nearest), _FINELY)
         best = minimize_scalar(of, bounds=(0.0, most), method="bounded", options={"xatol": finely})
-        found.append((-float(best.fun) - nothing, _of_size(h, (float(best.x) * nearest,))))
+        found.append((-float(best.fun) - nothing, late(float(best.x))))
     return [each for each in found if each[0] > np.log(rules.CLAIM)]
 
 

@@ -46,3 +46,17 @@ def test_a_delay_is_none_where_numbers_do_as_well_once_they_are_where_it_led_to(
     found, values = beyond_numbers(model, [], {}, [(500.0, a_delay)])
     assert [own for own, _ in found] == ([500.0] if late else [])
     assert values == there
+
+
+def test_a_delay_of_two_sizes_is_tried_as_one(tmp_path: Path) -> None:
+    draw = Draw(seed=12, vehicle="ngs", kinds=("steps",), duration=20.0)
+    model = load_model(draw.vehicle)
+    topics = recorded(draw, model.vehicle, model.sets, model.sensors)[0]
+    topics = restamped(topics, "throttle", lambda t: t - 0.2)
+    logs, model = read_logs([write_run(tmp_path / "run", topics)], model)
+    lags = [h for h in hypotheses(model, told_in(logs)) if h.effect == "command_lag"]
+    nothing = foreseen(model, logs, ())
+    ((gain, lag),) = delays_in(model, logs, lags, nothing)
+    assert len(lag.sizes) == 2 and lag.sizes[0] == pytest.approx(0.2, abs=0.1)
+    ((_, fit),), _ = beyond_numbers(model, logs, {}, [(gain, lag)])
+    assert len(fit.effects[0].sizes) == 2 and fit.likelihood > nothing
