@@ -41,7 +41,7 @@ def likeliest_onsets(failures: Sequence[Hypothesis], screen: Screen, fit: Fit) -
     H, slope = normal(list(fit.columns), r, fit.unknowns, np.ones(len(fit.unknowns)))
     inverse = np.linalg.inv(H + np.eye(len(H)))
     found = []
-    for h in failures:
+    for h in map(_as_it_fails, failures):
         (column,) = screen.of_hypothesis(h)
         changes = side_by_side(column.change, rows)
         sums = [_to_the_end(*of_run, _instants(screen)) for of_run in zip(changes, fit.columns, r, strict=True)]
@@ -49,6 +49,11 @@ def likeliest_onsets(failures: Sequence[Hypothesis], screen: Screen, fit: Fit) -
         if onset is not None:
             found.append(replace(h, since=onset))
     return found
+
+
+def _as_it_fails(h: Hypothesis) -> Hypothesis:
+    """Return a failure with no sizes on the side on which no watch follows it: nothing gains thrust in mid-run."""
+    return replace(h, lower=(0.0,)) if h.watched and min(h.watched) > 0.0 else h
 
 
 def _instants(screen: Screen) -> int:
