@@ -206,3 +206,5 @@ def test_the_command_writes_scores_and_a_report_and_is_done_the_second_time(tmp_
     assert main(arguments) == 0
     assert capsys.readouterr().out == told
     assert {f: f.stat().st_mtime_ns for f in (tmp_path / "out/shards").iterdir()} == shards
+    assert main([each.replace("lookup,hl-ekf", "lookup") for each in arguments]) == 0
+    assert "tell of lookup; what hl-ekf scored before is kept in" in capsys.readouterr().err

@@ -126,7 +126,7 @@ def test_a_second_process_finds_the_kernel_compiled(tmp_path):
     code = (
         "import os, numpy as np; from thruster_model import flow_tank as f, stepper as s;"
         "from thruster_model.parameter_set_io import load_parameter_set as l;"
-        "f.simulate(l('hl').coefficients, np.ones(2), 0.01); print(sum(s.advance.stats.cache_hits.values()))"
+        "f.simulate(l('hl').coefficients, np.ones(2), 0.01); print(sum(s.fill.stats.cache_hits.values()))"
     )
     environment = {"XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": ":".join(p for p in sys.path if p)}
     hits = [
