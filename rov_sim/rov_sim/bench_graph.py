@@ -15,7 +15,7 @@ from rov_sim.vehicle.graph import GraphNode
 from thruster_control.references import REFERENCES
 from thruster_control.strategies import STRATEGIES
 
-__all__ = ["BenchExperiment", "bench_graph", "problems_of_port", "recorder", "watch"]
+__all__ = ["BenchExperiment", "bench_graph", "problem_of_port", "recorder", "watch"]
 
 _SET_POINTS = (*REFERENCES, "triangle")
 _START_DELAY = 1.0
@@ -26,11 +26,12 @@ _NEVER = ("dead-zone", "force-table")
 _THRUSTER = "thruster_0"
 
 
-def problems_of_port(port: str) -> list[str]:
-    """Return what is wrong with a serial port as far as that shows without opening it, which would reset a device."""
+def problem_of_port(port: str) -> str:
+    """Return what is wrong with a serial port as far as that shows without opening it, which would reset a device; ""
+    where nothing is."""
     if Path(port).is_char_device():
-        return []
-    return [f"expected a serial port; found {'no device' if Path(port).exists() else 'nothing'} at {port}"]
+        return ""
+    return f"expected a serial port; found {'no device' if Path(port).exists() else 'nothing'} at {port}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,8 +79,8 @@ class BenchExperiment:
         ]
         if self.port and self.firmware:
             wrong.append(f"firmware: expected the emulated bench; found the device at {self.port}")
-        if self.port:
-            wrong += [f"port: {problem}" for problem in problems_of_port(self.port)]
+        if self.port and (problem := problem_of_port(self.port)):
+            wrong.append(f"port: {problem}")
         if self.seed < 0:
             wrong.append(f"seed: expected an integer, 0 or more; found {self.seed}")
         if wrong:

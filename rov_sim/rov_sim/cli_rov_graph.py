@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from rov_sim.bench_graph import problems_of_port
+from rov_sim.bench_graph import problem_of_port
 from rov_sim.graph_files_io import line_of, write_document, write_parameters
 from rov_sim.vehicle.effects.words import effects_of_words
 from rov_sim.vehicle.failure_words import parse_failures
@@ -90,7 +90,7 @@ def _refuse(experiment: Experiment) -> None:
     if experiment.watched and not Path(experiment.watched).exists():
         raise ValueError(f"watch: expected a run of the healthy vehicle; {experiment.watched} does not exist")
     for i, port in experiment.hardware.items():
-        for problem in problems_of_port(port) if port not in (EMULATED, FIRMWARE) else ():
+        if port not in (EMULATED, FIRMWARE) and (problem := problem_of_port(port)):
             raise ValueError(f"hardware: T{i + 1}: {problem}")
 
 

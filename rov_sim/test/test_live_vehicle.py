@@ -124,6 +124,14 @@ def test_a_thruster_that_is_elsewhere_has_the_speed_that_is_told() -> None:
     assert now.truth.n[1] == 0.0
 
 
+def test_a_rotor_that_has_stopped_stands_still_whatever_is_told() -> None:
+    given = settings()
+    stopped = given.plant.coefficients._replace(turning=np.array([0.0, 1.0, 1.0, 1.0, 1.0, 1.0]))
+    vehicle = LiveVehicle(replace(given, plant=replace(given.plant, coefficients=stopped)))
+    now = [vehicle.advance(6 * (0.0,), {0: 40.0, 1: 40.0}) for _ in range(3)][-1]
+    assert now.truth.n[0] == 0.0 and now.truth.n[1] > 10.0
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [

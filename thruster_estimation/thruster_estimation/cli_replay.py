@@ -73,10 +73,13 @@ def _check(given: argparse.Namespace) -> None:
         value = getattr(given, name)
         if value is not None and not value > 0:
             problems.append(f"--{name.replace('_', '-')}: expected a number > 0; found {value:g}")
+    if given.out is not None:
+        try:
+            expect_new_folder(given.out)
+        except OSError as error:
+            problems.append(str(error))
     if problems:
         raise EstimationError(problems)
-    if given.out is not None:
-        expect_new_folder(given.out)
 
 
 def _input_map(text: str | None) -> dict[str, float]:

@@ -79,10 +79,10 @@ def _run(given: argparse.Namespace, console: Console) -> int:
         raise ValueError(f"--processes: expected 1 or more; found {given.processes}")
     if given.first < 0 or (given.count is not None and given.count < 1):
         raise ValueError(f"--first, --count: expected 0 or more, 1 or more; found {given.first}, {given.count}")
-    plans = planned(given.set, tuple(given.generators))[given.first :][: given.count]
+    every = planned(given.set, tuple(given.generators))
+    plans = every[given.first :][: given.count]
     if not plans:
-        there = len(planned(given.set, tuple(given.generators)))
-        raise ValueError(f"--first: expected 0 to {there - 1}, a case of the set {given.set}; found {given.first}")
+        raise ValueError(f"--first: expected 0 to {len(every) - 1}, a case of the set {given.set}; found {given.first}")
     with Progress(*_COLUMNS, console=console) as progress:
         task = progress.add_task("diagnosing", total=len(plans), completed=0)
         held = {answer.case for answer in read_answers(given.folder)}

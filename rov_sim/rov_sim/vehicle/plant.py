@@ -222,8 +222,9 @@ class VehiclePlant:
         return _state(self._sheet, self.settings.count)
 
     def turn(self, thruster: int, n: float) -> None:
-        """Give a rotor a speed [rad/s]."""
+        """Give a rotor a speed [rad/s]; one that has stopped keeps standing still."""
         self._sheet[STATE, BODY + thruster] = n
+        stand_still(self._sheet, self.settings)
 
     def change(self, settings: VehicleSettings) -> None:
         """Go on from the present state as what is made of other settings.
